@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from heapq import merge
 
-from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, is_late, most_jobs
+from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, is_late, load, most_jobs
 from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.timelimit import look_at_the_clock
@@ -115,7 +115,7 @@ def executor_worst_job(
         behind = max((item.task.worst_ns for item in fellows if not item.goes_first), default=0)
         blocked_ns = max(blocked_ns, behind)
     outside = [item for item in higher if item.worst_ns]
-    used = sum(item.utilisation for item in (task, *counted, *outside))
+    used = load((task, *counted, *outside))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
         return None
     work = _Work(task, counted, outside, blocked_ns)
@@ -231,7 +231,7 @@ def queued_ns(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Exact
     8
     """
     inside = [item for item in (*own, *fellows) if item.worst_ns]
-    used = sum(item.utilisation for item in (task, *inside))
+    used = load((task, *inside))
     if used > 1 or (used == 1 and any(map(is_late, (task, *inside)))):
         return None
     work = _Work(task, inside, (), 0)

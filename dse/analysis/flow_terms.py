@@ -10,7 +10,6 @@ from typing import cast
 
 from dse.analysis.chains import exact_range_ns
 from dse.analysis.clocks import LET
-from dse.analysis.holistic import PLAIN
 from dse.analysis.latency import (
     element_rows,
     elements_of,
@@ -25,6 +24,7 @@ from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate import Place, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.reads import can_be_taken_apart, hangs_on_offsets, phased_of, read_of
+from dse.analysis.response_time import PLAIN
 from dse.analysis.rows import counts_responses
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
 from dse.analysis.segments import always_executes
@@ -353,7 +353,7 @@ def _waiting_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
 
 def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
     rows = element_rows(space, element, view)
-    return sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
+    return ZERO + sum(row.min_ns for row in rows), ZERO + sum(row.max_ns for row in rows)
 
 
 def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:

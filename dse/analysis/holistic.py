@@ -8,7 +8,6 @@ Microprocessing and Microprogramming 40, 1994).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from functools import lru_cache, partial
 from typing import Any
 
@@ -18,7 +17,7 @@ from dse.analysis.overheads import interrupting
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.releases import Streams, bounded_task, has_no_bound, is_lone, job_of, releases_of
 from dse.analysis.reservations import before_task, blocking_ns
-from dse.analysis.response_time import Stream, Task, response_time_ns
+from dse.analysis.response_time import PLAIN, Stream, Task, is_plain, response_time_ns
 from dse.analysis.segments import Segments, most_waiting_ns, single
 from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Turn
@@ -28,16 +27,13 @@ from dse.space.hosts import ExecutorKind
 from dse.space.trees import at, leaves
 from dse.space.types import Component, Space
 from dse.timelimit import look_at_the_clock
-from dse.units import Exact, Rounded
+from dse.units import Exact
 
 MOST_ROUNDS = 64
 SHARED = 256
 """The number of tasks that designs share, for each thread: as many as its releases have jitter."""
 KEPT_CORES = 4096
 """The number of cores whose response times are remembered."""
-
-
-PLAIN = (int, Fraction, Rounded, type(None))
 
 
 def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> dict[TaskKey, Exact | None]:
@@ -120,7 +116,7 @@ def _thread_releases(
 
 
 def _answering(view: View, known: Mapping[TaskKey, Exact | None]) -> Answering | None:
-    """A whole design that answers what is known; None where figures carry more than a number (`_is_plain`)."""
+    """A whole design that answers what is known; None where figures carry more than a number (`is_plain`)."""
     if type(view) is View and all(type(found) in PLAIN for found in known.values()):
         return Answering(view, known)
     return None
@@ -181,8 +177,9 @@ def _on_core(turns: Sequence[Turn], tasks: Sequence[Task | None]) -> list[Exact 
         return kept[2]
     if any(turn.executor is not None or turn.pieces or turn.reservation is not None for turn in turns):
         return None
+    are_plain = all(task is None or is_plain(task) for task in tasks)
     found = [
-        respond(task, [tasks[position] for position in turn.rivals(turns)], blocking_ns(turn))
+        respond(task, [tasks[position] for position in turn.rivals(turns)], blocking_ns(turn), are_plain=are_plain)
         for turn, task in zip(turns, tasks, strict=True)
     ]
     if len(_CORES) >= KEPT_CORES:
@@ -195,7 +192,7 @@ def _is_same(one: Task | None, other: Task | None) -> bool:
     """Whether two tasks have the same response time for sure."""
     if one is other:
         return True
-    return one is not None and other is not None and _is_plain(one) and _is_plain(other) and one == other
+    return one is not None and other is not None and is_plain(one) and is_plain(other) and one == other
 
 
 def _horizon_ns(space: Space) -> int:
@@ -213,12 +210,14 @@ _HORIZON: list[tuple[tuple[Component, ...], int]] = []
 """That of the components that were asked about last."""
 
 
-def respond(task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact) -> Exact | None:
-    """The response time of a task under those that may delay it."""
+def respond(
+    task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact, *, are_plain: bool = False
+) -> Exact | None:
+    """The response time of a task under those that may delay it; `are_plain` where all their times are mere numbers."""
     given = [rival for rival in rivals if rival is not None]
     if task is None or len(given) < len(rivals):
         return None
-    if type(blocked_ns) in PLAIN and all(map(_is_plain, (task, *given))):
+    if type(blocked_ns) in PLAIN and (are_plain or all(map(is_plain, (task, *given)))):
         return _respond_alone(task, tuple(given), blocked_ns)
     return response_time_ns(task, given, blocked_ns)
 
@@ -319,7 +318,7 @@ def _behind_own(
 def _respond_to(
     kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked: Exact
 ) -> Exact | None:
-    if type(blocked) in PLAIN and all(map(_is_plain, (task, *higher, *(item.task for item in fellows)))):
+    if type(blocked) in PLAIN and all(map(is_plain, (task, *higher, *(item.task for item in fellows)))):
         return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), blocked)
     return executor_response_ns(kind, task, fellows, higher, blocked)
 
@@ -329,13 +328,6 @@ def _respond_in_alone(
     kind: ExecutorKind, task: Task, fellows: tuple[Fellow, ...], higher: tuple[Task, ...], blocked_ns: Exact
 ) -> Exact | None:
     return executor_response_ns(kind, task, fellows, higher, blocked_ns)
-
-
-def _is_plain(task: Task) -> bool:
-    """Whether its times are mere numbers; what carries more (`dse.study.trace`) may be equal, and is not the same."""
-    if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
-        return False
-    return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
 
 
 @lru_cache(16384)

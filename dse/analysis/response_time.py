@@ -20,7 +20,7 @@ from operator import ge
 
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
-from dse.units import Exact
+from dse.units import Exact, Rounded
 
 STEPS_A_LOOK = 256
 """The number of steps, about a millisecond, between two looks at the clock."""
@@ -28,6 +28,10 @@ MOST_STEPS = 100_000
 """A busy period that takes more steps than this is reported as unbounded, which is safe."""
 JOBS_BEFORE_REPETITION = 16
 """Most busy periods have fewer jobs; from there on it is worth knowing when jobs repeat."""
+CLEARLY = 1e-9
+"""Sums of thousands of shares in floating point are closer to the exact ones than this."""
+PLAIN = (int, Fraction, Rounded, type(None))
+"""The types of mere numbers; None where there is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +61,31 @@ class Task:
         worst = Fraction(1) * self.worst_ns
         share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
+
+
+def is_plain(task: Task) -> bool:
+    """Whether its times are mere numbers; what carries more (`dse.study.trace`) may be equal, and is not the same."""
+    if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
+        return False
+    return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
+
+
+def load(tasks: Sequence[Task]) -> float | Fraction:
+    """The share of a core that tasks use together in the long run, exact unless it is clearly more or less than 1.
+
+    >>> load([periodic("a", 1, 3), periodic("b", 2, 3)]), load([periodic("a", 1, 4)])
+    (Fraction(1, 1), 0.25)
+    """
+    if all(map(is_plain, tasks)):
+        rough = sum(map(_rough_share, tasks))
+        if abs(rough - 1) > CLEARLY:
+            return rough
+    return sum((task.utilisation for task in tasks), Fraction(0))
+
+
+def _rough_share(task: Task) -> float:
+    share = sum(float(task.worst_ns / stream.period_ns) for stream in task.streams)
+    return share if task.separation_ns is None else min(share, float(task.worst_ns / task.separation_ns))
 
 
 def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: Exact = 0) -> Task:
@@ -140,7 +169,7 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
     (400, 518)
     """
     rivals = [other for other in higher if other.worst_ns]
-    used = task.utilisation + sum(other.utilisation for other in rivals)
+    used = load((task, *rivals))
     if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
         return None  # such a busy period has no end
     steps = 0

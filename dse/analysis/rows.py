@@ -43,8 +43,7 @@ def counts_responses(space: Space) -> bool:
 
 def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
     """The response time that follows from what shares the core (``processing: response_time``), with its method."""
-    number = next(number for number, item in enumerate(space.components) if item.name == component.name)
-    worst = bounded_response_ns(space, number, part, view)
+    worst = bounded_response_ns(space, space.component_numbers[component.name], part, view)
     return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
 
 
@@ -53,7 +52,7 @@ def computed_ns(
 ) -> tuple[Exact, str]:
     """The computed response time of a thread; no less than the execution time that it has in one flow alone."""
     found = scheduled_ns(space, component, "thread", view)
-    if execution[0] is None or any(item is component for item in space.components):
+    if execution[0] is None or space.components[space.component_numbers[component.name]] is component:
         return found
     return found if found[0] >= execution[0] else (execution[0], execution[1])
 

@@ -391,6 +391,11 @@ class Space:
         return self._decision_numbers.get(name)
 
     @cached_property
+    def component_numbers(self) -> Mapping[str, int]:
+        """The number of each component, by name."""
+        return {item.name: number for number, item in enumerate(self.components)}
+
+    @cached_property
     def _decision_numbers(self) -> Mapping[str, int]:
         found: dict[str, int] = {}
         for index, decision in enumerate(self.decisions):

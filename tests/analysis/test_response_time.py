@@ -13,7 +13,7 @@ from support import brute_front, evaluated, space_of
 
 from dse.analysis import response_time
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.response_time import Stream, Task, densest_releases_ns, most_jobs, periodic, response_time_ns
+from dse.analysis.response_time import Stream, Task, densest_releases_ns, load, most_jobs, periodic, response_time_ns
 from dse.analysis.scheduling import UNBOUNDED_NS, processor_responses, response_of
 from dse.analysis.views import View
 from dse.encode import scheduled
@@ -232,6 +232,26 @@ def test_jobs_that_repeat_are_not_looked_at_again(monkeypatch: pytest.MonkeyPatc
     second = 10**9
     nearly = periodic("nearly", second - 1, second, second)
     assert response_time_ns(nearly, []) == 2 * (second - 1)
+
+
+@pytest.mark.parametrize("seed", cases(100))
+def test_a_load_is_on_the_side_of_a_full_core_where_its_exact_sum_is(seed: int) -> None:
+    """Of hundreds of tasks whose shares make up a core, but for up to one step of the last of them."""
+    rng = random.Random(seed)
+    tasks, left, least = [], Fraction(1), 10 ** rng.randint(2, 12)
+    for number in range(rng.randint(1, 300)):
+        period = rng.randint(least, 10**12)
+        worst = int(left * period / rng.randint(2, 40))
+        tasks.append(Task(str(number), worst, (Stream(period),), rng.choice((None, period))))
+        left -= Fraction(worst, period)
+    for odd in (0, 1, -1):
+        last = periodic("last", left.numerator * 10**15 + odd, left.denominator * 10**15)
+        together = sum(task.utilisation for task in (*tasks, last))
+        assert (together > 1, together == 1) == (odd > 0, odd == 0)
+        assert (load([*tasks, last]) > 1, load([*tasks, last]) == 1) == (odd > 0, odd == 0)
+    share = load(tasks)
+    assert isinstance(share, float) or abs(share - 1) < Fraction(1, 10**8)
+    assert abs(share - sum(task.utilisation for task in tasks)) < 1e-9
 
 
 def test_release_jitter() -> None:
