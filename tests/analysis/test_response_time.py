@@ -251,7 +251,7 @@ def test_a_load_is_on_the_side_of_a_full_core_where_its_exact_sum_is(seed: int) 
         assert (load([*tasks, last]) > 1, load([*tasks, last]) == 1) == (odd > 0, odd == 0)
     share = load(tasks)
     assert isinstance(share, float) or abs(share - 1) < Fraction(1, 10**8)
-    assert abs(share - sum(task.utilisation for task in tasks)) < 1e-9
+    assert abs(Fraction(share) - sum(task.utilisation for task in tasks)) < 1e-9
 
 
 def test_release_jitter() -> None:
