@@ -1,6 +1,6 @@
 """A brute-force evaluator of problem files: an independent reading of `docs/problem-file.md` (profile ``dse`` only).
 
-It favours plain arithmetic over speed and imports nothing from `dse`.
+It favours plain arithmetic over speed and imports nothing from `dse`; what designs have in common is found once.
 
 Where the documents leave something open, this is how they are read here:
 
@@ -261,7 +261,7 @@ class _Figures(dict[str, Any]):
 
 
 _FIGURES: dict[str, Callable[[Problem, Reading, Mapping[str, Any]], Any]] = {
-    "flows": lambda problem, reading, _: {flow: _flow(reading, flow) for flow in problem.paths},
+    "flows": lambda problem, reading, _: {flow: reading.flow_figures(flow) for flow in problem.paths},
     "responses": lambda _, reading, __: reading.responses(),
     "lateness": lambda _, reading, __: reading.lateness(),
     "disparity": lambda problem, reading, _: {name: reading.disparity(name) for name in problem.meetings},
@@ -269,7 +269,7 @@ _FIGURES: dict[str, Callable[[Problem, Reading, Mapping[str, Any]], Any]] = {
     "utilisation": lambda _, __, so_far: {
         slot: sum(parts.values(), Fraction(0)) for slot, parts in so_far["shares"].items()
     },
-    "peak": lambda _, reading, so_far: {slot: reading.peak(slot, parts) for slot, parts in so_far["shares"].items()},
+    "peak": lambda _, reading, so_far: {slot: reading.peak(slot) for slot in so_far["shares"]},
     "core use": lambda _, reading, so_far: {
         slot: reading.core_use(slot, parts) for slot, parts in so_far["shares"].items()
     },
@@ -301,16 +301,6 @@ _FIGURES: dict[str, Callable[[Problem, Reading, Mapping[str, Any]], Any]] = {
         for objective in problem.objectives
     ),
 }
-
-
-def _flow(reading: Reading, flow: str) -> dict[str, Any]:
-    rows, run = reading.flow_parts(flow)
-    best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
-    first = reading.first_period(flow)
-    found = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run, "reaction": worst + first}
-    if first:
-        found["age"] = worst + first - reading.last_period(flow)
-    return found
 
 
 def _changes(problem: Problem, design: Mapping[str, str | None]) -> int:

@@ -81,6 +81,8 @@ class Problem:
                             each: home[each] for each in ("processor", "core", "reservation") if each in home
                         }
                         self.sections[section][name] = {**body, **shared}
+        self.in_common: dict[tuple[str, Any], dict[tuple[str, ...], dict[tuple[str | None, ...], Any]]] = {}
+        """What was worked out for one design and holds for others, by the decisions that were looked at (`reading`)."""
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
         self.totals: dict[str, str] = document.get("totals") or {}
         self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]

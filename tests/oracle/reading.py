@@ -6,10 +6,10 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, wraps
 from itertools import permutations
 from math import ceil, gcd
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
@@ -39,8 +39,42 @@ def _per_second(period_ns: int) -> Fraction:
     return Fraction(NS_PER_S, period_ns)
 
 
+def plain(number: Fraction) -> Fraction | int:
+    """A whole number as one, which is quick to add up."""
+    return number.numerator if number.denominator == 1 else number
+
+
 class InvalidDesign(Exception):
     """The combination of options is no design; the message says why."""
+
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def in_common(method: Method) -> Method:
+    """What a method finds is found once for all designs that agree in the decisions that it looks at."""
+
+    @wraps(method)
+    def known(self: Reading, *given: Any) -> Any:
+        if not self.complete:
+            return method(self, *given)
+        alike = self.problem.in_common.setdefault((method.__qualname__, given), {})
+        for names, found in alike.items():
+            chosen = tuple([self.design.get(name) for name in names])
+            if chosen in found:
+                self.looked_at[-1].update(names)
+                return found[chosen]
+        self.looked_at.append(set())
+        try:
+            result = method(self, *given)
+        finally:
+            seen = self.looked_at.pop()
+            self.looked_at[-1] |= seen
+        chosen = tuple([self.design.get(name) for name in sorted(seen)])
+        alike.setdefault(tuple(sorted(seen)), {})[chosen] = result
+        return result
+
+    return cast(Method, known)
 
 
 class Reading:
@@ -48,9 +82,13 @@ class Reading:
 
     def __init__(self, problem: Problem, design: Mapping[str, str | None], complete: bool = True) -> None:
         self.problem, self.design, self.complete = problem, design, complete
-        self._values = dict(problem.settled)
-        self._stacks: dict[str, list[str]] = {}
-        self._rates: dict[str, Fraction | None] = {}
+        self.looked_at: list[set[str]] = [set()]
+        self._awaited: set[str] = set()
+
+    def chosen(self, decision: str) -> str | None:
+        """The option of a decision; every look at the design is one of these."""
+        self.looked_at[-1].add(decision)
+        return self.design.get(decision)
 
     # Fields
 
@@ -91,16 +129,16 @@ class Reading:
 
     def get(self, name: str, field: str) -> Any:
         """The value of a field in this design, or None where it is not stated."""
-        if (name, field) in self._values:
-            return self._values[name, field]
+        settled = self.problem.settled
+        return settled[name, field] if (name, field) in settled else self._value(name, field)
+
+    @in_common
+    def _value(self, name: str, field: str) -> Any:
         options = self.admitted(name, field)
-        value = self._choice(name, field, options) if len(options) > 1 else options[0] if options else None
-        if self.complete:
-            self._values[name, field] = value
-        return value
+        return self._choice(name, field, options) if len(options) > 1 else options[0] if options else None
 
     def _choice(self, name: str, field: str, options: list[Any]) -> Any:
-        choice = self.design.get(f"{name}.{field}")
+        choice = self.chosen(f"{name}.{field}")
         if choice is None:
             raise InvalidDesign(f"{name}.{field} is open")
         meant = option_value(field, choice)
@@ -177,10 +215,9 @@ class Reading:
     def _process(self, name: str | None) -> str | None:
         return self.get(name, "process") if name is not None and self.problem.section_of[name] == "threads" else None
 
+    @in_common
     def stack(self, connection: str) -> list[str]:
         """The buses that carry a connection, from the one that it is bound to down to the wire."""
-        if connection in self._stacks:
-            return self._stacks[connection]
         members: list[str] = []
         bus = None if self.is_local(connection) else self.get(connection, "bus")
         while bus is not None:
@@ -189,10 +226,9 @@ class Reading:
             members.append(bus)
             has_carrier = bus in self.problem.sections["buses"] and "bus" in self.problem.component(bus)
             bus = self.get(bus, "bus") if has_carrier else None
-        if self.complete:
-            self._stacks[connection] = members
         return members
 
+    @in_common
     def carrying(self) -> set[str]:
         """The buses that carry a connection, as far as the bindings are decided."""
         found: set[str] = set()
@@ -200,7 +236,7 @@ class Reading:
             if not self.is_local(connection):
                 found.update(as_list(self.get(connection, "bus")))
         for name in self.problem.virtual_slots:
-            if name in found and (len(self.offered(name, "bus")) == 1 or self.design.get(f"{name}.bus") is not None):
+            if name in found and (len(self.offered(name, "bus")) == 1 or self.chosen(f"{name}.bus") is not None):
                 found.add(self.get(name, "bus"))
         return found
 
@@ -253,24 +289,22 @@ class Reading:
         by_data = self.offered(connection, "data_rate") and self.offered(connection, "data_size")
         return bool(self.offered(connection, "rate") or by_data)
 
+    @in_common
     def rate(self, name: str) -> Fraction:
         """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
-        known = self._rates.get(name)
-        if known is not None:
-            return known
         protocol = self.protocol(name)
         if protocol in ("periodic", "hybrid"):
-            found = self._rates[name] = self.timer_rate(name)
-            return found
-        if name in self._rates:
+            return self.timer_rate(name)
+        if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
-        self._rates[name] = None
+        self._awaited.add(name)
         rate = self.input_rate(name)
         if protocol == "sporadic" and self.offered(name, "period"):
             rate = min(rate, self.timer_rate(name))
-        self._rates[name] = rate
+        self._awaited.remove(name)
         return rate
 
+    @in_common
     def delivered_rate(self, connection: str) -> Fraction:
         """Messages per second that a connection delivers."""
         stated = self.get(connection, "rate")
@@ -284,16 +318,25 @@ class Reading:
 
     # Response times
 
-    @cached_property
+    @property
     def scheduling(self) -> Scheduling:
         """What runs on each core; only of a complete design whose cores are all known."""
-        return Scheduling(self)
+        found, seen = self._scheduling
+        self.looked_at[-1] |= seen
+        return found
+
+    @cached_property
+    def _scheduling(self) -> tuple[Scheduling, set[str]]:
+        """The same, and the decisions that were looked at."""
+        self.looked_at.append(set())
+        return Scheduling(self), self.looked_at.pop()
 
     @staticmethod
     def _counted(response: Fraction | None) -> Fraction:
         """A response time in a sum; one without a bound is as the documents say, 27.8 h."""
         return NO_BOUND_NS if response is None else min(response, NO_BOUND_NS)
 
+    @in_common
     def responses(self) -> dict[str, Fraction]:
         """The response time of each thread on a processor, where what is asked decides the cores."""
         if not self.problem.asks_of_cores:
@@ -334,6 +377,7 @@ class Reading:
             return best, self._counted(self.scheduling.of(name))
         return best, worst
 
+    @in_common
     def component_rows(self, name: str, arrival: str | None, first: bool) -> list[Row]:
         """The contributions of a component of a flow: (component, method, min, max)."""
         rows: list[Row] = []
@@ -422,18 +466,21 @@ class Reading:
         latest = min(period, first_from(most + error) + error + period - step - most)
         return soonest, latest, latest - soonest
 
+    @in_common
     def message_bytes(self, connection: str) -> int:
         """Data size and the overheads of all buses that carry the connection."""
         size = self.get(connection, "data_size")
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
+    @in_common
     def connection_rows(self, connection: str) -> list[Row]:
         """The contributions of a connection of a flow."""
         rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
-                rows.append((connection, f"transmission on {bus}", *self._transmission(connection, bus)))
+                least, most = map(plain, self._transmission(connection, bus))
+                rows.append((connection, f"transmission on {bus}", least, most))
                 continue
             latency = self.bus_field(bus, "latency")
             if isinstance(latency, dict):
@@ -446,6 +493,7 @@ class Reading:
                 rows.append((connection, "latency", *quantities.time_range(own)))
         return rows or [(connection, "no latency", 0, 0)]
 
+    @in_common
     def _transmission(self, connection: str, bus: str) -> tuple[Fraction, Fraction]:
         parts = []
         if self.bus_field(bus, "transmission_time.fixed") == "from bandwidth":
@@ -476,6 +524,7 @@ class Reading:
         """The contributor table of a flow."""
         return self.flow_parts(flow)[0]
 
+    @in_common
     def flow_parts(self, flow: str) -> tuple[list[Row], Any]:
         """The contributor table of a flow, and the jitter of one run."""
         return self._parts(self.problem.paths[flow])
@@ -491,6 +540,7 @@ class Reading:
             most += min(self.late_ns(name), (self.period_ns(name) or 0) - rows[-1][3])
         return least, most + self.first_period(flow) - (self.period_ns(name) or 0)
 
+    @in_common
     def disparity(self, name: str) -> Any:
         """The oldest input by one flow less the newest by another, at most."""
         ages = [self.input_ages(flow, name) for flow in self.problem.meetings[name]]
@@ -504,10 +554,10 @@ class Reading:
         run: Any = 0
         for name in path:
             if self.problem.section_of[name] == "connections":
-                found = self.connection_rows(name)
+                found = [*self.connection_rows(name)]
                 arrival, first = name, False
             else:
-                found = self.component_rows(name, arrival, first)
+                found = [*self.component_rows(name, arrival, first)]
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -521,6 +571,17 @@ class Reading:
             rows += found
             run += sum(row[3] - row[2] for row in found)
         return rows, run
+
+    @in_common
+    def flow_figures(self, flow: str) -> dict[str, Any]:
+        """Least and most latency of a flow, both jitters, reaction time and data age, and the contributor table."""
+        rows, run = self.flow_parts(flow)
+        best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
+        first = self.first_period(flow)
+        found = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run, "reaction": worst + first}
+        if first:
+            found["age"] = worst + first - self.last_period(flow)
+        return found
 
     def first_period(self, flow: str) -> int:
         """The period of the first component, where a timer releases it."""
@@ -538,6 +599,7 @@ class Reading:
 
     # Resources
 
+    @in_common
     def shares(self) -> dict[str, dict[str, Fraction]]:
         """Utilisation of one core by each thread, per processor."""
         found: dict[str, dict[str, Fraction]] = {slot: {} for slot in self.problem.sections["processors"]}
@@ -558,11 +620,12 @@ class Reading:
             found[slot][thread] = share / NS_PER_S
         return found
 
-    def peak(self, slot: str, shares: dict[str, Fraction]) -> Peak:
+    @in_common
+    def peak(self, slot: str) -> Peak:
         """What the fullest core of a processor carries when its threads are put on cores as evenly as can be."""
         count = int(self.get(slot, "cores") or 1)
         taken, ways = [Fraction(0)] * count, []
-        for thread, share in shares.items():
+        for thread, share in self.shares()[slot].items():
             cores = self._may_have(thread) or range(1, count + 1)
             if count == 1:
                 taken[0] += share
@@ -585,48 +648,52 @@ class Reading:
 
     def _may_have(self, thread: str) -> list[int]:
         """The core that is chosen, else those that are stated, else none."""
-        chosen = self.design.get(f"{thread}.core")
+        chosen = self.chosen(f"{thread}.core")
         return [int(core) for core in as_list(chosen or self.problem.component(thread).get("core"))]
 
     @staticmethod
     def _worst(text: str | None) -> int:
         return 0 if text is None else quantities.time_range(text)[1]
 
+    @in_common
     def loads(self) -> dict[str, Fraction]:
         """Bytes per second on each bus."""
         found = {bus: Fraction(0) for bus in self.problem.buses}
         for connection in self.problem.sections["connections"]:
-            stack = self.stack(connection)
-            if not stack:
-                continue
-            data_rate = self.get(connection, "data_rate")
-            load = (
-                self.message_bytes(connection) * self.delivered_rate(connection)
-                if data_rate is None
-                else quantities.data_rate(data_rate)
-            )
-            for bus in stack:
-                found[bus] += load
-                if self.bus_field(bus, "transmission_time.fixed") == "frame":
-                    bandwidth = quantities.bandwidth(self.bus_field(bus, "bandwidth"))
-                    each = self._on_the_wire(connection, bus)[1] * bandwidth
-                    found[bus] += each * self.delivered_rate(connection) - load
+            for bus in self.stack(connection):
+                found[bus] += self._load(connection, bus)
         return found
 
+    @in_common
+    def _load(self, connection: str, bus: str) -> Fraction:
+        """Bytes per second of a connection on a bus that carries it."""
+        if self.bus_field(bus, "transmission_time.fixed") == "frame":
+            bandwidth = quantities.bandwidth(self.bus_field(bus, "bandwidth"))
+            return self._on_the_wire(connection, bus)[1] * bandwidth * self.delivered_rate(connection)
+        data_rate = self.get(connection, "data_rate")
+        if data_rate is not None:
+            return quantities.data_rate(data_rate)
+        return self.message_bytes(connection) * self.delivered_rate(connection)
+
+    @in_common
     def busy(self) -> dict[str, Fraction]:
         """The share of the time that each bus is busy, where that can be computed."""
         found = {bus: Fraction(0) for bus in self.problem.timed_buses}
         for connection in self.problem.sections["connections"]:
             for bus in found.keys() & set(self.stack(connection)):
-                longest = self._transmission(connection, bus)[1]
-                found[bus] += longest * self.delivered_rate(connection) / NS_PER_S
+                found[bus] += self._busy(connection, bus)
         return found
+
+    @in_common
+    def _busy(self, connection: str, bus: str) -> Fraction:
+        return self._transmission(connection, bus)[1] * self.delivered_rate(connection) / NS_PER_S
 
     def is_exclusive(self, bus: str) -> bool:
         """Whether a bus slot's chosen type carries one message at a time."""
         kind = self.type_of(bus)
         return kind not in (None, NONE) and self.problem.sections["bus_types"][kind].get("exclusive") == "true"
 
+    @in_common
     def amounts(self, figure: str) -> dict[str, Fraction]:
         """Price in cents, power in mW or a declared total, per component; direct virtual bus types count once."""
         found = {}
@@ -679,7 +746,7 @@ class Reading:
         """A stated core is one that the processor has."""
         for thread, body in self.problem.sections["threads"].items():
             cores, slot = as_list(body.get("core")), self.processor_of(thread)
-            cores = as_list(self.design.get(f"{thread}.core")) or cores
+            cores = as_list(self.chosen(f"{thread}.core")) or cores
             count = int(self.get(slot, "cores") or 0) if slot is not None and cores else 0
             if slot is not None and cores and min(map(int, cores)) > count and (len(cores) == 1 or count > 1):
                 raise InvalidDesign(f"{slot} has no core for {thread}")
@@ -707,6 +774,7 @@ class Reading:
 
     # Rules
 
+    @in_common
     def holds(self, condition: tuple) -> bool | None:
         """Kleene truth of a condition."""
         match condition:

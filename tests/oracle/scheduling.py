@@ -73,7 +73,7 @@ class Scheduling:
         assert slot is not None
         if int(self.reading.get(slot, "cores") or 1) == 1:
             return slot, 1
-        chosen = as_list(self.reading.design.get(f"{name}.core") or self.problem.component(name).get("core"))
+        chosen = as_list(self.reading.chosen(f"{name}.core") or self.problem.component(name).get("core"))
         (core,) = chosen  # where it is open nobody may ask for a response time
         return slot, int(core)
 
