@@ -137,6 +137,7 @@ def test_each_thing_that_is_wrong_is_told_with_its_place(name: str, written: dic
     """A field that is missing, unknown, or of another kind: at the first of each kind of place in the data."""
     validator = jsonschema.Draft202012Validator(form_schema(name))
     command, data = max(written[name], key=lambda pair: len(json.dumps(pair[1])))
+    data = first_of_each_kind(data, set())
     tried: set[str] = set()
     for place, holder, key in places(data):
         shape = "".join(letter for letter in place if not letter.isdigit())
@@ -158,6 +159,22 @@ def test_each_thing_that_is_wrong_is_told_with_its_place(name: str, written: dic
     assert [str(item) for item in mistakes_in(name, data)] == [f"surprise: dse-{name}/1 has no such field"]
     del data["surprise"], data["format"]
     assert [str(item) for item in mistakes_in(name, data)] == ["format: is missing"]
+
+
+def first_of_each_kind(data: Any, seen: set[str], at: str = "") -> Any:
+    """The data with only those objects of each list that have a place of a kind that none before them has."""
+    if isinstance(data, dict):
+        seen |= {f"{at}.{key}" for key in data}
+        return {key: first_of_each_kind(value, seen, f"{at}.{key}") for key, value in data.items()}
+    if not isinstance(data, list) or not all(isinstance(item, dict) for item in data):
+        return data
+    kept = []
+    for item in data:
+        known = len(seen)
+        seen.add(f"{at}[]")
+        fewer = first_of_each_kind(item, seen, f"{at}[]")
+        kept += [fewer] if len(seen) > known else []
+    return kept
 
 
 def places(data: Any, at: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -172,7 +172,7 @@ COMMANDS = (
     "sweep shared.yaml --vary 'price=5EUR,9EUR' --workers 1 --no-store --json kept.json",
     "sweep shared.yaml --vary 'latency of f=70ms..84ms' --no-store --json late.json",
     "sensitivity pump.yaml --json margins.json",
-    "sensitivity uncertain.yaml --samples 64 --json uncertain.json",
+    "sensitivity uncertain.yaml --samples 16 --json uncertain.json",
     "simulate pump.yaml --runs 2 --json simulation.json",
     "simulate shared.yaml --contention --runs 2 --json waiting.json",
     "simulate missed.yaml --runs 2 --json meeting.json",
