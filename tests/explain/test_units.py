@@ -81,6 +81,7 @@ ALONE = tuple(unit for unit in FOR_TOTALS if unit not in ELSEWHERE)
 SOME = {
     **{metric: METRICS[metric][1][::3] for metric in ("min latency of f", "jitter of f", "utilisation of p")},
     "response time of t": TIMES[1::3],
+    "ratio": METRICS["ratio"][1][1::3],
     "share": FOR_TOTALS[::6],
     "twice": (*ALONE, *[unit for unit in FOR_TOTALS if unit in ELSEWHERE][::3]),
 }
@@ -91,6 +92,10 @@ CASES = [
     *((metric, value, unit) for metric, value in TOTALS.items() for unit in (FOR_TOTALS if LONG else SOME[metric])),
     *(("load of b", SHARES["load of b"] / UNITS[unit][0], unit) for unit in units_of(DIMENSIONLESS)),
 ]  # fmt: skip
+PROVED = {metric: {unit for name, _, unit in CASES if name == metric} for metric, _, _ in CASES}
+"""The units of each metric whose results are proved a second time."""
+if not LONG:
+    PROVED = {metric: set(sorted(units)[:2]) for metric, units in PROVED.items()}
 
 
 def problem(requirement: str, unit: str) -> dse.Problem:
@@ -108,14 +113,14 @@ def test_a_limit_and_its_advice_are_in_the_unit_of_the_limit(metric: str, value:
     kept = problem(least, unit)
     held = dse.solve(kept)
     assert held.status == "complete"
-    assert dse.verify(held, problem=kept).status == "verified"
+    assert unit not in PROVED[metric] or dse.verify(held, problem=kept).status == "verified"
     broken = problem(f"{metric} <= {format_number(value * 999 / 1000)} {unit}", unit)
     result = dse.solve(broken)
     assert result.status == "infeasible"
     (clash,) = result.conflicts[0].members
     assert clash.closest is not None and clash.limit is not None
     assert clash.limit / clash.closest == Fraction(999, 1000)
-    assert dse.verify(result, problem=broken).status == "verified"
+    assert unit not in PROVED[metric] or dse.verify(result, problem=broken).status == "verified"
     (advice,) = dse.explain(broken).relaxations
     assert advice.text == least
 
