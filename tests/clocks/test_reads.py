@@ -121,7 +121,7 @@ def written(seed: int, tmp_path: Path) -> Path:
     return made
 
 
-@pytest.mark.parametrize("seed", cases(20, 5_000))
+@pytest.mark.parametrize("seed", cases(10, 5_000))
 def test_they_are_proved_again(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the second model, which has no tables of response times either."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)

@@ -20,8 +20,8 @@ from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
 from tests.properties.rewriting import Document, document_of, in_other_units, renamed, reordered, text_of, with_limit
 
-SEEDS = cases(50, 1_019)
-FEW = cases(25, 1_019)
+SEEDS = cases(30, 1_019)
+FEW = cases(15, 1_019)
 
 Points = Mapping[tuple[int, ...], Design]
 Vector = tuple[Fraction, ...]

@@ -132,7 +132,7 @@ def test_where_contention_is_counted_nothing_more_is_said() -> None:
         assert all("contention" not in point for point in result.to_dict()["front"])
 
 
-@pytest.mark.parametrize("seed", cases(80))
+@pytest.mark.parametrize("seed", cases(50))
 def test_the_word_of_the_referee_is_that_of_the_analysis_and_of_the_simulation(seed: int) -> None:
     """A design is kept where it is feasible with response times and deadlines; such a one is never observed outside.
 

@@ -137,7 +137,7 @@ def drawn(seed: int) -> str:
     return "\n".join([*lines, "objectives: [minimise price]"]) + "\n"
 
 
-@pytest.mark.parametrize("seed", cases(40))
+@pytest.mark.parametrize("seed", cases(20))
 def test_no_run_is_longer_than_the_bound(seed: int) -> None:
     text, rng = drawn(seed), random.Random(seed)
     ends = ends_ms(text)
@@ -181,7 +181,7 @@ def asked(seed: int) -> str:
     return "\n".join([*lines, "flows: {f: {path: [w]}}", "objectives: [minimise price, minimise latency of f]"]) + "\n"
 
 
-@pytest.mark.parametrize("seed", cases(25))
+@pytest.mark.parametrize("seed", cases(15))
 def test_the_front_is_that_of_every_design_and_proved_again(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)  # no response time is tabulated
     problem = dse.loads(asked(seed))
