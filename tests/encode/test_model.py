@@ -38,18 +38,37 @@ def in_turn(names: list[str], forms: list[tuple[int, int]]) -> list[tuple[str, i
 
 def fixed_objectives(encoded: EncodedSpace, design: Design) -> tuple[int, ...] | None:
     """The counted objectives when every option literal is fixed as in `design`; None when the model refuses that."""
-    encoded = encoded.copy()
-    model = encoded.model
+    if encoded.open_terms or encoded.contention is not None or encoded.core_limits is not None:
+        encoded = encoded.copy()  # the model learns from the design
+    wanted: set[tuple[int, bool]] = set()
     for literals, inactive, chosen in zip(encoded.options, encoded.inactive, design, strict=True):
-        for option, literal in enumerate(literals):
-            model.add(model.get_bool_var_from_proto_index(literal.index) == (option == chosen))
-        if inactive is not None:
-            model.add(model.get_bool_var_from_proto_index(inactive.index) == (chosen == INACTIVE))
+        wanted |= {(literal.index, option == chosen) for option, literal in enumerate(literals)}
+        wanted |= {(inactive.index, chosen == INACTIVE)} if inactive is not None else set()
+    fixed = {(index, int(value)) if index >= 0 else (-index - 1, int(not value)) for index, value in wanted}
+    before = {index: tuple(encoded.model.proto.variables[index].domain) for index, _ in fixed}
+    if len(before) < len(fixed) or any(not before[index][0] <= value <= before[index][1] for index, value in fixed):
+        return None
+    for index, value in fixed:
+        _set_domain(encoded, index, (value, value))
+    try:
+        return _objectives(encoded, design)
+    finally:
+        for index, domain in before.items():
+            _set_domain(encoded, index, domain)
+
+
+def _set_domain(encoded: EncodedSpace, index: int, ends: tuple[int, ...]) -> None:
+    domain = encoded.model.proto.variables[index].domain
+    domain[0], domain[1] = ends
+
+
+def _objectives(encoded: EncodedSpace, design: Design) -> tuple[int, ...] | None:
+    """The counted objectives of a solution; None when there is none."""
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.cp_model_presolve = False
     while True:  # until the model has learnt what this design shows
-        status = solver.solve(model)
+        status = solver.solve(encoded.model)
         if status == cp_model.INFEASIBLE:
             return None
         assert status == cp_model.OPTIMAL
