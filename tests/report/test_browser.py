@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import LONG
 from report.browser import Browser, needs_browser
 from results.hostile import hostile_result
 
@@ -48,8 +49,15 @@ def plotted(browser: Browser, view: str, data: str) -> list[dict[str, Any]]:
     return list(browser.run(f"JSON.parse(JSON.stringify(dseReport.state.{view}.data('{data}')))"))
 
 
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("width", [390, 1280], ids=["phone", "desktop"])
+@pytest.mark.parametrize(
+    ("width", "dark"),
+    [
+        pytest.param(width, dark, id=f"{name}-{'dark' if dark else 'light'}")
+        for width, name in ((390, "phone"), (1280, "desktop"))
+        for dark in (False, True)
+        if LONG or dark == (name == "desktop")
+    ],
+)
 def test_opens_without_an_error_or_a_request(
     browser: Browser, folder: Path, tmp_path: Path, width: int, dark: bool
 ) -> None:
