@@ -6,6 +6,7 @@ import copy
 import io
 import json
 import random
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from dse.report.terminal import print_page
 from dse.report.writing import markdown_report
 from dse.results.order import ranked_by
 from dse.results.solve import Result
+from dse.results.sweep import SweepRun
 from dse.results.variants import find_variants, is_one_choice
 
 
@@ -131,6 +133,12 @@ def test_designs_that_are_built_otherwise_stay_apart() -> None:
 # --- sweeps ---------------------------------------------------------------------------------------------------------
 
 
+@cache
+def swept(name: str, vary: str) -> SweepRun:
+    """The only run of a sweep over one limit; nobody changes it."""
+    return dse.sweep(example_path(name), vary).runs[0]
+
+
 @pytest.mark.parametrize(
     ("name", "vary"),
     [
@@ -143,7 +151,7 @@ def test_designs_that_are_built_otherwise_stay_apart() -> None:
     ],
 )
 def test_the_best_choice_changes_only_to_a_better_design_that_is_new(name: str, vary: str) -> None:
-    run = dse.sweep(example_path(name), vary).runs[0]
+    run = swept(name, vary)
     assert run.outcome is not None
     known = {item["id"]: item for item in run.outcome["alternatives"]}
     for tight, loose in pairwise(run.outcome["stretches"]):
@@ -158,7 +166,7 @@ def test_the_best_choice_changes_only_to_a_better_design_that_is_new(name: str, 
 
 def test_the_best_choice_does_not_come_back() -> None:
     """Scaled to the range of each front it went from 290 EUR to 1,040 EUR and back, again and again."""
-    run = dse.sweep(example_path("inmark"), "jitter of gnss_to_sprayer=5ms..100ms").runs[0]
+    run = swept("inmark", "jitter of gnss_to_sprayer=5ms..100ms")
     assert run.outcome is not None
     best = [stretch["best"] for stretch in run.outcome["stretches"]]
     changes = [number for number, before in zip(best[1:], best[:-1], strict=True) if number != before]
