@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from copy import deepcopy
+from functools import cache
 from itertools import count
 from typing import Any, Literal
 
@@ -270,6 +271,7 @@ def best_by_hand(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]]:
     return loads(text_of(system)), best_of(points)
 
 
+@cache
 def with_designs(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]]:
     """The first drawn system from a seed on in which some design meets its deadlines."""
     return next(found for number in count(10 * seed) if (found := best_by_hand(number))[1])
