@@ -210,9 +210,9 @@ def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> N
 
 def _check_first_designs(bench: Bench, prover: Prover) -> None:
     """Of the designs with the same objectives a point shows the first, unless it says that it may not be."""
-    front = bench.data["front"]
-    silent = [point["id"] for point in front if point.get("is_first") is False]
-    _prove_first(bench, prover, [at for at, point in enumerate(front) if point.get("is_first") is not False])
+    points = bench.data["front"][: len(bench.vectors)]  # of an altered result some may be no designs
+    silent = [point["id"] for point in points if point.get("is_first") is False]
+    _prove_first(bench, prover, [at for at, point in enumerate(points) if point.get("is_first") is not False])
     if count := len(bench.vectors) - len(silent):
         shown = "shows the first of the designs with its" if count == 1 else "show the first of the designs with their"
         aside = f", {prover.left_aside} left aside" if prover.left_aside else ""

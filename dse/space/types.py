@@ -397,7 +397,4 @@ class Space:
 
     @cached_property
     def _decision_numbers(self) -> Mapping[str, int]:
-        found: dict[str, int] = {}
-        for index, decision in enumerate(self.decisions):
-            found.setdefault(decision.name, index)
-        return found
+        return {decision.name: index for index, decision in reversed(tuple(enumerate(self.decisions)))}
