@@ -47,6 +47,11 @@ WAYS: Ways = (
 )
 IN_ORDER: Ways = (Way(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
 """Those where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
+WAITING: Ways = (
+    Way(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
+    Way(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),
+)
+"""Those where threads wait for each other: what a solver does before it branches takes longer than most answers."""
 PACKING: Ways = (Way(cp_model.AUTOMATIC_SEARCH, 2, 0), Way(cp_model.AUTOMATIC_SEARCH, 2, 1))
 """Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 29)."""
 

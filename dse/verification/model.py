@@ -158,7 +158,8 @@ class SecondModel:
                 domain = cp_model.Domain.from_values([INACTIVE, option])
                 model.add_linear_expression_in_domain(self._in(model, self.option[decision]), domain)
 
-        return self._ask(ask, self._reduced(below, from_on))
+        ways = calls.WAYS if self.waiting is None else calls.WAITING
+        return self._ask(ask, self._reduced(below, from_on), ways=ways)
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""

@@ -20,7 +20,6 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
 from dse.space.types import Design, Space
-from dse.verification.contention import place_of
 from dse.verification.sums import Waits
 
 MOST_JOBS = 24
@@ -80,24 +79,20 @@ class Waiting:
         return share
 
     def count(self, design: Design) -> bool:
-        """Count the jobs that delay threads in a design; whether any of them was not counted yet."""
+        """Count the jobs within response times of a design, whoever shares a core; whether any was not counted yet."""
         view = View(design)
         known = all_responses(self.space, view)
         fresh = False
-        for number in self.variables:
+        for (number, other), (waits, share) in self._done.items():
             response = known.get((number, "thread"), 0)
-            place = place_of(self.space, number, view)
-            for (thread, other), (waits, share) in list(self._done.items()):
-                if thread != number or place_of(self.space, other, view) != place:
-                    continue
-                separation = self.waits.separation_ns(other, view)
-                for job in range(2, MOST_JOBS + 1):
-                    if response is not None and (separation is None or (job - 1) * separation >= response):
-                        break
-                    if (number, other, job) not in self._counted:
-                        self._counted.add((number, other, job))
-                        self._add_job(number, other, job, waits, share)
-                        fresh = True
+            separation = self.waits.separation_ns(other, view)
+            for job in range(2, MOST_JOBS + 1):
+                if response is not None and (separation is None or (job - 1) * separation >= response):
+                    break
+                if (number, other, job) not in self._counted:
+                    self._counted.add((number, other, job))
+                    self._add_job(number, other, job, waits, share)
+                    fresh = True
         return fresh
 
     def _add_job(self, number: int, other: int, job: int, waits: Any, share: Any) -> None:
