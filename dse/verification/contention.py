@@ -92,11 +92,17 @@ def place_of(space: Space, number: int, view: View) -> int:
     return int(processor * (most + 1) + core)
 
 
-def on_other_cores(evaluator: Evaluator, late: Sequence[Limit], refused: Evaluation) -> Evaluation | None:
-    """The design with cores on which the analysis accepts it, with the same objectives; None where none is found."""
+def on_other_cores(
+    evaluator: Evaluator, late: Sequence[Limit], refused: Evaluation, held: int | None = None
+) -> Evaluation | None:
+    """The design with cores on which the analysis accepts it, with the same objectives; None where none is found.
+
+    The option of the decision `held` stays.
+    """
     space = evaluator.space
-    open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in space.fixed]
-    orders = _free_orders(space)
+    kept = {*space.fixed, held}
+    open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in kept]
+    orders = [item for item in _free_orders(space) if item.index != held]
     design = tuple(max(option, 0) for option in refused.design)
     if space.has_open_groups:
         return None

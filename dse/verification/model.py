@@ -20,6 +20,7 @@ from dse.records import dataclass
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification import calls
+from dse.verification.alike import Numbering
 from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.cores import add_cores
 from dse.verification.diagrams import Node, TooLarge, leaves
@@ -98,6 +99,7 @@ class SecondModel:
         self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
         self.moves_threads = bool(self.free_cores)
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
+        self.numbering = Numbering(tables, self.model, self.chosen)
         problem = self.model.validate()
         assert not problem, problem
 
@@ -153,13 +155,15 @@ class SecondModel:
             for axis, bound in enumerate(from_on or ()):
                 if bound is not None:
                     model.add(self._in(model, self.objectives[axis]) >= bound)
+            if given is None or given[0] not in self.numbering.decisions:
+                self.numbering.add(model)
             if given is not None:
                 decision, option = given
                 domain = cp_model.Domain.from_values([INACTIVE, option])
                 model.add_linear_expression_in_domain(self._in(model, self.option[decision]), domain)
 
         ways = calls.WAYS if self.waiting is None else calls.WAITING
-        return self._ask(ask, self._reduced(below, from_on), ways=ways)
+        return self._ask(ask, self._reduced(below, from_on), ways=ways, held=None if given is None else given[0])
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
@@ -242,11 +246,13 @@ class SecondModel:
         *,
         exactly: bool = False,
         ways: calls.Ways = calls.WAYS,
+        held: int | None = None,
     ) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
         Of one with threads that are late, or wait longer than thought, the model learns why. One with threads that wait
-        less than the solution says is better than that, and an answer unless objectives are asked for `exactly`.
+        less than the solution says is better than that, and an answer unless objectives are asked for `exactly`. Where
+        threads are late other cores are tried, but for those of the decision `held`.
 
         Raises
         ------
@@ -273,7 +279,7 @@ class SecondModel:
                 return Reply("design", evaluation.design)
             late = [limit for limit in self.tables.late if not judge(limit, View(values)).holds]
             if late and not evaluation.breaches and self.waiting is None:
-                moved = on_other_cores(self.tables.evaluator, self.tables.late, evaluation)
+                moved = on_other_cores(self.tables.evaluator, self.tables.late, evaluation, held)
                 if moved is not None:
                     return Reply("design", moved.design)
             if self._learns(model, solver, values, late):

@@ -9,7 +9,7 @@ with nothing to wait for, or a step before that, where the reader may begin so l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -66,6 +66,14 @@ class Passage:
         """More than it ever is."""
         longest: int = max([0, *leaves(self.behind)]) + 2 * max([1, *leaves(self.step)])
         return max(self.before.high, *(item.high for item in self.since), 0) + longest
+
+    @property
+    def diagrams(self) -> Iterator[Diagram]:
+        """Every diagram in it."""
+        for total in (self.before, *self.since):
+            yield from total.diagrams
+        yield from (self.sender, self.behind, self.step, *self.offsets, self.soonest, self.latest)
+        yield from (*self.delayed.values(), *self.late.values(), *self.missed.values())
 
     @property
     def threads(self) -> set[int]:
