@@ -12,7 +12,7 @@ from dse.analysis.rows import counts_responses
 from dse.api.problem import Problem
 from dse.space.buses import counted
 from dse.space.clocks import AT_RELEASE
-from dse.space.cores import OWNERS
+from dse.space.cores import OWNERS, decided_cores
 from dse.space.hosts import at_home
 from dse.space.trees import PerProcessorType, leaves
 from dse.space.types import Component, Space
@@ -102,8 +102,7 @@ def _defaults(space: Space) -> Iterator[str]:
 def _open_cores(problem: Problem) -> Iterator[str]:
     """Threads whose core is a decision although the file does not mention it."""
     space, spec = problem.space, problem.loaded.spec
-    there = [item for item in space.open_cores if item.index < len(space.decisions)]
-    names = [item.decision.component for item in there]
+    names = [item.decision.component for item in decided_cores(space)]
     stated = {name: item.core for section in OWNERS for name, item in getattr(spec, section).items()}
     silent = [name for name in names if not stated[name]]
     if silent and space.has_open_groups:

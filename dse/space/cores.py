@@ -291,6 +291,11 @@ def is_shortest(metric: Metric) -> bool:
     return metric.kind.endswith("min latency") or metric.kind == "newest input"
 
 
+def decided_cores(space: Space) -> list[OpenCore]:
+    """The open cores that are decisions of the question, in the order of the file."""
+    return [item for item in space.open_cores if item.index < len(space.decisions)]
+
+
 def tells_cores_apart(space: Space) -> bool:
     """Whether something tells the cores of a processor apart: who speaks of them, execution times, or open groups.
 

@@ -1,8 +1,9 @@
 """Cores that nothing tells apart: where any design will do, those that differ in the numbers of such cores are one.
 
 The condition is the second model's own: it looks at its tables. Where no diagram but those of places looks at the core
-of a thread, no core is of a group, and no thread goes where first-fit puts it, cores that the same threads may have
-may change numbers on all processors at once. So they are numbered as the first threads on them stand in the file.
+of a thread, nothing that is asked names cores, and no thread goes where first-fit puts it, cores that the same threads
+may have may change numbers on all processors at once. So they are numbered as the first threads on them stand in the
+file.
 """
 
 from __future__ import annotations
@@ -13,21 +14,17 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.space.cores import decided_cores, tells_cores_apart
 from dse.space.trees import leaves
 from dse.space.types import Component, OpenCore
 from dse.verification.diagrams import Diagram, scope
 from dse.verification.tables import Tables
 
 
-def open_cores(tables: Tables) -> list[OpenCore]:
-    """The cores that are decisions, in the order of the file."""
-    return [item for item in tables.space.open_cores if item.index < len(tables.space.decisions)]
-
-
 def alike_cores(tables: Tables) -> list[list[int]]:
     """Classes of cores, from 1, that may change numbers; only those of two and more."""
-    space, decided = tables.space, open_cores(tables)
-    if any(slot.groups for slot in space.processors) or not decided:
+    space, decided = tables.space, decided_cores(tables.space)
+    if not decided or tells_cores_apart(space):
         return []
     indices = {item.index for item in decided}
     if any(indices & scope(diagram) for diagram in _of_figures(tables)):
@@ -80,15 +77,14 @@ class Numbering:
     """
 
     def __init__(self, tables: Tables, model: cp_model.CpModel, chosen: Sequence[Any]) -> None:
-        self.decisions = {item.index for item in open_cores(tables)}
-        self._clauses: list[list[Any]] = []
-        classes, threads = alike_cores(tables), open_cores(tables)
-        on = [self._literals(tables, model, item, chosen[item.index]) for item in threads if classes]
+        decided, classes = decided_cores(tables.space), alike_cores(tables)
+        self.decisions = {item.index for item in decided}
+        self._needs: list[tuple[Any, list[Any]]] = []  # a literal, and those of which it needs one
+        on = [self._literals(tables, model, item, chosen[item.index]) for item in decided if classes]
         for former, core in (pair for cores in classes for pair in pairwise(cores)):
             for position, here in enumerate(on):
                 if core in here:
-                    before = [other[former] for other in on[:position] if former in other]
-                    self._clauses.append([here[core].negated(), *before])
+                    self._needs.append((here[core], [other[former] for other in on[:position] if former in other]))
 
     @staticmethod
     def _literals(tables: Tables, model: cp_model.CpModel, item: OpenCore, variable: Any) -> dict[int, Any]:
@@ -102,11 +98,6 @@ class Numbering:
 
     def add(self, model: cp_model.CpModel) -> None:
         """Number them in a copy of the model."""
-        for clause in self._clauses:
-            model.add_bool_or([_in(model, literal) for literal in clause])
-
-
-def _in(model: cp_model.CpModel, literal: Any) -> Any:
-    index = literal.index
-    found = model.get_int_var_from_proto_index(index if index >= 0 else -index - 1)
-    return found if index >= 0 else found.negated()
+        for here, before in self._needs:
+            first, *others = (model.get_int_var_from_proto_index(literal.index) for literal in (here, *before))
+            model.add_bool_or([first.negated(), *others])

@@ -21,6 +21,7 @@ from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.views import CyclicActivation, View
 from dse.records import dataclass
+from dse.space.cores import decided_cores
 from dse.space.trees import NotOffered, at, leaves
 from dse.space.types import Component, Design, OpenPriority, Space
 
@@ -101,7 +102,7 @@ def on_other_cores(
     """
     space = evaluator.space
     kept = {*space.fixed, held}
-    open_ = [item for item in space.open_cores if item.index < len(space.decisions) and item.index not in kept]
+    open_ = [item for item in decided_cores(space) if item.index not in kept]
     orders = [item for item in _free_orders(space) if item.index != held]
     design = tuple(max(option, 0) for option in refused.design)
     if space.has_open_groups:
