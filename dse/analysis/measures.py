@@ -76,20 +76,22 @@ DISPLAY: dict[Dimension, tuple[str, Fraction]] = {
 def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Measure:
     """The measure of a resolved metric.
 
-    Unless it is to be `counted` in whole units, sums of shares and rates are spared the search for a common
+    Unless it is to be `counted` in whole units, sums of shares, rates and times are spared the search for a common
     denominator: only exact values may be asked of them.
     """
     return FORMULAS[metric.kind](space, metric, counted)
 
 
-def _of_flow(space: Space, metric: Metric, _: bool) -> Measure:
+def _of_flow(space: Space, metric: Metric, counted: bool) -> Measure:
     flow = space.flows[metric.index or 0]
-    return _scaled(metric, "ns", tuple(flow_terms(space, flow, metric.kind)), *latency_scale(space, flow))
+    scale = latency_scale(space, flow) if counted else (1,)
+    return _scaled(metric, "ns", tuple(flow_terms(space, flow, metric.kind)), *scale)
 
 
-def _of_input(space: Space, metric: Metric, _: bool) -> Measure:
+def _of_input(space: Space, metric: Metric, counted: bool) -> Measure:
     flow = up_to(space.flows[metric.index or 0], int(metric.key))
-    return _scaled(metric, "ns", tuple(input_terms(space, flow, metric.kind)), *latency_scale(space, flow))
+    scale = latency_scale(space, flow) if counted else (1,)
+    return _scaled(metric, "ns", tuple(input_terms(space, flow, metric.kind)), *scale)
 
 
 def _utilisation(space: Space, metric: Metric, counted: bool) -> Measure:
@@ -109,9 +111,9 @@ def _busy(space: Space, metric: Metric, counted: bool) -> Measure:
     return _scaled(metric, "ppm", terms, busy_scale(space, number, terms) if counted else 1)
 
 
-def _response_time(space: Space, metric: Metric, _: bool) -> Measure:
+def _response_time(space: Space, metric: Metric, counted: bool) -> Measure:
     term = _response_term(space, metric.index or 0)
-    return _scaled(metric, "ns", (term,), whole_time_scale(space), RESPONSE_SCALE_LIMIT)
+    return _scaled(metric, "ns", (term,), whole_time_scale(space) if counted else 1, RESPONSE_SCALE_LIMIT)
 
 
 def _figures(space: Space, metric: Metric, _: bool) -> Measure:

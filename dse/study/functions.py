@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy
 
-from dse.analysis.evaluate import Evaluator
 from dse.analysis.flow_terms import EXACT_KINDS
 from dse.analysis.limits import (
     HOLDS,
@@ -27,7 +26,7 @@ from dse.analysis.limits import (
     sum_comparisons,
     thread_values,
 )
-from dse.analysis.measures import build_measure
+from dse.analysis.measures import all_metrics, build_measure
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.types import Design
@@ -81,9 +80,9 @@ class DesignFunction:
     def __init__(self, inputs: InputSpace, design: Design, *, cores: bool = True) -> None:
         self.inputs, self.design, self.cores = inputs, design, cores
         self.programs: list[Program] = []
-        evaluator = Evaluator(inputs.problem.space)
-        listed = [item for item in evaluator.metrics if item.metric.kind not in EXACT_KINDS]  # no functions: jobs
-        named = {item.metric.name: item.metric for item in (*listed, *evaluator.objectives)}
+        space = inputs.problem.space
+        listed = [item for item in all_metrics(space) if item.kind not in EXACT_KINDS]  # no functions: jobs
+        named = {item.name: item for item in (*listed, *(objective.metric for objective in space.objectives))}
         self.metrics = tuple(named.values())
         """Those of the problem as stated: with other numbers of cores there are others of single cores."""
         self.further: tuple[Further, ...] = ()
@@ -113,14 +112,14 @@ class DesignFunction:
         look_at_the_clock()
         space = self.inputs.at(values, traced=traced)
         with watching() as guards:
-            evaluator = Evaluator(space)
-            measures = [build_measure(space, metric) for metric in self.metrics]
+            limits = [build_limit(space, item, counted=False) for item in space.requirements]
+            measures = [build_measure(space, metric, counted=False) for metric in self.metrics]
             guards.clear()  # scales and units are no part of the figures
             guards.most = most
             view = self.view_of(values, traced=traced)
             results = [measure.value(view) for measure in measures]
             bounds: list[Bound] = []
-            for number, limit in enumerate(evaluator.limits):
+            for number, limit in enumerate(limits):
                 for value, bound, thread in _comparisons(limit, view, cores=self.cores):
                     bounds.append(Bound(number, len(results), len(results) + 1, thread))
                     results += [value, bound]
@@ -130,7 +129,7 @@ class DesignFunction:
             tuple(item.shown for item in space.requirements),
             tuple(item.operator for item in space.requirements),
             tuple(bounds),
-            frozenset(number for number, limit in enumerate(evaluator.limits) if self.cores and limit.cores),
+            frozenset(number for number, limit in enumerate(limits) if self.cores and limit.cores),
         )
         return outputs, results, list(guards)
 
@@ -178,14 +177,19 @@ class DesignFunction:
             when there are more guards than are worth remembering.
         """
         look_at_the_clock()
-        space, view = self.inputs.at(values, traced=traced), View(self.design)
+        view = View(self.design)
         wanted = dict.fromkeys(bound.requirement for bound in bounds)
+        space = self.inputs.at(values, traced=True) if traced else None
         found: dict[int, Fraction] = {}
         with watching() as guards:
-            limits = {number: build_limit(space, space.requirements[number], counted=False) for number in wanted}
+            if space is None:
+                limits = self.inputs.limits(values, wanted)
+            else:
+                limits = {number: build_limit(space, space.requirements[number], counted=False) for number in wanted}
             guards.clear()  # scales are no part of the figures
             guards.most = MOST_GUARDS
-            for number, limit in limits.items():
+            for number in wanted:
+                limit = limits[number]
                 places = (bound for bound in self.outputs.bounds if bound.requirement == number)
                 for bound, (value, most, _) in zip(places, _comparisons(limit, view, cores=self.cores), strict=True):
                     found[bound.value], found[bound.limit] = value, most
@@ -193,12 +197,12 @@ class DesignFunction:
 
     def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
         """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core."""
-        space, view = self.inputs.at(values), View(self.design)
+        view = View(self.design)
         found = {}
-        for number, requirement in enumerate(space.requirements):
-            if only not in (None, number):
-                continue
-            limit = build_limit(space, requirement, counted=False)
+        numbers = range(len(self.inputs.problem.space.requirements)) if only is None else (only,)
+        limits = self.inputs.limits(values, numbers)
+        for number in numbers:
+            limit = limits[number]
             if limit.cores is not None:
                 item = core_comparison(limit.cores, thread_values(limit, view), view)
                 assert item.spread is not None

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any
 
+from dse.analysis.limits import Limit, build_limit
 from dse.api.problem import Problem, changed
 from dse.records import dataclass
 from dse.space.build import build_space
@@ -17,6 +18,10 @@ from dse.spec.quantities import Figure, matching, with_figures
 from dse.study.trace import Node, Traced
 
 Values = Sequence[Fraction]
+PARTS = ("processors", "buses", "components", "connections")
+"""What of a space holds figures."""
+KEPT_SPACES = 64
+"""The number of spaces that are remembered."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,14 @@ class Variable(Figure):
     """An input: a figure of the file, with its number."""
 
     index: int = 0
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """A space that is remembered, with the limits that were asked for."""
+
+    space: Space
+    limits: dict[int, Limit]
 
 
 def _traced(spec: Spec) -> tuple[Spec, tuple[Variable, ...]]:
@@ -48,6 +61,7 @@ class InputSpace:
         self.problem = problem
         asked = ask or partial(changed, changes=problem.changes)
         self.traced = asked(Problem(loaded, build_space(loaded))).space
+        self._known: dict[tuple[Fraction, ...], _Kept] = {}
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions
         ]
@@ -58,24 +72,85 @@ class InputSpace:
         return tuple(variable.nominal for variable in self.variables)
 
     def at(self, values: Values, *, traced: bool = False) -> Space:
-        """The space for other values; with `traced`, figures remember the variables they are."""
+        """The space for other values; with `traced`, figures remember the variables they are.
+
+        The last spaces are kept, but for traced ones: what a formula compares is noted where it is computed, and what
+        was found of the same space before is not computed again.
+        """
+        return self._made(values, traced=True) if traced else self._kept(values).space
+
+    def limits(self, values: Values, numbers: Iterable[int]) -> dict[int, Limit]:
+        """The limits of some requirements for other values; only exact values may be asked of them (`build_limit`)."""
+        kept = self._kept(values)
+        for number in numbers:
+            if number not in kept.limits:
+                kept.limits[number] = build_limit(kept.space, kept.space.requirements[number], counted=False)
+        return kept.limits
+
+    def _kept(self, values: Values) -> _Kept:
+        key = tuple(values)
+        if key not in self._known:
+            if len(self._known) >= KEPT_SPACES:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = _Kept(self._made(key, traced=False), {})
+        return self._known[key]
+
+    def _made(self, values: Values, *, traced: bool) -> Space:
+        """The space anew: what holds no figure that is other than in the file is that of the file."""
 
         def replaced(number: Traced) -> Any:
-            assert number.node.operation == "var", "a figure of the space is a variable of the file"
             value = values[number.node.value]
-            if traced:
-                return Traced(value, number.node)
-            return int(value) if value.denominator == 1 else value
+            return Traced(value, number.node) if traced else _plain(value)
 
+        moved = frozenset(item.index for item in self.variables if values[item.index] != item.nominal)
+        seen: dict[int, Any] = {}
         parts = {
-            name: _substituted(getattr(self.traced, name), replaced, {})
-            for name in ("processors", "buses", "components", "connections")
+            name: tuple([self._changed(item, moved, replaced, seen, traced=traced) for item in listed])
+            for name, listed in ((name, getattr(self.traced, name)) for name in PARTS)
         }
         return replace(self.traced, **parts)
+
+    def _changed(
+        self, part: Any, moved: frozenset[int], replaced: Callable[[Traced], Any], seen: dict[int, Any], *, traced: bool
+    ) -> Any:
+        """A component or slot with the values of the variables that are `moved`."""
+        if self._variables_of[id(part)] & moved:
+            return _substituted(part, replaced, seen)
+        return part if traced else self._as_stated[id(part)]
+
+    @cached_property
+    def _variables_of(self) -> dict[int, frozenset[int]]:
+        """The variables in each component and slot of the traced space, by its id."""
+        found: dict[int, frozenset[int]] = {}
+        for part in (part for name in PARTS for part in getattr(self.traced, name)):
+            inside: set[int] = set()
+
+            def note(number: Traced, inside: set[int] = inside) -> Traced:
+                assert number.node.operation == "var", "a figure of the space is a variable of the file"
+                inside.add(number.node.value)
+                return number
+
+            _substituted(part, note, {})
+            found[id(part)] = frozenset(inside)
+        return found
+
+    @cached_property
+    def _as_stated(self) -> dict[int, Any]:
+        """Each component and slot of the traced space with the values of the file, by its id."""
+        seen: dict[int, Any] = {}
+        return {
+            id(part): _substituted(part, lambda number: _plain(self.nominal[number.node.value]), seen)
+            for name in PARTS
+            for part in getattr(self.traced, name)
+        }
 
     def matching(self, path: str) -> list[Variable]:
         """The variables that a path stands for: its own, or all below it."""
         return matching(self.variables, path)
+
+
+def _plain(value: Fraction) -> int | Fraction:
+    return int(value) if value.denominator == 1 else value
 
 
 def _substituted(part: Any, replaced: Any, seen: dict[int, Any]) -> Any:

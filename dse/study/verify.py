@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import product
@@ -159,7 +160,7 @@ class RobustWitness:
     def _check_nominal(self, bench: Bench, method: Method, deadline: float | None) -> Bench:
         """The nominal front, as a result of its own; what is found is noted under ``robust.nominal``."""
         data = nominal_data(bench.data)
-        asked = restated(self.problem, data["problem"]["effective"])
+        asked = replace(self.question.inputs.problem, robust=False)
         nominal = Bench(data, self.problem, asked=asked, has_moved=bench.has_moved)
         check_statements(nominal)
         check_front(nominal)

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+import random
+from dataclasses import replace
+from itertools import count
+from typing import Any
+
+import pytest
+from study.studies import example
+
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.space.build import build_space
+from dse.spec.fields import COUNT
+from dse.spec.quantities import Figure, with_figures
 from dse.study.functions import DesignFunction
-from dse.study.inputs import InputSpace
+from dse.study.inputs import PARTS, InputSpace
+from dse.units import PERIOD
 
 TWO = """
 dse: 1
@@ -31,3 +43,29 @@ def test_a_response_time_that_is_remembered_has_its_inputs_all_the_same() -> Non
         reached = program.variables(program.outputs[function.outputs.names.index("latency of f")])
         paths = {f"threads.{name}.compute_execution_time" for name in "ab"}
         assert {inputs.variables[index].path for index in reached} == paths
+
+
+@pytest.mark.parametrize("name", ["starter", "inmark", "perception"])
+def test_spaces_of_other_values_are_those_that_are_built_of_them(name: str) -> None:
+    """Also where two figures move, and where values were asked for before and after each other."""
+    problem = example(name)
+    inputs = InputSpace(problem)
+    source = random.Random(5)
+    no_options = [item.index for item in inputs.variables if item.kind not in (PERIOD, COUNT)]
+    for _ in range(6):
+        moved = source.sample(no_options, 2)
+        values = [value * (3 if index in moved else 1) for index, value in enumerate(inputs.nominal)]
+        kept, traced = inputs.at(values), inputs.at(values, traced=True)
+        assert inputs.at(values) is kept
+        number = count()
+
+        def make(value: Any, figure: Figure, number: Any = number, values: Any = values) -> Any:
+            assert inputs.variables[now := next(number)].path == figure.path
+            return value if values[now] == figure.nominal else type(value)(values[now])
+
+        spec = with_figures(problem.loaded.spec, make).model_copy(update={"uncertainty": {}})
+        built = build_space(replace(problem.loaded, spec=spec))
+        for part in PARTS:
+            assert getattr(kept, part) == getattr(built, part) == getattr(traced, part)
+            assert not getattr(traced, part) or getattr(traced, part) is not getattr(inputs.traced, part)
+    assert inputs.at(inputs.nominal) == replace(problem.space, requirements=inputs.traced.requirements)
