@@ -104,9 +104,11 @@ class InputSpace:
 
         moved = frozenset(item.index for item in self.variables if values[item.index] != item.nominal)
         seen: dict[int, Any] = {}
-        parts = {
-            name: tuple([self._changed(item, moved, replaced, seen, traced=traced) for item in listed])
-            for name, listed in ((name, getattr(self.traced, name)) for name in PARTS)
+        parts: dict[str, Any] = {
+            name: tuple(
+                [self._changed(item, moved, replaced, seen, traced=traced) for item in getattr(self.traced, name)]
+            )
+            for name in PARTS
         }
         return replace(self.traced, **parts)
 

@@ -60,7 +60,8 @@ def test_spaces_of_other_values_are_those_that_are_built_of_them(name: str) -> N
         number = count()
 
         def make(value: Any, figure: Figure, number: Any = number, values: Any = values) -> Any:
-            assert inputs.variables[now := next(number)].path == figure.path
+            now = next(number)
+            assert inputs.variables[now].path == figure.path
             return value if values[now] == figure.nominal else type(value)(values[now])
 
         spec = with_figures(problem.loaded.spec, make).model_copy(update={"uncertainty": {}})
