@@ -284,7 +284,12 @@ def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None
     """
     if limit.cores is None:
         return True
-    found = core_comparison(limit.cores, thread_values(limit, view, threads), view)
+    return _fits_on_cores(limit, limit.cores, thread_values(limit, view, threads), view)
+
+
+def _fits_on_cores(limit: Limit, cores: EachCore, loads: Mapping[str, Fraction], view: View) -> bool:
+    """Whether a limit is kept, or nothing is found against it, where threads use what `loads` says."""
+    found = core_comparison(cores, loads, view)
     return HOLDS[limit.requirement.operator](found.value, found.bound)
 
 
@@ -303,7 +308,7 @@ def too_many(limit: Limit, view: View) -> tuple[str, ...]:
         return tuple(threads)
     for name in sorted(threads, key=lambda name: loads[name]):
         others = [other for other in threads if other != name]
-        if not keeps_cores(limit, view, others):
+        if not _fits_on_cores(limit, limit.cores, {other: loads[other] for other in others}, view):
             threads = others
     return tuple(threads)
 

@@ -2,6 +2,7 @@
 
 First-fit by decreasing use finds one nearly always; where it does not, a complete search decides it (bin packing is
 NP-hard: S. Martello and P. Toth, "Knapsack Problems", Wiley 1990, chapter 8), as far as its effort is allowed to go.
+Where that is not soon done, cores are filled one after the other (`dse.analysis.filling`) before it goes on.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from math import ceil, floor, lcm
 from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.binding import own_core
+from dse.analysis.filling import filled
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.trees import at
@@ -23,6 +25,8 @@ from dse.space.types import Space
 Status: TypeAlias = Literal["found", "none", "undecided"]
 MOST_STEPS = 20_000
 """Maximum number of times that the complete search puts a thread on a core."""
+FIRST_STEPS = 1_000
+"""The same before cores are filled one after the other."""
 MOST_THREADS = 300
 """Maximum number of threads for the complete search; with more, only first-fit is tried."""
 
@@ -97,11 +101,28 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Pa
     if status != "found" and _is_hopeless(counted):
         status = "none"
     elif status != "found" and len(work) <= MOST_THREADS:
-        found = _searched(counted, order, MOST_STEPS)
+        found = _searched(counted, order, FIRST_STEPS)
+        if found.status == "undecided":
+            found = _filled(counted) or _searched(counted, order, MOST_STEPS)
         status = found.status
         if status == "found":
             cores, loads = list(found.cores), list(found.loads)
     return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
+
+
+def _filled(counted: _Counted) -> _Found | None:
+    """Cores filled one after the other, where that does."""
+    if not counted.is_plain:
+        return None
+    shares, allowed = zip(*((item.share, item.cores) for item in counted.work), strict=True)
+    cores = filled(shares, allowed, counted.taken, cast(Any, counted.room.share))
+    if cores is None:
+        return None
+    loads = list(counted.taken)
+    for core, share in zip(cores, shares, strict=True):
+        loads[core] += share
+    assert all(map(counted.fits, loads)), (cores, loads)
+    return _Found("found", cores, tuple(loads), 0)
 
 
 def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:

@@ -16,7 +16,7 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.pareto.answer import Answer, Found, Unfinished
-from dse.pareto.settings import BARE_IN_ORDER, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
+from dse.pareto.settings import ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
 from dse.pareto.subproblem import Solver
 from dse.records import dataclass
 from dse.space.types import Design
@@ -27,29 +27,33 @@ FEW_VARIABLES = 1_000
 
 @dataclass
 class InOrder:
-    """How depth-first searches in the order of the file went, from point to point: with which settings, if at all."""
+    """How depth-first searches in the order of the file went, from point to point, each with its settings."""
 
-    settings: Settings = BARE_IN_ORDER
     missed: Counter[Settings] = field(default_factory=Counter)  # how often in a row
+    found: Counter[Settings] = field(default_factory=Counter)
+    spent: dict[Settings, float] = field(default_factory=dict)  # work, in vain or not
 
     def elsewhere(self) -> InOrder:
-        """What this says of points that are not near: which relaxations are in vain."""
+        """What this says of points that are not near: what designs cost, and which relaxations are in vain."""
         missed = Counter({settings: times for settings, times in self.missed.items() if settings.linearization_level})
-        return InOrder(missed=missed)
+        return InOrder(missed, self.found.copy(), self.spent.copy())
 
     def first(self, solver: Solver, *, to_the_end: bool) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
         The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
-        longer. The settings that did it last time come first; those that missed too often in a row are not tried any
-        more.
+        longer. The settings with which a design has cost least come first; those that missed too often in a row are not
+        tried any more.
         """
         attempts = list(ORDERED_TO_THE_END) if to_the_end else self._promising(solver)
         solver.calls += bool(attempts)
         for settings, work in attempts:
+            before = solver.work
             answer = solver.run(settings, work)
+            self.spent[settings] = self.spent.get(settings, 0.0) + solver.work - before
             if not isinstance(answer, Unfinished):
-                self.settings, self.missed[settings] = settings, 0
+                self.found[settings] += 1
+                self.missed[settings] = 0
                 return answer
             self.missed[settings] += 1
         return Unfinished()
@@ -62,7 +66,12 @@ class InOrder:
             for settings, work, most_missed in ORDERED_SEARCH
             if self.missed[settings] < most_missed and not (is_large and settings.linearization_level)
         ]
-        return sorted(attempts, key=lambda attempt: attempt[0] is not self.settings)
+        return sorted(attempts, key=self._price)
+
+    def _price(self, attempt: tuple[Settings, float]) -> float:
+        """The work that a design has taken with some settings, as if they had found one for all their work before."""
+        settings, work = attempt
+        return (self.spent.get(settings, 0.0) + work) / (self.found[settings] + 1)
 
 
 def canonical_design(
