@@ -210,7 +210,7 @@ def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> N
 
 def _check_first_designs(bench: Bench, prover: Prover) -> None:
     """Of the designs with the same objectives a point shows the first, unless it says that it may not be."""
-    points = bench.data["front"][: len(bench.vectors)]  # of an altered result some may be no designs
+    points = [bench.data["front"][position] for position in bench.positions]
     silent = [point["id"] for point in points if point.get("is_first") is False]
     _prove_first(bench, prover, [at for at, point in enumerate(points) if point.get("is_first") is not False])
     if count := len(bench.vectors) - len(silent):
@@ -234,7 +234,7 @@ def _prove_first(bench: Bench, prover: Prover, places: Sequence[int]) -> None:
         claims = [(bench.vectors[at], bench.designs[at]) for at in group]
         with bench.in_time(f"{done} of {len(places)} points were proved again to have the first of their designs"):
             if len(group) == 1:
-                place, reply = f"front[{group[0]}].decisions", prover.earlier_design(*claims[0])
+                place, reply = f"front[{bench.positions[group[0]]}].decisions", prover.earlier_design(*claims[0])
                 _holds(bench, place, reply, "is not the first design with these objectives; that is")
             elif not prover.none_is_earlier(claims):
                 middle = len(group) // 2

@@ -60,8 +60,8 @@ class Bench:
 
     `has_moved`: the lines of the problem file are not where they were, for comments or the layout have changed.
 
-    `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised. `witness` is
-    there where the question is robust.
+    `vectors` and `designs` are those of the points that could be recomputed, objectives to be minimised, `positions`
+    their places in the front. `witness` is there where the question is robust.
     """
 
     data: Mapping[str, Any]
@@ -74,6 +74,7 @@ class Bench:
     witness: Witness | None = None
     designs: list[Design] = field(default_factory=list)
     vectors: list[tuple[int, ...]] = field(default_factory=list)
+    positions: list[int] = field(default_factory=list)
     has_moved: bool = False
 
     def find(self, place: str, text: str) -> None:
@@ -197,6 +198,7 @@ def check_front(bench: Bench) -> None:
             ids.append(point["id"])
             bench.designs.append(evaluation.design)
             bench.vectors.append(bench.vector_of(evaluation))
+            bench.positions.append(position)
     for at, one in enumerate(bench.vectors):
         look_at_the_clock()
         for later, other in enumerate(bench.vectors):

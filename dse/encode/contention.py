@@ -75,6 +75,7 @@ class Contention:
         self.known: set[int] = set()
         self.without_rows: cp_model.CpModel | None = None  # the model before it learnt of cores that are full
         self.numbering: list[int] = []  # clauses without which equal cores are interchangeable
+        self._let_go = 0  # so many of them say nothing for now
         self.is_first = True
         self.is_upward = False
         self._seeks_first = False
@@ -89,10 +90,24 @@ class Contention:
         """
         self._seeks_first, self._lessons, self.is_first = True, 0, True
         self._most_lessons = sys.maxsize if patient else MOST_LESSONS
+        self._let_go_of_numbers()
+
+    def _let_go_of_numbers(self) -> None:
+        """Cores have any numbers where it is the first design that counts, which the order of threads does not tell.
+
+        Where the executor of a thread is decided the decisions on cores do not follow each other as threads do.
+        """
+        if self._seeks_first and self.space.has_open_groups:
+            for clause in self.numbering[self._let_go :]:
+                self.model.proto.constraints[clause].bool_or.literals.append(self.places.true)
+            self._let_go = len(self.numbering)
 
     def seek_any(self) -> None:
         """Designs are taken as they come."""
         self._seeks_first = False
+        for clause in self.numbering[: self._let_go]:
+            del self.model.proto.constraints[clause].bool_or.literals[-1]
+        self._let_go = 0
 
     @property
     def is_stuck(self) -> bool:
@@ -116,7 +131,7 @@ class Contention:
             self.space, model, self.places, self.deadlines, movable=self.movable, core_limits=self.core_limits
         )
         other.is_upward, other.reorders = self.is_upward, self.reorders
-        other.known, other.numbering = set(self.known), list(self.numbering)
+        other.known, other.numbering, other._let_go = set(self.known), list(self.numbering), self._let_go
         other.without_rows = self.without_rows
         other.combined = self.combined.copy(model)
         other.waiting = self.waiting.copy(other.combined) if self.waiting is not None else None
@@ -131,6 +146,7 @@ class Contention:
     def _add_rows(self, processor: int) -> None:
         self.known.add(processor)
         self.numbering += add_rows(self.space, self.model, self.places, processor, self.deadlines)
+        self._let_go_of_numbers()
 
     def add_waiting(self, board: Board) -> None:
         """Rows of what threads wait for (`dse.encode.waiting`)."""

@@ -21,7 +21,7 @@ excluded by the options that it looked at.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 from functools import partial
 from math import floor
@@ -37,7 +37,7 @@ from dse.encode.inorder import strategy_of_places
 from dse.encode.linear import Board, greatest
 from dse.records import dataclass
 from dse.space.interchangeable import interchangeable_cores
-from dse.space.trees import Choice, at, leaves
+from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import Design, Space
 
 SHARED = 256
@@ -203,11 +203,25 @@ class _Rows:
         tree = self.space.components[number].core
         if isinstance(tree, int):
             return [int(core + 1 == tree) for core in range(self.count)]
-        item = next((one for one in self.space.open_cores if one.component == number), None)
-        values = item.decision.values if item is not None else tuple(range(1, self.count + 1))
-        if isinstance(tree, Choice) and item is not None:
-            chosen = dict(zip(values, self.literals.options[item.index], strict=True))
+        items = [one for one in self.space.open_cores if number in one.threads]
+        if isinstance(tree, Choice) and any(tree.decision == one.index for one in items):
+            chosen = dict(zip(tree.branches, self.literals.options[tree.decision], strict=True))
             return [self.owner._literal(chosen[core]) if core in chosen else 0 for core in range(1, self.count + 1)]
+        if tree is not None:
+            return self._decided(tree)
+        return self._free(items[0].decision.values if items else range(1, self.count + 1))
+
+    def _decided(self, tree: Tree) -> list[Any]:
+        """Places by the options that a thread's core hangs on, such as its executor; any where these are too many."""
+        places = [self.model.new_bool_var("") for _ in range(self.count)]
+        self.model.add_exactly_one(places)
+        for case in tabulate(self.space, lambda view: at(tree, view), MOST_CASES) or ():
+            if case.value is not None and case.value <= self.count:
+                self.model.add_bool_or([places[case.value - 1], *(one.negated() for one in self._all(case.conditions))])
+        return places
+
+    def _free(self, values: Collection[int]) -> list[Any]:
+        """Places as the model likes: equal cores are numbered as the first that use them stand in the file."""
         places = [self.model.new_bool_var("") for _ in range(self.count)]
         self.model.add_exactly_one(places)
         self.free += 1

@@ -7,11 +7,11 @@ again what the search says, has its own.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Sequence
 
 from dse.space.cores import names_cores, numbers_of
 from dse.space.metrics import by_first_fit, most_cores
-from dse.space.trees import leaves
+from dse.space.trees import Choice, Tree, leaves
 from dse.space.types import Component, OpenCore, Space
 
 Classes = tuple[tuple[int, ...], ...]
@@ -60,15 +60,40 @@ def interchangeable_cores(
     every = range(1, most_cores(space, processor) + 1)
     if names_cores(space) or (by_rule and any(by_first_fit(space, processor))):
         return tuple((core,) for core in every)
-    decided = {number: item for item in space.open_cores for number in item.threads}
+    decided: dict[int, list[OpenCore]] = defaultdict(list)
+    for item in space.open_cores:
+        for number in item.threads:
+            decided[number].append(item)
     found: dict[Hashable, list[int]] = defaultdict(list)
     for core in every:
         marks: list[Hashable] = [_groups(space, processor, core)]
         for number, component in enumerate(space.components):
             if processor in set(leaves(component.processor)) and (threads is None or number in threads):
-                marks.append(_mark(space, component, decided.get(number), core, fixable))
+                marks += [_mark(space, item, core, fixable) for item in decided[number]]
+                marks += [core in set(leaves(tree)) for tree in _stated(space, component, decided[number])]
         found[tuple(marks)].append(core)
     return tuple(tuple(cores) for cores in found.values())
+
+
+def in_offered_order(space: Space, cores: Collection[int]) -> tuple[int, ...] | None:
+    """Interchangeable cores in the order in which decisions offer them; None where two decisions differ in that.
+
+    The first design in the order of the file uses equal cores in the order of their options, not of their numbers.
+
+    Examples
+    --------
+    >>> import dse
+    >>> thread = {"processor": "p", "period": "10 ms", "compute_execution_time": "1 ms"}
+    >>> def order_of(*lists):
+    ...     threads = {f"t{number}": {**thread, "core": cores} for number, cores in enumerate(lists)}
+    ...     return in_offered_order(dse.load({"dse": 1, "name": "Three", "processor_types": {"t": {"cores": 3}},
+    ...         "threads": threads, "processors": {"p": {"type": "t"}}, "deadlines": "all"}).space, [1, 2])
+    >>> order_of([2, 3, 1], [2, 1, 3]), order_of("any", [1, 3]), order_of("any", [2, 1])
+    ((2, 1), (1, 2), None)
+    """
+    orders = {tuple(core for core in item.decision.values if core in cores) for item in space.open_cores}
+    orders = {order for order in orders if len(order) == len(cores)}
+    return orders.pop() if len(orders) == 1 else None if orders else tuple(cores)
 
 
 def _groups(space: Space, processor: int, core: int) -> Hashable:
@@ -80,10 +105,17 @@ def _groups(space: Space, processor: int, core: int) -> Hashable:
     )
 
 
-def _mark(space: Space, component: Component, item: OpenCore | None, core: int, fixable: Collection[int]) -> Hashable:
-    """What tells a core from others where a thread may run."""
-    if item is None:
-        return core in set(leaves(component.core))
+def _stated(space: Space, component: Component, decided: Sequence[OpenCore]) -> list[Tree]:
+    """The cores of a thread that no decision gives it: its own, or those of the executors that it may be in."""
+    if not isinstance(component.executor, Choice):
+        return [] if decided else [component.core]
+    owners = {item.decision.component for item in decided}
+    executors = [space.executors[number] for number in dict.fromkeys(leaves(component.executor))]
+    return [item.core for item in executors if item.name not in owners]
+
+
+def _mark(space: Space, item: OpenCore, core: int, fixable: Collection[int]) -> Hashable:
+    """What tells a core from others where a decision gives it."""
     if item.index in fixable:
         return core
     if item.index in space.fixed:

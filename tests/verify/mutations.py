@@ -80,16 +80,16 @@ def points_repeated(data: Data, space: Space, rng: random.Random) -> Iterator[Mu
 def numbers_changed(data: Data, space: Space, rng: random.Random) -> Iterator[Mutation]:
     for at, point in drawn(data["front"], rng):
         for block in ("objectives", "metrics"):
-            for name in point[block]:
+            for name, figure in point[block].items():
                 changed = copied(data)
-                changed["front"][at][block][name] += rng.choice([-1, 1, 1000])
+                changed["front"][at][block][name] = (figure or 0) + rng.choice([-1, 1, 1000])
                 yield f"front[{at}].{block}[{name}] changed", changed
         for name in point["objectives"]:
             changed = copied(data)
             step = rng.choice([-1, 1])
-            changed["front"][at]["objectives"][name] += step
-            if name in changed["front"][at]["metrics"]:
-                changed["front"][at]["metrics"][name] += step
+            for block in ("objectives", "metrics"):
+                if name in changed["front"][at][block]:
+                    changed["front"][at][block][name] = (point[block][name] or 0) + step
             yield f"front[{at}] {name} changed everywhere", renumbered(changed, space)
 
 

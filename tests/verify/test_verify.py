@@ -143,6 +143,16 @@ def test_findings_name_what_is_wrong() -> None:
     assert any("nothing is said of the region" in item.text and "it holds" in item.text for item in found.findings)
 
 
+def test_what_is_not_claimed_of_a_point_is_said_of_that_one_where_another_is_no_design() -> None:
+    data = starter()
+    first, last = data["front"][0], data["front"][-1]
+    first["decisions"] = dict.fromkeys(first["decisions"], "nothing")
+    last["is_first"] = False
+    found = dse.verify(data, problem=example_path("starter"))
+    assert found.status == "rejected"
+    assert any(f"the objectives of #{last['id']}" in text for text in found.remarks)
+
+
 def test_an_infeasible_result_is_proved_again(tmp_path: Path) -> None:
     data = starter(max_jitter="1ms")
     assert data["status"] == "infeasible"
