@@ -274,7 +274,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
         if component.pieces is not None:
             own = execution[0]
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
-            return (max(own, response[0] - before) if response[1] != UNBOUNDED_METHOD else response[0]), response[1]
+            return max(own, response[0] - before), response[1]
     return first_given(space, [response, execution, latency])
 
 

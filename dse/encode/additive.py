@@ -14,6 +14,7 @@ from math import lcm, prod
 import numpy as np
 import numpy.typing as npt
 
+from dse.analysis.validity import has_conditional_home
 from dse.analysis.views import Case, allowed_options
 from dse.space.types import Space
 
@@ -26,9 +27,13 @@ def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[C
     """Tables over disjoint sets of decisions whose sum is the given table; the table itself where there are none.
 
     Two decisions belong together when the difference that one makes depends on the other (their mixed second
-    difference is not 0 everywhere).
+    difference is not 0 everywhere). A table of which some case leaves out a decision that designs may not use stays
+    whole: a table over that decision would have each design use it.
     """
     decisions = sorted({decision for case in cases for decision, _ in case.conditions})
+    may_be_unused = {index for index in decisions if has_conditional_home(space.decisions[index], index)}
+    if may_be_unused and any(not may_be_unused <= {index for index, _ in case.conditions} for case in cases):
+        return [list(cases)]
     options = {decision: list(allowed_options(space, decision)) for decision in decisions}
     values = _values(options, cases)
     groups = _groups(decisions, values) if values is not None else []

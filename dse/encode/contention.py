@@ -106,7 +106,10 @@ class Contention:
         """Designs are taken as they come."""
         self._seeks_first = False
         for clause in self.numbering[: self._let_go]:
-            del self.model.proto.constraints[clause].bool_or.literals[-1]
+            literals = self.model.proto.constraints[clause].bool_or.literals
+            *kept, _ = literals
+            literals.clear()
+            literals.extend(kept)
         self._let_go = 0
 
     @property

@@ -221,9 +221,12 @@ class _Rows:
         return places
 
     def _free(self, values: Collection[int]) -> list[Any]:
-        """Places as the model likes: equal cores are numbered as the first that use them stand in the file."""
+        """Places as the model likes: equal cores are numbered as the first that use them stand in the file.
+
+        None where a type has none of the cores that the thread may have: it runs elsewhere, or on the only one.
+        """
         places = [self.model.new_bool_var("") for _ in range(self.count)]
-        self.model.add_exactly_one(places)
+        self.model.add_at_most_one(places)
         self.free += 1
         for place in places[self.free :] if self.is_alike else ():
             self.model.add(place == 0)
@@ -231,8 +234,11 @@ class _Rows:
             if core not in values:
                 self.model.add(place == 0)
         for case in tabulate(self.space, partial(_cores, self.space, self.processor), MOST_CASES) or ():
+            elsewhere = [one.negated() for one in self._all(case.conditions)]
             for place in places[case.value :]:
-                self.model.add_bool_or([place.negated(), *(one.negated() for one in self._all(case.conditions))])
+                self.model.add_bool_or([place.negated(), *elsewhere])
+            if any(core <= case.value for core in values):
+                self.model.add_bool_or([*places, *elsewhere])
         return places
 
 

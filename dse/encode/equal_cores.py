@@ -8,17 +8,16 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.places import Places, Thread
-from dse.space.interchangeable import in_offered_order, interchangeable_cores
+from dse.space.interchangeable import are_offered_in_order, interchangeable_cores
 from dse.space.types import Space
 from dse.timelimit import look_at_the_clock
 
 
 def number_cores(space: Space, model: cp_model.CpModel, places: Places, processor: int) -> list[int]:
-    """Interchangeable cores are used as their first threads stand in the file; returns the clauses that say so.
+    """Interchangeable cores are numbered as their first threads stand in the file; returns the clauses that say so.
 
-    Of two that follow each other in their class, as options are offered, the second needs an earlier thread on the
-    first: so the first of all designs stays. Where threads offer the cores of a class in different orders, none of its
-    designs is left out.
+    Of two that follow each other in their class, the second needs an earlier thread on the first. Where some thread
+    offers the cores of a class in another order than that of their numbers, none of its designs is left out.
     """
     threads = places.on(processor)
     clauses: list[int] = []
@@ -29,7 +28,7 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
 
     never = -places.true - 1
     for cores in interchangeable_cores(space, processor, fixable=places.fixable):
-        for former, core in pairwise(in_offered_order(space, cores) or ()):
+        for former, core in pairwise(cores if are_offered_in_order(space, cores) else ()):
             for position, thread in enumerate(threads):
                 here = _column(thread, processor, core, never)
                 if here == never:

@@ -56,8 +56,8 @@ class Insistence:
         if known.is_complete:
             return known
         space = self.evaluator.space
-        if decision in {item.index for item in space.open_cores}:
-            # which cores may change places depends on those that are fixed: the model is made anew
+        if decision in {item.index for item in (*space.open_cores, *space.open_priorities)}:
+            # which cores and priorities may change places depends on those that are fixed: the model is made anew
             return search_front(
                 Evaluator(replace(space, fixed={**space.fixed, decision: option})), budget, earlier=known
             )

@@ -183,3 +183,18 @@ def valued(model: cp_model.CpModel, least: int | None, most: int | None) -> Iter
         yield
     finally:
         domain.clear()
+
+
+@contextmanager
+def held(model: cp_model.CpModel, literals: Sequence[int]) -> Iterator[bool]:
+    """Literals (by index) are true; yields whether all of them may be, where some are false already nothing changes."""
+    variables = model.proto.variables
+    before = [tuple(variables[index].domain) for index in literals]
+    may_be = all(high for _, high in before)
+    try:
+        for index in literals if may_be else ():
+            set_domain(variables[index], 1, 1)
+        yield may_be
+    finally:
+        for index, (low, high) in zip(literals, before, strict=True):
+            set_domain(variables[index], low, high)

@@ -14,7 +14,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.inorder import searched_by
-from dse.encode.linear import EXACT_LIMIT, set_domain
+from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart, as_a_whole
@@ -25,7 +25,7 @@ from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
 from dse.pareto.pooled import Pools
 from dse.pareto.portfolio import PATIENCE, Attempt, Portfolio
-from dse.pareto.regions import Bound, restrict, strictly_inside, valued
+from dse.pareto.regions import Bound, held, restrict, strictly_inside, valued
 from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,
@@ -213,20 +213,15 @@ class Solver:
         return answer
 
     def _within(self, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
-        """One run of the solver in a part of the space."""
-        variables = self.encoded.model.proto.variables
-        before = [list(variables[index].domain) for index in part.literals]
+        """One run of the solver in a part of the space; none of it may be left where decisions are fixed."""
         known = self.least  # which is of the whole
         self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)
         self.least = self._grid.up(least) if least else None
-        for index in part.literals:
-            set_domain(variables[index], 1, 1)
         try:
-            return self.run(settings, work)
+            with held(self.encoded.model, part.literals) as may_be:
+                return self.run(settings, work) if may_be else NoSuchDesign()
         finally:
             self.least, self._grid = known, EVERY
-            for index, (low, high) in zip(part.literals, before, strict=True):
-                set_domain(variables[index], low, high)
 
     def hint(self, hint: Design | None) -> None:
         """Suggest a design to start from."""

@@ -15,7 +15,8 @@ from dse.space.types import Design, Space
 def numbered_like(space: Space, design: Design, other: Design) -> Design:
     """The design with the cores of each processor numbered such that as many threads as can have the one in `other`.
 
-    Where something tells cores apart (`dse.space.interchangeable`), or the baseline names some, the numbers stay.
+    Where something tells cores apart (`dse.space.interchangeable`), the baseline names some, or threads choose their
+    executors, the numbers stay.
 
     Examples
     --------
@@ -27,7 +28,7 @@ def numbered_like(space: Space, design: Design, other: Design) -> Design:
     (0, 1, 1, 0)
     """
     cores = {item.index for item in space.open_cores}
-    if not cores or len(space.decisions) <= min(cores) or not cores.isdisjoint(space.baseline):
+    if not cores or space.has_open_groups or len(space.decisions) <= min(cores) or not cores.isdisjoint(space.baseline):
         return design
     result, views = list(design), (View(design), View(other))
     for processor, slot in enumerate(space.processors):

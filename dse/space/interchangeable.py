@@ -75,25 +75,25 @@ def interchangeable_cores(
     return tuple(tuple(cores) for cores in found.values())
 
 
-def in_offered_order(space: Space, cores: Collection[int]) -> tuple[int, ...] | None:
-    """Interchangeable cores in the order in which decisions offer them; None where two decisions differ in that.
+def are_offered_in_order(space: Space, cores: Collection[int]) -> bool:
+    """Whether every decision that offers interchangeable cores offers them in the order of their numbers.
 
-    The first design in the order of the file uses equal cores in the order of their options, not of their numbers.
+    The first design in the order of the file uses equal cores in the order of their options, and a type may lack the
+    one that is offered first: elsewhere cores cannot be numbered without losing designs.
 
     Examples
     --------
     >>> import dse
     >>> thread = {"processor": "p", "period": "10 ms", "compute_execution_time": "1 ms"}
-    >>> def order_of(*lists):
+    >>> def space_of(*lists):
     ...     threads = {f"t{number}": {**thread, "core": cores} for number, cores in enumerate(lists)}
-    ...     return in_offered_order(dse.load({"dse": 1, "name": "Three", "processor_types": {"t": {"cores": 3}},
-    ...         "threads": threads, "processors": {"p": {"type": "t"}}, "deadlines": "all"}).space, [1, 2])
-    >>> order_of([2, 3, 1], [2, 1, 3]), order_of("any", [1, 3]), order_of("any", [2, 1])
-    ((2, 1), (1, 2), None)
+    ...     return dse.load({"dse": 1, "name": "Three", "processor_types": {"t": {"cores": 3}}, "threads": threads,
+    ...                      "processors": {"p": {"type": "t"}}, "deadlines": "all"}).space
+    >>> are_offered_in_order(space_of("any", [1, 3, 2]), (1, 3)), are_offered_in_order(space_of("any", [2, 1]), (1, 2))
+    (True, False)
     """
-    orders = {tuple(core for core in item.decision.values if core in cores) for item in space.open_cores}
-    orders = {order for order in orders if len(order) == len(cores)}
-    return orders.pop() if len(orders) == 1 else None if orders else tuple(cores)
+    offered = ([core for core in item.decision.values if core in cores] for item in space.open_cores)
+    return all(order == sorted(order) for order in offered)
 
 
 def _groups(space: Space, processor: int, core: int) -> Hashable:
