@@ -114,8 +114,9 @@ def _filled(counted: _Counted) -> _Found | None:
     """Cores filled one after the other, where that does."""
     if not counted.is_plain:
         return None
-    shares, allowed = zip(*((item.share, item.cores) for item in counted.work), strict=True)
-    cores = filled(shares, allowed, counted.taken, cast(Any, counted.room.share))
+    shares = tuple(item.share for item in counted.work)
+    allowed = tuple(tuple(item.cores) for item in counted.work)
+    cores = _recalled_filling(shares, allowed, tuple(counted.taken), counted.room.share)
     if cores is None:
         return None
     loads = list(counted.taken)
@@ -338,6 +339,9 @@ def _searched(counted: _Counted, order: Sequence[int], steps: int) -> _Found:
         return _Search(counted, order, steps).run()
     work = tuple((item.share, tuple(item.cores)) for item in counted.work)
     return _recalled(work, tuple(counted.taken), counted.room, steps)
+
+
+_recalled_filling: Callable[..., tuple[int, ...] | None] = lru_cache(maxsize=4096)(filled)
 
 
 @lru_cache(maxsize=4096)
