@@ -25,11 +25,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from heapq import merge
 
-from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, densest_releases_ns, is_late, load, most_jobs
+from dse.analysis.response_time import (
+    MOST_STEPS,
+    STEPS_A_LOOK,
+    Task,
+    densest_releases_ns,
+    is_late,
+    last_to_look_at_ns,
+    load,
+    most_jobs,
+)
 from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
+
+STEPS_BEFORE_REPETITION = 16
+"""Most busy periods take fewer steps; from there on it is worth knowing when jobs repeat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,15 +167,27 @@ class _Work:
         """The work of what preempts the executor in a window."""
         return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)
 
-    def busy_ns(self) -> Exact:
-        """The longest busy period of the executor and all that goes before it."""
+    def busy_ns(self, *, repeats: bool = True) -> Exact:
+        """The longest busy period of the executor and all that goes before it.
+
+        Where all jobs later than some release respond no later than earlier ones, as what `repeats` with the
+        hyperperiod does (`last_to_look_at_ns`), it may end after that release.
+        """
         inside = (self.task, *self.fellows)
 
         def demand(window: Exact) -> Exact:
             own = sum(most_jobs(item, window) * item.worst_ns for item in inside)
             return self.blocked_ns + own + self.preempting(window)
 
-        return self.least(self.blocked_ns + self.task.worst_ns, demand)
+        time, last = self.blocked_ns + self.task.worst_ns, None
+        while (needed := demand(time)) > time:
+            self.step()
+            time = needed
+            if repeats and self.steps == STEPS_BEFORE_REPETITION:
+                last = last_to_look_at_ns((*inside, *self.outside))
+            if last is not None and time > last:
+                break
+        return time
 
 
 def jobs_by(task: Task, time_ns: Exact) -> int:
@@ -237,7 +261,7 @@ def queued_ns(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Exact
     work = _Work(task, inside, (), 0)
     longest: Exact = 0
     try:
-        busy = work.busy_ns()
+        busy = work.busy_ns(repeats=False)
         for arrival in _until(merge(*map(densest_releases_ns, (task, *inside))), busy):
             work.step()
             came = sum(jobs_by(item, arrival) * item.worst_ns for item in fellows)

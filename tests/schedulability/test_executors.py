@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
+from effort import cases
 from support import brute_front, raw_designs, space_of
 
 import dse
+from dse.analysis import executors
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.response_time import Stream, Task, periodic
@@ -16,6 +20,7 @@ from dse.api.problem import load, loads
 from dse.errors import ProblemError
 from dse.examples import example_path
 from dse.pareto.front import Budget, search_front
+from dse.space.hosts import ExecutorKind
 from dse.space.types import INACTIVE
 
 MS = 10**6
@@ -54,6 +59,38 @@ def test_an_executor_goes_by_its_fastest_thread_or_its_number() -> None:
     assert responses_ms("fifo", other="")["other"] == 2
     assert responses_ms("fifo", more=", priority: 10") == {"timer": 4, "callback": 4, "other": 6}
     assert responses_ms("fifo", other=", deadline: 30 ms")["other"] == 2
+
+
+@pytest.mark.parametrize("seed", cases(1500))
+def test_jobs_after_a_hyperperiod_respond_no_later(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nearly full executors, with jitter over several periods, what preempts them, and less urgent work before."""
+    rng = random.Random(seed)
+    periods = rng.choice(((40, 60, 80, 120), (30, 50, 60, 100), (12, 18, 24), (70, 110, 20)))
+    parts = [rng.random() + 0.1 for _ in range(rng.randint(2, 5) + rng.choice((0, 0, 1, 2)))]
+    full = rng.choice((0.8, 0.95, 0.99, 1.0)) / sum(parts)
+
+    def drawn(part: float) -> Task:
+        period = rng.choice(periods)
+        streams = [Stream(period, rng.choice((0, 0, rng.randint(0, 3 * period))))]
+        if rng.random() < 0.15:
+            streams.append(Stream(rng.choice(periods), rng.randint(0, 20)))
+        separation = rng.choice(periods) if rng.random() < 0.05 else None
+        return Task("x", max(1, int(full * part * period)), tuple(streams), separation)
+
+    task, *others = (drawn(part) for part in parts)
+    inside = rng.randint(1, len(others))
+    kinds: tuple[ExecutorKind, ...] = ("fifo", "callback_group", "wait_set")
+    asked = (
+        rng.choice(kinds),
+        task,
+        [Fellow(item, rng.random() < 0.6) for item in others[:inside]],
+        others[inside:],
+        rng.choice((0, 0, rng.randint(1, 30))),
+    )
+    monkeypatch.setattr(executors, "STEPS_BEFORE_REPETITION", 1)
+    found = executor_response_ns(*asked)
+    monkeypatch.setattr(executors, "STEPS_BEFORE_REPETITION", 10**9)
+    assert executor_response_ns(*asked) == found
 
 
 def test_priorities_in_a_callback_group() -> None:
