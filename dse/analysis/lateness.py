@@ -12,11 +12,11 @@ from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.budgets import Budget, budget_of, least
-from dse.analysis.holistic import counts_once
 from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.placement import core_of_each
 from dse.analysis.releases import task_of
 from dse.analysis.reservations import gaps_name
+from dse.analysis.responding import counts_once
 from dse.analysis.response_time import Task, response_time_ns
 from dse.analysis.scheduling import Delay, Response, all_responses, response_of
 from dse.analysis.segments import elapsed_ns

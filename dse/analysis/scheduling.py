@@ -14,12 +14,13 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.executors import Fellow, executor_worst_job
-from dse.analysis.holistic import around, beside_piece, fixed_point, respond
+from dse.analysis.holistic import fixed_point
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.overheads import interrupting
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.releases import task_of
 from dse.analysis.reservations import before_task, blocking_ns
+from dse.analysis.responding import around, beside_piece, respond
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name

@@ -26,6 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from dse.analysis.overheads import switching_ns
 from dse.analysis.response_time import Stream, Task
@@ -46,7 +47,8 @@ class Segments:
     def __init__(self, space: Space, cores: Sequence[Sequence[Turn]], view: View) -> None:
         self.space, self.view = space, view
         self._blocked = {turn.key[0]: turn.blocked_ns for turns in cores for turn in turns if turn.pieces}
-        self._spans: dict[int, Exact | None] = {}
+        self.spans: dict[int, Exact | None] = {}
+        """How long after its own release each piece ends, as far as it is known."""
 
     def alone_ns(self, number: int) -> int:
         """What a thread takes until the end of a piece where nothing delays it."""
@@ -67,7 +69,7 @@ class Segments:
         """
         number = turn.key[0]
         position = turn.pieces.index(number)
-        self._spans[number] = span_ns
+        self.spans[number] = span_ns
         earlier = turn.pieces[position - 1] if position else None
         begin: Exact | None = 0
         if earlier is not None:
@@ -113,11 +115,12 @@ class Segments:
                 taken += least + switching_ns(self.space, number, self.view)
                 blocked += self._blocked.get(number, 0)
                 continue
-            span = self._spans.get(number, least)
+            span = self.spans.get(number, least)
             if span is None:
                 return None
             taken += span
-        return respond(int(taken) if taken == int(taken) else taken, blocked)  # type: ignore[arg-type]
+        is_whole = type(taken) is Fraction and taken.denominator == 1
+        return respond(int(taken) if is_whole else taken, blocked)  # type: ignore[arg-type]
 
 
 def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy
 
+from dse.analysis.growth import Line
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.units import is_unbounded
@@ -142,6 +143,18 @@ def _binary(sign: str, *, swapped: bool = False) -> Callable[[Any, Any], Any]:
     return method
 
 
+def _comparison(sign: str, *, turned: bool) -> Callable[[Any, Any], Any]:
+    """A comparison by `sign`, or that it is not so; lines (`dse.analysis.growth`) make it themselves."""
+    compare = COMPARISONS[sign]
+
+    def method(self: Traced, other: Any) -> Any:
+        if isinstance(other, Line):
+            return NotImplemented
+        return _noted(sign, self, other, compare(self.plain, untraced(other))) != turned
+
+    return method
+
+
 def _integer(compute: Callable[..., Any]) -> Callable[..., Any]:
     """An operation that makes an integer of a number: its outcome is known for this very number only."""
 
@@ -241,20 +254,13 @@ class Traced(Fraction):
         return not _noted("==", self, 0, self.plain == 0)
 
     def __eq__(self, other: object) -> bool:
+        if isinstance(other, Line):
+            return NotImplemented
         same = self.plain == untraced(other)
         return _noted("==", self, other, same) if isinstance(other, int | Fraction) else same
 
-    def __lt__(self, other: Any) -> bool:
-        return _noted("<", self, other, self.plain < untraced(other))
-
-    def __le__(self, other: Any) -> bool:
-        return _noted("<=", self, other, self.plain <= untraced(other))
-
-    def __gt__(self, other: Any) -> bool:
-        return not _noted("<=", self, other, self.plain <= untraced(other))
-
-    def __ge__(self, other: Any) -> bool:
-        return not _noted("<", self, other, self.plain < untraced(other))
+    __lt__, __gt__ = _comparison("<", turned=False), _comparison("<=", turned=True)
+    __le__, __ge__ = _comparison("<=", turned=False), _comparison("<", turned=True)
 
     def __reduce__(self) -> Any:
         return Fraction, (self.plain.numerator, self.plain.denominator)

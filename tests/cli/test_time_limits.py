@@ -17,7 +17,7 @@ import pytest
 
 import dse
 from dse import timelimit
-from dse.analysis import holistic
+from dse.analysis import responding
 from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
 from dse.report.document import Document
@@ -73,7 +73,7 @@ def jumping(step_s: float, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    holistic._respond_alone.cache_clear()  # what another test computed would take no time
+    responding._respond_alone.cache_clear()  # what another test computed would take no time
     (tmp_path / "p.yaml").write_text(COPRIME, encoding="utf-8")
     return tmp_path
 
