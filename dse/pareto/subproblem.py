@@ -269,7 +269,7 @@ class Solver:
                 return answer
             if self._is_stuck() or (self.within and self._rows() > known):
                 return Unfinished(self.least, best)
-            if self.encoded.is_loose and settings.linearization_level:
+            if self.encoded.is_loose and settings.linearization_level and not settings.in_order:
                 best = moved(self, self._refused, best, most)
                 if best is not None and self.weights is None:  # any design will do
                     return best

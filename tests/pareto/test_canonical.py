@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import random
+from itertools import pairwise
 from typing import Any
 
 import pytest
+from effort import cases
 from support import space_of
 
+import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode import corelimits
 from dse.encode.model import encode
+from dse.pareto import canonical
 from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.canonical import InOrder
 from dse.pareto.settings import BARE_IN_ORDER, CUTTING_IN_ORDER, RELAXED_IN_ORDER, Settings
@@ -98,3 +103,35 @@ def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them(monkeyp
     _, then = encoded.in_order()
     largest_first = [index for most in sorted(use, reverse=True) for index in places[most]]
     assert [expression.vars[0] for expression in then.exprs] == largest_first
+
+
+def waiting(seed: int) -> str:
+    """A flow whose threads wait for others on the cores of one or two processors."""
+    rng = random.Random(seed)
+    lines = [
+        "dse: 1\nname: waiting\nprocessing: response_time",
+        f"processor_types: {{A: {{cores: {rng.choice((2, 3))}}}}}\nprocessors: {{p: {{type: A}}}}\nthreads:",
+    ]
+    count = rng.choice((4, 5))
+    for number in range(count):
+        periods = rng.sample((8, 10, 12, 20, 40), rng.choice((1, 1, 2)))
+        stated = ", ".join(f"{period} ms" for period in sorted(periods))
+        work = rng.randint(1, min(periods) // 2)
+        lines.append(f"  t{number}: {{processor: p, period: [{stated}], compute_execution_time: {work} ms}}")
+    path = rng.sample(range(count), 3)
+    wires = ", ".join(f"w{to}: {{from: t{begin}, to: t{to}}}" for begin, to in pairwise(path))
+    lines.append(f"connections: {{{wires}}}\nflows: {{f: {{path: [{', '.join(f't{each}' for each in path)}]}}}}")
+    lines.append("objectives: [minimise latency of f, minimise utilisation of p]")
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("settings", [RELAXED_IN_ORDER, CUTTING_IN_ORDER])
+@pytest.mark.parametrize("seed", [11, *cases(20, 100)])
+def test_first_designs_by_relaxation_where_threads_wait(
+    seed: int, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows that a solution teaches change nothing of the order: threads are not moved to whatever cores will do."""
+    monkeypatch.setattr(canonical, "ORDERED_SEARCH", ((settings, 5.0, 99),))
+    problem = dse.loads(waiting(seed))
+    found = dse.solve(problem, workers=1)
+    assert dse.verify(found, problem=problem, method="exhaustion").status == "verified"
