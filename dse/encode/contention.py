@@ -12,7 +12,7 @@ excluded: no design is lost, and none is accepted that misses a limit.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from fractions import Fraction
 
 from ortools.sat.python import cp_model
@@ -229,6 +229,20 @@ class Contention:
         if is_best or not self._fresh(late, view):
             self._learn(late, held, view, orders)
         return None
+
+    def elsewhere(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Iterator[Design]:
+        """The design on other cores, as quick ways find them, whatever its figures are there; nobody is late."""
+
+        def is_true(literal: cp_model.IntVar) -> bool:
+            return bool(value(literal))
+
+        limits = [item.limit for item in self.deadlines if self._holds(item.guard, is_true)]
+        beside = [item.limit for item in self.core_limits if self._holds(item.guard, is_true)]
+        open_ = [item for item in self.space.open_cores if self._is_free(item)]
+        for other in placements(self.space, design, open_, limits, (), beside) if open_ else ():
+            view = View(other)
+            if all(judge(limit, view).holds for limit in (*limits, *beside)):
+                yield other
 
     def _is_sure(self, view: View) -> bool:
         """Whether it is certain which orders will do: no release depends on them, nor on how many levels there are."""

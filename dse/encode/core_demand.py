@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -14,7 +14,7 @@ from dse.encode.places import Thread
 from dse.records import dataclass
 
 MOST_POINTS = 24
-"""A level with more points than this has no rows: what it would refuse is found by the referee."""
+"""Of a level with more points than this some jobs count by their share: what that lets pass the referee refuses."""
 WHOLE = 10**9
 """A core, in whose parts what threads use of it is counted."""
 
@@ -46,6 +46,36 @@ def jobs_of(demand: CoreDemand, point: int) -> Iterator[tuple[int, int, Thread]]
         yield pair, jobs_within(point, rate), thread
     for thread, pair in demand.members:
         yield pair, 1, thread
+
+
+def few_points_of(demand: CoreDemand) -> tuple[list[int], frozenset[Rate]]:
+    """Few times of which one has room for a demand if any has, where jobs at some rates count by their share.
+
+    Those of the longest jobs are counted one by one as far as there are few points. ceil(t * rate) * worst is no less
+    than t * rate * worst, so that a time that has room for all jobs has room for these; and with shares that leave
+    something of the core it is as if the others ran on a slower one, of which Bini and Buttazzo's points are enough.
+    """
+    longest: dict[Rate, int] = {}
+    for _, rate, thread in demand.urgent:
+        longest[rate] = max(longest.get(rate, 0), *(worst for _, worst in thread.worst))
+    counted: list[Rate] = []
+    points = [demand.latest]
+    for rate in sorted(longest, key=lambda rate: (-longest[rate], rate)):
+        more = scheduling_points(demand.latest, sorted([*counted, rate]))
+        if more is not None:
+            counted, points = [*counted, rate], more
+    return points, frozenset(longest) - set(counted)
+
+
+def work_of(
+    demand: CoreDemand, point: int, worst: Callable[[Thread], int], by_share: Collection[Rate]
+) -> Iterator[tuple[int, int]]:
+    """The work in ns that counts until a time, at least, for each literal of a demand; `by_share` are such rates."""
+    for pair, rate, thread in demand.urgent:
+        jobs = jobs_within(point, rate) if rate not in by_share else point * rate / NS_PER_S
+        yield pair, int(worst(thread) * jobs)
+    for thread, pair in demand.members:
+        yield pair, worst(thread)
 
 
 def jobs_within(window_ns: int, rate: Rate) -> int:

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
+from functools import partial
 from math import gcd
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -29,7 +30,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
-from dse.encode.core_demand import WHOLE, CoreDemand, Rate, jobs_of, points_of
+from dse.encode.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.equal_cores import number_cores
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.places import Places, Thread, Turn
@@ -265,9 +266,8 @@ class Rows:
 
     def add_demand(self, core: int, demand: CoreDemand) -> None:
         """Some point has room: where nothing is demanding it always does, and the linear relaxation sees it."""
-        points, demanding = points_of(demand), demand.demanding
-        if points is None:
-            return
+        exact, demanding = points_of(demand), demand.demanding
+        points, by_share = few_points_of(demand) if exact is None else (exact, frozenset[Rate]())
         needed = demanding[0] if demanding else self.places.true
         if len(demanding) > 1:
             needed = self.model.new_bool_var("").index
@@ -278,10 +278,8 @@ class Rows:
             self.model.add_bool_or([*([self.literal(-needed - 1)] if demanding else []), *map(self.literal, chosen)])
         for position, kind in enumerate(self.types):
             for point, literal in zip(points, chosen, strict=True):
-                parts = [
-                    (pair, self.worst(thread, core, position) * jobs) for pair, jobs, thread in jobs_of(demand, point)
-                ]
-                self._add_row(parts, point, (literal, kind))
+                worst = partial(self.worst, core=core, position=position)
+                self._add_row(work_of(demand, point, worst, by_share), point, (literal, kind))
 
     def worst(self, thread: Thread, core: int, position: int) -> int:
         """The longest time of a job in ns, at least, with the type at a position of `types`."""

@@ -227,7 +227,7 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
             question = search.next_question(list(pool.busy.values()), solver.most_regions)
             if question is not None:
                 job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
-                pool.start(solver, question, partial(_in_time, state, job))
+                pool.start(solver, question, partial(_in_time, state, solver, job))
         size = len(state.designs) + len(search.open)
         if watch.checkpoint is not None and pace.is_due(size):
             pace.spend(size, partial(_hand_out, state, watch.checkpoint))  # while the solvers work
@@ -247,15 +247,18 @@ def _hand_out(state: _State, checkpoint: Callable[[FrontSearch], None]) -> None:
     checkpoint(state.snapshot())
 
 
-def _in_time(state: _State, job: Callable[[], Answer]) -> Answer:
-    """The answer to a question, with all figures of the design where they are slow to find: all before time is up."""
+def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer:
+    """The answer to a question, with all figures of the design where they are slow to find: all before time is up.
+
+    Whatever the time ends, what was come across is not lost.
+    """
     try:
         answer = job()
         if isinstance(answer, Found) and state.evaluator.is_slow:
             state.evaluator.weigh(answer.design)
         return answer
     except OutOfTime:
-        return Unfinished()
+        return Unfinished(best=solver.incumbent)
 
 
 def _another(solver: Solver) -> Solver:

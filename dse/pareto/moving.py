@@ -7,13 +7,15 @@ is as good as it looked, or until no cores will do. Either way the model has lea
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from ortools.sat.python import cp_model
+
 from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
-from dse.pareto.answer import Found
+from dse.pareto.answer import Found, weighted
 from dse.pareto.settings import BARE
 from dse.space.types import Design
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 MOVING = 0.1
 """Work to find other cores."""
+MOST_PACKINGS = 32
+"""So many refused designs are tried on other cores in a row, until one is known."""
 MOST_MOVES = 20
 """So many times, each with what was learnt from the one before."""
 
@@ -39,6 +43,32 @@ def moved(solver: Solver, design: Design, best: Found | None, most: int | None) 
                 break
     solver.least = proved  # what was proved since is true of these options only
     return best
+
+
+def packed(solver: Solver, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
+    """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
+
+    Each choice of everything but cores is tried once, as far as these are `MOST_PACKINGS`.
+    """
+    contention, space = solver.encoded.contention, solver.encoded.space
+    if contention is None or space is None or not space.open_cores or solver.weights is None:
+        return None
+    cores = {item.index for item in space.open_cores}
+    rest = tuple(option for index, option in enumerate(design) if index not in cores)
+    if rest in solver.packings or len(solver.packings) >= MOST_PACKINGS:
+        return None
+    solver.packings.add(rest)
+    weights = solver.weights
+    weighed = [(solver.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
+    found = [Found(exact, other) for exact, other in weighed if exact is not None and solver.is_wanted(exact, None)]
+    return min(found, key=lambda one: weighted(weights, one.point), default=None)
+
+
+def keep(solver: Solver, best: Found | None) -> None:
+    """Keep the best design that was come across, by what is minimised now: a search may be stopped at any moment."""
+    if best is not None and (weights := solver.weights) is not None:
+        found = [best] if solver.incumbent is None else [solver.incumbent, best]
+        solver.incumbent = min(found, key=lambda one: weighted(weights, one.point))
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart, as_a_whole
 from dse.pareto.grid import EVERY, weighted_grid
-from dse.pareto.moving import moved
+from dse.pareto.moving import keep, moved, packed
 from dse.pareto.narrowing import Narrowing, lowest, narrowed
 from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
@@ -76,6 +76,8 @@ class Solver:
         self.least: int | None = None  # of the values on the grid
         self._grid = EVERY
         self.narrowing = Narrowing()
+        self.incumbent: Found | None = None  # what a search that is stopped at any moment has come across
+        self.packings: set[Design] = set()  # what was tried on other cores (`dse.pareto.moving`)
         self._refused: Design = ()  # the last design whose figures were not those of its solution
         self._running: cp_model.CpSolver | None = None
 
@@ -98,6 +100,7 @@ class Solver:
         self.encoded.model.add_bool_or([*self.encoded.differs_from(design), *unless])
         self.parts.forget(design)
         self.nearby.clear()
+        self.incumbent = None
 
     def minimise(self, weights: Sequence[int], regions: Sequence[Bound], hint: Design | None = None) -> Answer:
         """The design in one of the `regions` with the least weighted sum of counted objectives.
@@ -357,7 +360,8 @@ class Solver:
             found = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
             if self.weights is None and found is not None:
                 return (found if is_optimal else Unfinished(self._bound(solver), found)), best
-            best = found or best
+            best = found or best or packed(self, design, solver.value)
+            keep(self, best)
             if is_optimal and self._is_reached(best, point):
                 return best, best
         known = len(self.encoded.model.proto.constraints)

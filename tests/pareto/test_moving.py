@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from random import Random
+from types import SimpleNamespace
 
 import pytest
 from effort import cases
@@ -13,9 +14,12 @@ from thread_systems import draw, text_of
 from dse.analysis.evaluate import Evaluator
 from dse.encode import scheduled
 from dse.encode.model import encode
+from dse.pareto.answer import Answer, Unfinished
+from dse.pareto.front import _in_time
 from dse.pareto.moving import moved
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
+from dse.timelimit import OutOfTime
 
 
 def with_options_of(evaluator: Evaluator, design: Design) -> list[Design]:
@@ -47,3 +51,52 @@ def test_the_best_cores_for_given_options_are_found(seed: int, monkeypatch: pyte
         assert (found and found.point[latency]) == best
         assert solver.least is None
         assert [list(variable.domain) for variable in encoded.model.proto.variables][: len(domains)] == domains
+
+
+ENGINE = """
+dse: 1
+name: periods from 0.7 ms to a second, three cores 88 % full
+deadlines: all
+processing: response_time
+processor_types: {tc3: {cores: 3, price: 15 EUR, context_switch: 2 us}}
+processors: {ecu: {type: tc3}}
+threads:
+WORK
+connections: {a: {from: t18, to: t15}, b: {from: t15, to: t12}}
+flows: {chain: {path: [t18, t15, t12]}}
+objectives: [minimise latency of chain]
+"""
+TIMES = (
+    (9500, 20), (9500, 30), (9500, 30), (1500, 40), (900, 30), (1100, 40), (4900, 50), (1700, 60), (6000, 80),
+    (700, 20), (5000, 70), (1000, 450), (2000, 500), (5000, 900), (6660, 3200), (10000, 6200), (20000, 6500),
+    (50000, 1500), (100000, 7700), (200000, 150), (1000000, 140),
+)  # fmt: skip
+"""Period and execution time in us, of the order of an engine control's (the WATERS 2017 industrial challenge)."""
+
+
+def test_a_search_that_is_stopped_has_the_design_that_it_came_across() -> None:
+    """The first solution of the model is late; on other cores nobody is, whatever the objective is there."""
+    work = [
+        f"  t{number}: {{processor: ecu, period: {period} us, compute_execution_time: {time} us}}"
+        for number, (period, time) in enumerate(TIMES)
+    ]
+    evaluator = Evaluator(space_of(ENGINE.replace("WORK", "\n".join(work))))
+    solver = Solver(encode(evaluator))
+    everything = [tuple(1 << 40 for _ in evaluator.objectives)]
+    calls: list[int] = []
+
+    def stopped() -> bool:
+        calls.append(1)
+        return len(calls) > 3
+
+    solver.out_of_time = stopped  # type: ignore[method-assign]
+    solver.minimise([1], everything)
+    assert solver.incumbent is not None
+    assert evaluator.evaluate(solver.incumbent.design).is_feasible
+
+    def over() -> Answer:
+        raise OutOfTime("")
+
+    answer = _in_time(SimpleNamespace(evaluator=evaluator), solver, over)  # type: ignore[arg-type]
+    assert isinstance(answer, Unfinished)
+    assert answer.best is solver.incumbent
