@@ -578,7 +578,7 @@ def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
 
 def state_reservations(rng: random.Random, document: dict[str, Any]) -> None:
     """One or two reservations of a core, for some threads and perhaps the executor."""
-    threads = _on_cores(document)
+    threads = on_cores(document)
     if not threads:
         return
     slots = [slot for body in threads for slot in as_list(body["processor"])]
@@ -600,7 +600,7 @@ def state_reservations(rng: random.Random, document: dict[str, Any]) -> None:
                 document.setdefault("reservations", {})[name] = share
 
 
-def _on_cores(document: dict[str, Any]) -> list[dict[str, Any]]:
+def on_cores(document: dict[str, Any]) -> list[dict[str, Any]]:
     """The threads that an executor or a reservation may hold: those on processors, whole."""
     serves = [name for name, body in document["processor_types"].items() if "serves" in body]
     homes = {name: as_list(body["type"]) for name, body in document["processors"].items()}
@@ -680,7 +680,7 @@ def _work_of(rng: random.Random) -> str:
 
 def state_executors(rng: random.Random, document: dict[str, Any]) -> None:
     """One OS thread runs the jobs of two or three threads; sometimes of a kind that is to be chosen."""
-    threads = _on_cores(document)
+    threads = on_cores(document)
     if len(threads) < 2:
         return
     kinds = rng.sample(["fifo", "callback_group", "wait_set"], rng.choice([1, 1, 2]))

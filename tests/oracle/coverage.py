@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 
+from .grammar import operands
 from .problem import Problem, as_list
 
 
@@ -134,6 +135,45 @@ def _segment_features(problem: Problem) -> Iterator[str]:
             yield from [f"{key} beside segments"] if key in body else []
 
 
+def _host_features(problem: Problem) -> Iterator[str]:
+    """Where executors and reservations are, and who may run in them."""
+    for section in ("executors", "reservations"):
+        for name, body in problem.sections[section].items():
+            yield from (f"{section}.{field}" for field in body)
+            yield from [f"listed cores of {section}"] if isinstance(body.get("core"), list) else []
+            is_open = name in problem.places and len(problem.cores(name)) > 1
+            if is_open and f"{name}.core" not in problem.decisions:
+                yield f"open core of {section} that is no decision"
+    for name in problem.sections["executors"]:
+        inside = [names for names in map(as_list, _executors(problem)) if name in names]
+        if all(len(names) > 1 for names in inside):
+            yield "executor that may be empty"
+        elif any(len(names) > 1 for names in inside):
+            yield "executor of which some are chosen"
+    for body in problem.sections["threads"].values():
+        if "executor" in body:
+            yield from (f"{key} of a thread in an executor" for key in ("process", "priority") if key in body)
+    for text in (text for rule in problem.rules for text in operands(rule.condition)):
+        yield from (f"rule about {field}" for field in ("core", "executor", "processor") if text.endswith(f".{field}"))
+    yield from _lacking(problem)
+
+
+def _executors(problem: Problem) -> list[Any]:
+    return [body.get("executor") for body in problem.sections["threads"].values()]
+
+
+def _lacking(problem: Problem) -> Iterator[str]:
+    """Cores that are offered where some processor or type has none of that number."""
+    for place in problem.places:
+        slots = as_list(problem.component(place)["processor"])
+        most = max(map(int, problem.cores(place)))
+        if problem.stated_cores(place) and most > min(map(problem.most_cores, slots)):
+            yield "core that a processor lacks"
+        kinds = [problem.sections["processor_types"][kind] for slot in slots for kind in as_list(_kinds(problem, slot))]
+        if any(most > int(as_list(kind.get("cores", "1"))[0]) for kind in kinds):
+            yield "core that a type lacks"
+
+
 def _kinds(problem: Problem, slot: str) -> Any:
     return problem.component(slot)["type"]
 
@@ -187,6 +227,7 @@ def _question_features(problem: Problem) -> Iterator[str]:
         yield "rule without verb" if not rule.text.startswith(("require ", "forbid ")) else "rule with verb"
     yield from _timeliness_features(problem)
     yield from _segment_features(problem)
+    yield from _host_features(problem)
     for key in ("metrics", "totals", "baseline", "cost_of_change"):
         if problem.document.get(key):
             yield key

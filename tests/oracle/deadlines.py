@@ -62,15 +62,16 @@ def _give_deadline(rng: random.Random, body: dict[str, Any], values: list[int]) 
 
 def _settle_cores(rng: random.Random, document: dict[str, Any], few: int = FEW) -> None:
     """Threads have one core, one after the other, until there are few designs; all of them where none are few."""
-    threads = document["threads"]
-    open_ = [(name, "core") for name in threads if len(Problem(document).cores(name)) > 1]
+    problem, threads = Problem(document), document["threads"]
+    open_ = [(place, "core") for place in problem.places if len(problem.cores(place)) > 1]
     listed = [
         (name, key) for key in ("priority", "deadline") for name in threads if len(as_list(threads[name].get(key))) > 1
     ]
     while (open_ or listed) and _are_more(document, few):
         name, key = open_.pop(rng.randrange(len(open_))) if open_ else listed.pop()
-        stated = as_list(threads[name].get(key))
-        threads[name][key] = rng.choice(stated or ["1", "1", "2"])
+        body = document[problem.section_of[name]][name]
+        stated = [text for text in as_list(body.get(key)) if text != "any"]
+        body[key] = rng.choice(stated or ["1", "1", "2"])
 
 
 def _are_more(document: dict[str, Any], few: int) -> bool:

@@ -61,8 +61,11 @@ Where the documents leave something open, this is how they are read here:
     rate delivers once in each whole ns of 1 / rate, of what nothing dispatches once; a stated response_time changes
     nothing of it, and goes before it in latencies. Threads without a core are where a decision puts them; where none
     does (nothing that is asked depends on it) no response time is told.
-26. What an executor runs has its processor and core. Of a callback group what has begun before does so a moment sooner;
-    of a first-in-first-out queue any of those that come together may be the last; in a wait set all others go first.
+26. What an executor runs has its processor and core, and shares that core where it is open. Where a thread chooses its
+    executor all open cores are decisions; an executor that no thread of a design is in has none there, and asks for
+    none. Among equal turns on a core that thread of it counts that is the first in the file. Of a callback group what
+    has begun before does so a moment sooner; of a first-in-first-out queue any of those that come together may be the
+    last; in a wait set all others go first.
 27. A reservation goes by its priority, else by its period; to what it goes before it is a job of its budget each
     period, up to the rest of a period late; in there jobs find nothing for twice that rest, then a budget, and so on.
     That counts where a budget, wanted at the start of a period, is had by its end. Its decisions are always there.
@@ -108,7 +111,7 @@ __all__ = [
 ]
 
 Design = dict[str, str | None]
-BINDINGS = ("type", "process", "processor", "bus")
+BINDINGS = ("type", "process", "executor", "processor", "bus")
 """The fields that say what is where; many designs have them in common."""
 CHANGES: Dimension = (("changes", 1),)
 
@@ -172,9 +175,12 @@ def _processes_agree(reading: Reading) -> bool:
     """False as soon as the threads bound so far break up a process."""
     homes: dict[str, str] = {}
     for thread, body in reading.problem.sections["threads"].items():
-        slots = as_list(body.get("processor"))
-        slot = slots[0] if len(slots) == 1 else reading.design.get(f"{thread}.processor")
-        if slot is not None and "process" in body and homes.setdefault(reading.get(thread, "process"), slot) != slot:
+        if "process" not in body:
+            continue
+        place = reading.place_of(thread)
+        slots = as_list(reading.problem.component(place).get("processor"))
+        slot = slots[0] if len(slots) == 1 else reading.design.get(f"{place}.processor")
+        if slot is not None and homes.setdefault(reading.get(thread, "process"), slot) != slot:
             return False
     return True
 
@@ -186,6 +192,8 @@ def _decision_order(problem: Problem) -> list[tuple[str, str, str]]:
         section = problem.section_of[name]
         if section in ("devices", "threads") and field in ("type", "process"):
             return (0, 0)
+        if field == "executor":
+            return (0, 1)
         if field == "processor":
             return (1, 0)
         if field == "bus" and section == "connections":

@@ -33,12 +33,13 @@ from .coverage import features
 from .deadlines import state_deadlines
 from .drawn import keep, kept
 from .evaluator import designs
+from .hosts import ask_for_responses, state_host_rules, state_hosts
 from .problem import Problem, as_list
 from .question import add_question, add_rules, allow_what_is_needed
 
 __all__ = ["features", "random_problem"]
 
-CAPS = {"tiny": 200, "small": 2000, "grouped": 200, "reserved": 200, "segmented": 200}
+CAPS = {"tiny": 200, "small": 2000, "grouped": 200, "reserved": 200, "segmented": 200, "hosted": 10}
 NOT_DECISIONS = ("path", "dispatch_trigger", "assumptions")
 
 
@@ -59,13 +60,14 @@ USUAL = {
     "grouped": (102, 201),
     "reserved": (*range(5), 8, 9, 202),
     "segmented": (*range(4), *range(6, 9), 205),
+    "hosted": (3, 5, 6, 16, 18, *range(109, 119)),
 }
 """The seeds of the problems that are kept."""
 
 
 @cache
 def random_problem(seed: int, size: str = "small") -> str:
-    """YAML text of a random problem with at most 2000 (`small`) or 200 (`tiny`) designs; the same for the same seed."""
+    """YAML text of a random problem with at most 2000 (`small`) or 200 (other) designs; the same for the same seed."""
     found = kept().get(f"{size} {seed}")
     return draw(seed, size) if found is None else found
 
@@ -75,7 +77,8 @@ def draw(seed: int, size: str) -> str:
 
     One that is `grouped` is tiny but for kinds of executors, and has one for some threads wherever it can; one that is
     `reserved` has reservations in the same way, and perhaps an executor; in one that is `segmented` some threads have
-    segments, others perhaps an executor or reservation, and there are no clocks.
+    segments, others perhaps an executor or reservation, and there are no clocks. One that is `hosted` has few other
+    alternatives than those of where threads run: on which core and processor their executors, and in which of these.
     """
     rng = random.Random(f"{size} {seed}")
     document = Architecture(rng, size if size == "small" else "tiny").document
@@ -93,10 +96,15 @@ def draw(seed: int, size: str) -> str:
     reserved = random.Random(f"reservations {seed}")
     if size == "reserved" or (size == "segmented" and reserved.random() < 0.5):
         state_reservations(reserved, document)
-    share = 0.9 if size in ("grouped", "reserved", "segmented") else 0.2
+    if size == "hosted":
+        state_hosts(random.Random(f"hosts {seed}"), document)
+    share = 0.9 if size in ("grouped", "reserved", "segmented") else 0.7 if size == "hosted" else 0.2
     state_deadlines(random.Random(f"deadlines {size} {seed}"), document, share)
     add_rules(rng, document)
     add_question(rng, document)
+    if size == "hosted":
+        ask_for_responses(random.Random(f"host responses {seed}"), document)
+        state_host_rules(random.Random(f"host rules {seed}"), document)
     allow_what_is_needed(random.Random(f"allowed {size} {seed}"), document)
     return to_yaml(document)
 

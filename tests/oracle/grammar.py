@@ -204,6 +204,22 @@ def rule(text: str) -> Rule:
     return Rule(text, forbid, condition)
 
 
+def operands(condition: tuple) -> list[str]:
+    """Every name and value that a condition compares.
+
+    >>> operands(rule("a.core == 1 implies not b.type in [x, y]").condition)
+    ['a.core', '1', 'b.type', 'x', 'y']
+    """
+    kind, *parts = condition
+    if kind in ("and", "or"):
+        return [text for part in parts[0] for text in operands(part)]
+    if kind == "not":
+        return operands(parts[0])
+    if kind == "in":
+        return [parts[0], *parts[1]]
+    return [parts[0], parts[2]] if kind == "compare" else list(parts)
+
+
 def _implication(tokens: list[str]) -> tuple:
     left = _chain(tokens, "or", lambda rest: _chain(rest, "and", _negation))
     if tokens and tokens[0] in ("implies", "requires"):

@@ -45,10 +45,10 @@ FIELDS = {
         "price",
         "power",
     ),
-    "reservations": ("budget", "period"),
-    "executors": ("kind",),
+    "reservations": ("budget", "period", "processor"),
+    "executors": ("kind", "processor"),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
-    "threads": ("type", "process", "processor", *_TASK_FIELDS, *_CLOCKED, "priority"),
+    "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority"),
     "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
 }
 
@@ -72,15 +72,13 @@ class Problem:
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         for key in (*SECTIONS, *CATALOGUES.values(), "flows"):
             self.sections[key] = {name: body or {} for name, body in (document.get(key) or {}).items()}
-        for section in ("executors", "threads"):  # each runs where its executor does, or its reservation
+        for section in ("executors", "threads"):  # each may run wherever an executor or reservation of it does
             for name, body in self.sections[section].items():
-                for key in ("executor", "reservation"):
-                    if key in body:
-                        home = self.sections[f"{key}s"][body[key]]
-                        shared: dict[str, Any] = {
-                            each: home[each] for each in ("processor", "core", "reservation") if each in home
-                        }
-                        self.sections[section][name] = {**body, **shared}
+                keys = ("executor", "reservation")
+                homes = [self.sections[f"{key}s"][home] for key in keys for home in as_list(body.get(key))]
+                if homes:
+                    slots = [slot for home in homes for slot in as_list(home["processor"])]
+                    self.sections[section][name] = {**body, "processor": list(dict.fromkeys(slots))}
         self.in_common: dict[tuple[str, Any], dict[tuple[str, ...], dict[tuple[str | None, ...], Any]]] = {}
         """What was worked out for one design and holds for others, by the decisions that were looked at (`reading`)."""
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
@@ -93,11 +91,18 @@ class Problem:
     @cached_property
     def asks_of_cores(self) -> bool:
         """Whether what is asked depends on who shares a core: then open ones are decisions."""
-        return self.names_cores or self._asks_of_responses
+        return self.names_cores or self.chooses_executors or self._asks_of_responses
+
+    @cached_property
+    def chooses_executors(self) -> bool:
+        """Whether it is a decision which executor runs a thread."""
+        return any(len(as_list(body.get("executor"))) > 1 for body in self.sections["threads"].values())
 
     @cached_property
     def names_cores(self) -> bool:
-        """Whether something that is asked, or a derived metric, is about single cores."""
+        """Whether something that is asked, a rule or a derived metric is about single cores."""
+        if any(text.endswith(".core") for rule in self.rules for text in grammar.operands(rule.condition)):
+            return True
         asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         asked += [metric for terms in self.metrics.values() for _, metric, _ in terms]
         return any(
@@ -157,12 +162,26 @@ class Problem:
         given = [own] if own is not None else [self.stated(slot, "cores", kind) for kind in self.types(slot)]
         return max((int(core) for counts in given for core in as_list(counts or "1")), default=1)
 
-    def cores(self, thread: str) -> list[str]:
-        """The cores that a thread may have: those that are stated, else all of the processors where it may run."""
-        body = self.component(thread)
-        slots = as_list(body.get("processor"))
-        most = max(map(self.most_cores, slots), default=0)
-        return as_list(body.get("core")) or [str(core) for core in range(1, most + 1)]
+    def homes(self, name: str) -> list[str]:
+        """The executors or the reservation that say where a thread or executor runs; none where it does itself."""
+        body = self.component(name)
+        return [*as_list(body.get("executor")), *as_list(body.get("reservation"))]
+
+    @cached_property
+    def places(self) -> list[str]:
+        """All that says itself on which processor and core it runs: reservations, executors and threads."""
+        sections = ("reservations", "executors", "threads")
+        found = [name for section in sections for name in self.sections[section] if not self.homes(name)]
+        return [name for name in found if "processor" in self.component(name)]
+
+    def stated_cores(self, place: str) -> list[str]:
+        """The core or cores that the entry of a place names; none where any will do."""
+        return [core for core in as_list(self.component(place).get("core")) if core != "any"]
+
+    def cores(self, place: str) -> list[str]:
+        """The cores that a place may have: those that are stated, else all of the processors where it may be."""
+        most = max(map(self.most_cores, as_list(self.component(place)["processor"])))
+        return self.stated_cores(place) or [str(core) for core in range(1, most + 1)]
 
     def owner(self, decision: str) -> tuple[str, str]:
         """Component and field of a decision: ``("canbus0", "transmission_time.fixed")``."""
@@ -196,6 +215,8 @@ class Problem:
         for name, section in self.section_of.items():
             for field in FIELDS[section]:
                 types = self.types(name)
+                if field == "processor" and self.homes(name):
+                    continue
                 if field == "type":
                     found[name, field] = types
                 elif field in self.component(name) or len(types) < 2:
@@ -321,14 +342,16 @@ class Problem:
                     options = self._options(name, field)
                     if len(options) > 1:
                         found[f"{name}.{field}"] = options
-        for thread in self.sections["threads"] if self.asks_of_cores else ():
-            if len(self.cores(thread)) > 1:
-                found[f"{thread}.core"] = self.cores(thread)
+        for place in self.places if self.asks_of_cores else ():
+            if len(self.cores(place)) > 1:
+                found[f"{place}.core"] = self.cores(place)
         return found
 
     def _options(self, name: str, field: str) -> list[str]:
         if field == "type":
             return self.types(name)
+        if field == "processor" and self.homes(name):
+            return []
         types: list[Any] = [t for t in self.types(name) if t != NONE] or [None]
         leaves = [leaf for t in types for leaf in self._leaves(name, self.stated(name, field, t))]
         if not any(isinstance(leaf, list) and len(leaf) > 1 for leaf in leaves):

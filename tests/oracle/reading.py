@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, wraps
 from itertools import permutations
@@ -12,6 +11,7 @@ from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
+from .packing import Peak
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
 from .scheduling import Scheduling
@@ -152,9 +152,10 @@ class Reading:
         section = self.problem.section_of[name]
         if field == "type":
             return bool(self.problem.types(name))
+        if section == "executors" and not self.runs_any(name):
+            return False
         if field == "core":
-            slot = self.processor_of(name)
-            return slot is not None and int(self.get(slot, "cores") or 1) > 1
+            return int(self.get(self.get(name, "processor"), "cores") or 1) > 1
         if field == "bus":
             if section == "buses":
                 return "bus" in self.problem.component(name) and self.type_of(name) != NONE
@@ -176,7 +177,29 @@ class Reading:
     def processor_of(self, thread: str | None) -> str | None:
         if thread is None or self.problem.section_of[thread] != "threads":
             return None
-        return self.get(thread, "processor")
+        return self.get(self.place_of(thread), "processor")
+
+    def executor_of(self, thread: str) -> str | None:
+        """The executor that runs a thread, none where it is an OS thread of its own."""
+        return self.get(thread, "executor") if "executor" in self.problem.component(thread) else None
+
+    def reservation_of(self, thread: str) -> str | None:
+        """The reservation that a thread or its executor is in."""
+        found: str | None = self.problem.component(self.executor_of(thread) or thread).get("reservation")
+        return found
+
+    def place_of(self, thread: str) -> str:
+        """The entry that says on which processor and core a thread runs."""
+        return self.reservation_of(thread) or self.executor_of(thread) or thread
+
+    def runs_any(self, executor: str) -> bool:
+        """Whether any thread runs in an executor."""
+        return any(self.executor_of(thread) == executor for thread in self.problem.sections["threads"])
+
+    def possible_cores(self, place: str) -> list[int]:
+        """The core that is chosen for a place, else those that are stated, else none."""
+        chosen = self.chosen(f"{place}.core")
+        return [int(chosen)] if chosen is not None else [int(core) for core in self.problem.stated_cores(place)]
 
     def segments(self, name: str) -> list[dict[str, Any]]:
         """The pieces of a thread's work, one after the other."""
@@ -622,11 +645,18 @@ class Reading:
 
     @in_common
     def peak(self, slot: str) -> Peak:
-        """What the fullest core of a processor carries when its threads are put on cores as evenly as can be."""
+        """What the fullest core of a processor carries when its threads are put on cores as evenly as can be.
+
+        Those of one executor or reservation share a core.
+        """
         count = int(self.get(slot, "cores") or 1)
         taken, ways = [Fraction(0)] * count, []
+        together: dict[str, Fraction] = {}
         for thread, share in self.shares()[slot].items():
-            cores = self._may_have(thread) or range(1, count + 1)
+            place = self.place_of(thread)
+            together[place] = together.get(place, Fraction(0)) + share
+        for place, share in together.items():
+            cores = self.possible_cores(place) or range(1, count + 1)
             if count == 1:
                 taken[0] += share
             elif len(cores) == 1:
@@ -640,16 +670,11 @@ class Reading:
         count = int(self.get(slot, "cores") or 1)
         used = [Fraction(0)] * self.problem.most_cores(slot)
         for thread, share in shares.items():
-            cores = self._may_have(thread) if count > 1 else [1]
+            cores = self.possible_cores(self.place_of(thread)) if count > 1 else [1]
             if len(cores) != 1:
                 return None
             used[cores[0] - 1] += share
         return used
-
-    def _may_have(self, thread: str) -> list[int]:
-        """The core that is chosen, else those that are stated, else none."""
-        chosen = self.chosen(f"{thread}.core")
-        return [int(core) for core in as_list(chosen or self.problem.component(thread).get("core"))]
 
     @staticmethod
     def _worst(text: str | None) -> int:
@@ -743,13 +768,15 @@ class Reading:
                 raise InvalidDesign(f"rule: {rule.text}")
 
     def check_cores(self) -> None:
-        """A stated core is one that the processor has."""
-        for thread, body in self.problem.sections["threads"].items():
-            cores, slot = as_list(body.get("core")), self.processor_of(thread)
-            cores = as_list(self.chosen(f"{thread}.core")) or cores
-            count = int(self.get(slot, "cores") or 0) if slot is not None and cores else 0
-            if slot is not None and cores and min(map(int, cores)) > count and (len(cores) == 1 or count > 1):
-                raise InvalidDesign(f"{slot} has no core for {thread}")
+        """A stated core is one that the processor has, of all in which something runs."""
+        for place in self.problem.places:
+            cores = self.possible_cores(place)
+            if not cores or (self.problem.section_of[place] == "executors" and not self.runs_any(place)):
+                continue
+            slot = self.get(place, "processor")
+            count = int(self.get(slot, "cores") or 0)
+            if min(cores) > count and (len(cores) == 1 or count > 1):
+                raise InvalidDesign(f"{slot} has no core for {place}")
 
     def check_processes(self) -> None:
         homes: dict[str, str | None] = {}
@@ -809,7 +836,7 @@ class Reading:
         """Component and field, if the text names a decision."""
         for name, section in self.problem.section_of.items():
             field = text.removeprefix(f"{name}.")
-            if field != text and field in FIELDS[section]:
+            if field != text and (field in FIELDS[section] or (field == "core" and name in self.problem.places)):
                 return name, field
         return None
 
@@ -835,40 +862,3 @@ class Reading:
             return self.type_of(name) != NONE
         typed = [n for n, section in self.problem.section_of.items() if section != "connections"]
         return name in {self.type_of(component) for component in typed} | self.carrying()
-
-
-@dataclass(frozen=True)
-class Peak:
-    """The least that the fullest core can carry: `taken` are loads of cores, `ways` (core, share) of each thread."""
-
-    taken: tuple[Fraction, ...]
-    ways: tuple[tuple[tuple[int, Fraction], ...], ...]
-
-    @cached_property
-    def exact(self) -> Fraction:
-        """By trying every way to put the threads on cores."""
-        return _evenly(self.taken, self.ways)
-
-    def keeps(self, compare: Callable[[Fraction, Fraction], bool], limit: Fraction) -> bool:
-        """Whether some way to put the threads on cores keeps an upper limit on each; all are tried if need be."""
-        loads = list(self.taken)
-        for way in self.ways:
-            core, share = min(way, key=lambda item: loads[item[0]])
-            loads[core] += share
-        if compare(max(loads), limit):
-            return True
-        least = max(sum(loads, Fraction(0)) / len(loads), *self.taken, *(way[0][1] for way in self.ways))
-        return compare(least, limit) and compare(self.exact, limit)
-
-
-@cache
-def _evenly(taken: tuple[Fraction, ...], ways: tuple[tuple[tuple[int, Fraction], ...], ...]) -> Fraction:
-    """The least that the fullest core can carry, by trying every way to put the threads on cores."""
-    if not ways:
-        return max(taken)
-    found = []
-    for core, share in ways[0]:
-        loads = list(taken)
-        loads[core] += share
-        found.append(_evenly(tuple(loads), ways[1:]))
-    return min(found)

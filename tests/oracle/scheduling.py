@@ -73,9 +73,8 @@ class Scheduling:
         assert slot is not None
         if int(self.reading.get(slot, "cores") or 1) == 1:
             return slot, 1
-        chosen = as_list(self.reading.chosen(f"{name}.core") or self.problem.component(name).get("core"))
-        (core,) = chosen  # where it is open nobody may ask for a response time
-        return slot, int(core)
+        (core,) = self.reading.possible_cores(self.reading.place_of(name))
+        return slot, core  # where it is open nobody may ask for a response time
 
     def times(self, job: Job) -> tuple[int, int]:
         """Shortest and longest time of one job alone."""
@@ -124,7 +123,7 @@ class Scheduling:
             return self.pieces.end(job)
         if work == 0:
             return Fraction(0)
-        if self._executor(job[0]) is not None or self.order(job) is not None:
+        if self.reading.executor_of(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
         rivals = [
             (self.releases(other), self.times(other)[1]) for other in self.beside(job) if self.goes_before(other, job)
@@ -143,8 +142,8 @@ class Scheduling:
         What goes before the executor preempts all of it.
         """
         here = [other for other in self.beside(job) if self.times(other)[1]]
-        executor = self._executor(job[0])
-        fellows = [other for other in here if self._executor(other[0]) == executor]
+        executor = self.reading.executor_of(job[0])
+        fellows = [other for other in here if self.reading.executor_of(other[0]) == executor]
         outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
         kind, begun = self.order(job) if executor is None else self.reading.get(executor, "kind"), 0
         if kind == "priority":
@@ -165,15 +164,11 @@ class Scheduling:
 
     # Reservations
 
-    def _reservation(self, name: str) -> str | None:
-        found: str | None = self.problem.component(name).get("reservation")
-        return found
-
     def beside(self, job: Job) -> list[Job]:
         """What else runs on the core of a job in the same reservation, or outside of all as the job does."""
-        home = self._reservation(job[0])
+        home = self.reading.reservation_of(job[0])
         here = self.cores[self._core(job)]
-        return [other for other in here if other != job and self._reservation(other[0]) == home]
+        return [other for other in here if other != job and self.reading.reservation_of(other[0]) == home]
 
     def _budget(self, reservation: str) -> tuple[int, int]:
         """How much there is in each period."""
@@ -186,11 +181,11 @@ class Scheduling:
         These are, from the worst moment on: nothing for twice the rest of a period, then a budget, and after each
         budget nothing for one such rest. None where the budget itself may come too late.
         """
-        home = self._reservation(job[0])
+        home = self.reading.reservation_of(job[0])
         if home is None:
             return self._reserved_before(job)
         budget, period = self._budget(home)
-        outside = [other for other in self.cores[self._core(job)] if self._reservation(other[0]) is None]
+        outside = [other for other in self.cores[self._core(job)] if self.reading.reservation_of(other[0]) is None]
         given = [(self.releases(other), self.times(other)[1]) for other in outside if self.goes_before(other, job)]
         before = [(releases, work) for releases, work in given if releases is not None and work]
         before += self._reserved_before(job)
@@ -206,17 +201,13 @@ class Scheduling:
         """The budgets of other reservations that go before a job, each as late in its period as it may be wanted."""
         found = {}
         for other in self.cores[self._core(job)]:
-            reservation = self._reservation(other[0])
-            if reservation not in (None, self._reservation(job[0])) and self.goes_before(other, job):
+            reservation = self.reading.reservation_of(other[0])
+            if reservation not in (None, self.reading.reservation_of(job[0])) and self.goes_before(other, job):
                 budget, period = self._budget(reservation)
                 found[reservation] = (Releases(((period, Fraction(period - budget)),)), budget)
         return list(found.values())
 
     # Who goes first
-
-    def _executor(self, name: str) -> str | None:
-        found: str | None = self.problem.component(name).get("executor")
-        return found
 
     def _goes_first_inside(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
@@ -228,10 +219,10 @@ class Scheduling:
 
     def _place(self, name: str) -> tuple[tuple[int, Fraction], int]:
         """The turn of an OS thread on its core, and the place in the file of its first thread."""
-        executor = self._executor(name)
+        executor = self.reading.executor_of(name)
         if executor is None:
             return self._turn(name), self.threads.index(name)
-        members = [other for other in self.threads if self._executor(other) == executor]
+        members = [other for other in self.threads if self.reading.executor_of(other) == executor]
         number = self.problem.component(executor).get("priority")
         if number is not None:
             return (0, Fraction(-int(number))), self.threads.index(members[0])
@@ -240,10 +231,10 @@ class Scheduling:
 
     def _place_of_all(self, name: str) -> tuple[tuple[int, Fraction], int]:
         """The same where what is in a reservation goes as that does."""
-        reservation = self._reservation(name)
+        reservation = self.reading.reservation_of(name)
         if reservation is None:
             return self._place(name)
-        first = next(i for i, other in enumerate(self.threads) if self._reservation(other) == reservation)
+        first = next(i for i, other in enumerate(self.threads) if self.reading.reservation_of(other) == reservation)
         number = self.problem.component(reservation).get("priority")
         turn = (0, Fraction(-int(number))) if number is not None else (1, Fraction(self._budget(reservation)[1]))
         return turn, first
@@ -251,7 +242,7 @@ class Scheduling:
     def goes_before(self, other: Job, job: Job) -> bool:
         if other[0] == job[0]:
             return other[1] == "callback"
-        homes = [self._reservation(name) for name in (other[0], job[0])]
+        homes = [self.reading.reservation_of(name) for name in (other[0], job[0])]
         place = self._place if homes[0] == homes[1] else self._place_of_all
         (one, first), (two, second) = place(other[0]), place(job[0])
         if one[0] == two[0] == 0 and one == two:

@@ -712,6 +712,75 @@ def test_the_generator_covers_segments() -> None:
     assert missing == set()
 
 
+HOSTED = """
+dse: 1
+name: hosted
+processor_types: {duo: {cores: 2}, uni: {}}
+processors: {p: {type: duo}, q: {type: uni, optional: true}}
+executors:
+  left: {kind: fifo, processor: [p, q], core: [2, 1]}
+  right: {kind: callback_group, processor: p}
+threads:
+  timer: {executor: [left, right], period: 10 ms, compute_execution_time: 1 ms, deadline: 3 ms}
+  callback: {executor: right, period: 20 ms, compute_execution_time: 3 ms}
+  first: {processor: p, core: 2, period: 5 ms, compute_execution_time: 2 ms}
+flows: {f: {path: [timer]}}
+objectives: [minimise utilisation of core 2 of p]
+"""
+
+
+def test_executors_that_are_chosen_with_cores_that_are_open() -> None:
+    """docs/semantics.md, section 4.6: the timer and the callback of 4 ms each, 8 ms behind `first`; and each alone."""
+    problem = load_text(HOSTED)
+    assert decisions(problem) == {
+        "q.type": ["none", "uni"],
+        "left.processor": ["p", "q"],
+        "timer.executor": ["left", "right"],
+        "left.core": ["2", "1"],
+        "right.core": ["1", "2"],
+    }
+    found = {}
+    for design, figures in evaluated(problem):
+        (q, *where), ends = design.values(), figures["responses"]
+        assert (q == "uni") == (where[0] == "q")
+        late = [text.split()[3] for text in figures["violations"]]
+        found[tuple(where)] = (ends["timer"] // 10**6, ends["callback"] // 10**6, ends["first"] // 10**6, late)
+        assert figures["core use"]["p"][1] == figures["objectives"][0]
+    assert found == {
+        (None, "right", None, "1"): (4, 4, 2, ["timer"]),
+        (None, "right", None, "2"): (8, 8, 2, ["timer"]),
+        ("p", "left", "1", "1"): (1, 4, 2, []),
+        ("p", "left", "2", "1"): (3, 3, 2, []),
+        ("p", "left", "1", "2"): (1, 5, 2, []),
+        ("p", "left", "2", "2"): (3, 8, 2, []),
+        ("q", "left", None, "1"): (1, 3, 2, []),
+        ("q", "left", None, "2"): (1, 5, 2, []),
+    }
+    assert front(problem).keys() == {(Fraction(4, 10),)}
+
+
+TOGETHER = """
+dse: 1
+name: together
+processor_types: {duo: {cores: 2}}
+processors: {p: {type: duo}}
+executors: {node: {kind: fifo, processor: p}}
+threads:
+  a: {executor: node, period: 10 ms, compute_execution_time: 5 ms}
+  b: {executor: node, period: 10 ms, compute_execution_time: SECOND}
+  c: {processor: p, period: 10 ms, compute_execution_time: 4 ms}
+objectives: [minimise utilisation of p]
+"""
+
+
+@pytest.mark.parametrize(("second", "broken"), [("5 ms", []), ("5001 us", ["core of p"])])
+def test_threads_of_an_executor_share_an_open_core(second: str, broken: list[str]) -> None:
+    """Nothing that is asked tells which core it is; with c one of them would have room beside it."""
+    problem = load_text(TOGETHER.replace("SECOND", second))
+    assert decisions(problem) == {}
+    assert [figures["violations"] for _, figures in evaluated(problem)] == [broken]
+
+
 PIECES = """
 dse: 1
 name: pieces
@@ -756,6 +825,22 @@ def test_threads_end_as_in_the_examples_of_the_documents(order: str, threads: st
     assert {name: figures["responses"][name] for name in ends_ms} == {
         name: end * 10**6 for name, end in ends_ms.items()
     }
+
+
+def test_the_generator_covers_executors_that_are_chosen_and_may_move() -> None:
+    """Within the first seeds."""
+    missing = {
+        *(f"decision executors.{field}" for field in ("core", "kind", "processor")),
+        *(f"decision reservations.{field}" for field in ("budget", "core", "processor")),
+        *("decision threads.executor", "executor that may be empty", "executor of which some are chosen"),
+        *("listed cores of executors", "core that a processor lacks", "core that a type lacks"),
+        *("open core of executors that is no decision", "open core of reservations that is no decision"),
+        *("process of a thread in an executor", "priority of a thread in an executor", "executors.reservation"),
+        *("rule about core", "rule about executor", "rule about processor", "objective response time"),
+    }
+    for seed in dict.fromkeys((*range(109, 119), 3, 5, 6, 16, 18, *range(40))):
+        missing -= features(random_problem(seed, "hosted")) if missing else set()
+    assert missing == set()
 
 
 def test_the_generator_makes_feasible_and_infeasible_problems_and_small_fronts() -> None:

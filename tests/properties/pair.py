@@ -142,10 +142,11 @@ class Pair:
 
     def _has_cores(self, slot: str) -> bool:
         """Whether cores of a processor are listed: the core of every thread that may run there is stated or chosen."""
-        threads = self.oracle.sections["threads"]
-        here = [name for name, body in threads.items() if slot in as_list(body.get("processor"))]
-        told = all("core" in threads[name] and len(self.oracle.cores(name)) == 1 for name in here)
-        return bool(here) and self.oracle.most_cores(slot) > 1 and (told or self.oracle.names_cores)
+        places = self.oracle.places
+        here = [name for name in places if slot in as_list(self.oracle.component(name)["processor"])]
+        told = all(len(self.oracle.stated_cores(name)) == 1 for name in here)
+        told = told or self.oracle.names_cores or self.oracle.chooses_executors
+        return bool(here) and self.oracle.most_cores(slot) > 1 and told
 
     def _asked(self) -> list[str]:
         """The metrics, objectives and requirements of the problem, as texts."""
