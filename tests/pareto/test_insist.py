@@ -24,10 +24,13 @@ PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
 MOST_OPTIONS = 8
 
 
-@pytest.mark.parametrize("seed", cases(12))
-def test_each_front_is_that_with_the_option_fixed(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("size", "seed"), [*(("", seed) for seed in cases(12)), *(("hosted", seed) for seed in cases(5, 111))]
+)
+def test_each_front_is_that_with_the_option_fixed(size: str, seed: int) -> None:
     draw = random.Random(seed)
-    pair = Pair(random_problem(seed, draw.choice(["tiny", "tiny", "small"])))
+    drawn = draw.choice(["tiny", "tiny", "small"])
+    pair = Pair(random_problem(seed, size or drawn))
     space = pair.evaluator.space
     whole = search_front(pair.evaluator)
     insistence = Insistence(pair.evaluator, replace(whole, frame=None) if seed % 3 else whole)

@@ -72,10 +72,12 @@ class Asked:
         return changed(load(self.path), self.changes)
 
 
-def question(seed: int, folder: Path, *, osate: bool = False, scheduled: bool = False) -> Asked | None:
+def question(
+    seed: int, folder: Path, *, osate: bool = False, scheduled: bool = False, size: str = "tiny"
+) -> Asked | None:
     """A random question; None where the drawn texts make no problem or too large a one."""
     rng = random.Random(f"question {seed}{' as OSATE' if osate else ''}{' scheduled' if scheduled else ''}")
-    drawn = random_problem(seed, "tiny")
+    drawn = random_problem(seed, size)
     text = with_deadlines(with_scheduling(drawn, rng) if scheduled else drawn, rng)
     if osate:
         text = with_osates_words(text, rng)
@@ -335,6 +337,16 @@ def test_threads_that_wait_for_each_other(
 ) -> None:
     """Priorities as decisions, groups of cores, executors, sections and overheads, with everything else."""
     asked = question(seed, tmp_path, scheduled=True)
+    if asked is None:
+        pytest.skip("no problem")
+    held_stopped_or_not(asked, seed, tmp_path, monkeypatch, record_property)
+
+
+@pytest.mark.parametrize("seed", cases(20, 111))
+def test_executors_that_are_chosen_and_may_move(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
+) -> None:
+    asked = question(seed, tmp_path, size="hosted")
     if asked is None:
         pytest.skip("no problem")
     held_stopped_or_not(asked, seed, tmp_path, monkeypatch, record_property)

@@ -19,14 +19,14 @@ from tests.oracle.generator import random_problem
 from tests.properties.pair import PER_UNIT, Pair
 from tests.properties.rewriting import Document, decimal, document_of, text_of
 
-SEEDS = cases(40, 2_000)
+DRAWN = [*(("tiny", seed) for seed in cases(40, 2_000)), *(("hosted", seed) for seed in cases(10, 109))]
 LIMITABLE = ("ns", "mW", "ct", "B/s", "ppm", "g", "%")
 
 
-def made_infeasible(seed: int) -> Document | None:
+def made_infeasible(seed: int, size: str = "tiny") -> Document | None:
     """A random problem that no design can meet: as drawn, or with a limit just beyond what the designs attain."""
     rng = random.Random(seed)
-    pair = Pair(random_problem(seed, "tiny"))
+    pair = Pair(random_problem(seed, size))
     document = document_of(pair.text)
     if not pair.feasible or not pair.valid:
         return document if pair.valid else None
@@ -95,9 +95,9 @@ def checked(document: Document) -> tuple[Result, Demands]:
     return result, demands
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_conflicts_are_minimal_and_closest_limits_exact(seed: int) -> None:
-    document = made_infeasible(seed)
+@pytest.mark.parametrize(("size", "seed"), DRAWN)
+def test_conflicts_are_minimal_and_closest_limits_exact(size: str, seed: int) -> None:
+    document = made_infeasible(seed, size)
     if document is None:
         pytest.skip("no limit is beyond every design")
     result, demands = checked(document)

@@ -32,10 +32,10 @@ PATIENCE_S = 20.0
 """Where a core is all but full a busy period has a hundred thousand steps: such margins are left out."""
 
 
-FIRST = {"grouped": 201, "reserved": 202, "segmented": 205}
+FIRST = {"grouped": 201, "reserved": 202, "segmented": 205, "hosted": 111}
 
 
-@pytest.mark.parametrize("size", ["grouped", "reserved", "segmented"])
+@pytest.mark.parametrize("size", FIRST)
 def test_margins_are_those_of_the_oracle(size: str) -> None:
     looked = Counter[str]()
     seeds = cases(5, FIRST[size])

@@ -20,11 +20,12 @@ from dse.api.problem import Problem
 from dse.errors import ProblemError, TooLargeError
 from dse.examples import example_files
 
+DRAWN = {
+    "exhaustion": {"tiny": (20, 0), "reserved": (5, 3), "segmented": (5, 6), "hosted": (5, 109)},
+    "model": {"tiny": (10, 304), "reserved": (5, 3), "segmented": (5, 7), "hosted": (5, 111)},
+}
 SEEDS = {
-    "exhaustion": [*(("tiny", seed) for seed in cases(20)), *(("reserved", seed) for seed in cases(5, 3))]
-    + [("segmented", seed) for seed in cases(5, 6)],
-    "model": [*(("tiny", seed) for seed in cases(10, 304)), *(("reserved", seed) for seed in cases(5, 3))]
-    + [("segmented", seed) for seed in cases(5, 7)],
+    method: [(size, seed) for size, drawn in sizes.items() for seed in cases(*drawn)] for method, sizes in DRAWN.items()
 }
 TOO_LARGE = "some figures are so large that a solver could not add them exactly"
 OF_EACH = 20 if LONG else 3
