@@ -71,6 +71,8 @@ def _settle_cores(rng: random.Random, document: dict[str, Any], few: int = FEW) 
         name, key = open_.pop(rng.randrange(len(open_))) if open_ else listed.pop()
         body = document[problem.section_of[name]][name]
         stated = [text for text in as_list(body.get(key)) if text != "any"]
+        if key == "core":
+            stated = [text for text in stated if int(text) <= problem.last_core(name)]
         body[key] = rng.choice(stated or ["1", "1", "2"])
 
 

@@ -393,8 +393,11 @@ def _value(
 def _worst(problem: Problem, objective: grammar.Objective) -> grammar.Metric | grammar.Extreme:
     """What an objective without a name is about where there are several candidates."""
     metric = objective.metric
-    if isinstance(metric, grammar.Extreme) or len(_each(problem, ((1, metric, ()),))) == 1:
+    if isinstance(metric, grammar.Extreme):
         return metric
+    subjects = _each(problem, ((1, metric, ()),))
+    if len(subjects) == 1:
+        return subjects[0][0][1]
     return grammar.Extreme("max" if objective.sign > 0 else "min", (((1, metric, ()),),))
 
 

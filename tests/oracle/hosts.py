@@ -148,8 +148,7 @@ def _mend(document: dict[str, Any]) -> None:
             body.pop("priority", None)
     problem = Problem(document)
     for place in problem.places:
-        most = max(map(problem.most_cores, as_list(problem.component(place)["processor"])))
-        if min(map(int, problem.stated_cores(place)), default=1) > most:
+        if min(map(int, problem.stated_cores(place)), default=1) > problem.last_core(place):
             document[problem.section_of[place]][place]["core"] = "1"
 
 

@@ -180,8 +180,11 @@ class Problem:
 
     def cores(self, place: str) -> list[str]:
         """The cores that a place may have: those that are stated, else all of the processors where it may be."""
-        most = max(map(self.most_cores, as_list(self.component(place)["processor"])))
-        return self.stated_cores(place) or [str(core) for core in range(1, most + 1)]
+        return self.stated_cores(place) or [str(core) for core in range(1, self.last_core(place) + 1)]
+
+    def last_core(self, place: str) -> int:
+        """The greatest number of a core that a place may have, whatever it states."""
+        return max(map(self.most_cores, as_list(self.component(place)["processor"])))
 
     def owner(self, decision: str) -> tuple[str, str]:
         """Component and field of a decision: ``("canbus0", "transmission_time.fixed")``."""

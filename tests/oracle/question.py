@@ -196,7 +196,8 @@ def _ask_for_single_cores(rng: random.Random, document: dict[str, Any]) -> None:
     count, wide = sum(1 for _ in islice(designs(problem), FEW)), max(map(problem.most_cores, slots))
     left = sum(count * wide**number <= FEW for number in (1, 2))
     for name in [name for name in problem.places if len(problem.cores(name)) > 1][left:]:
-        document[problem.section_of[name]][name]["core"] = str(rng.randint(1, 2) if rng.random() < 0.5 else 1)
+        chosen = rng.randint(1, 2) if rng.random() < 0.5 else 1
+        document[problem.section_of[name]][name]["core"] = str(min(chosen, problem.last_core(name)))
         document.get("baseline", {}).get(name, {}).pop("core", None)
     core = rng.randint(1, most)
     of = rng.choice([f"core {core} of {_quote(slot)}", f"each core of {_quote(slot)}"])
