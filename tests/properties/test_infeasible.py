@@ -62,6 +62,9 @@ class Demands:
             name: {key: value for key, value in flow.items() if key != "latency"}
             for name, flow in document["flows"].items()
         }
+        if oracle.load_text(text_of(document)).asks_of_cores:  # they are decisions without the demands, too
+            core = f"utilisation of core 1 of '{next(iter(document['processors']))}'"
+            free["objectives"] = [*document["objectives"], f"minimise {core}"]
         self.problem = oracle.load_text(text_of(free))
         self.texts = [*requirements, *rules]
         self.designs = []
