@@ -32,8 +32,16 @@ class Releases:
     @property
     def often(self) -> Fraction:
         """Jobs per ns in the long run."""
-        whole = sum((Fraction(1, period) for period, _ in self.streams), Fraction(0))
-        return min(whole, Fraction(1, self.apart)) if self.apart else whole
+        return min(self._whole, Fraction(1, self.apart)) if self.apart else self._whole
+
+    @property
+    def may_be_early(self) -> bool:
+        """Whether jobs come sooner than so often: not where they wait for the time that is to be between them."""
+        return any(late for _, late in self.streams) and self.apart * self._whole < 1
+
+    @property
+    def _whole(self) -> Fraction:
+        return sum((Fraction(1, period) for period, _ in self.streams), Fraction(0))
 
 
 def _each(period: int, late: Fraction) -> Iterator[Fraction]:
@@ -42,11 +50,14 @@ def _each(period: int, late: Fraction) -> Iterator[Fraction]:
 
 
 def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> bool:
-    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then."""
+    """Whether there is more work than time, or as much and some of it is early: a stretch never ends then.
+
+    >>> late, whole = ((4, Fraction(1)),), (Releases(((4, Fraction(0)),)), 2)
+    >>> [has_no_end([(Releases(late, apart), 2), whole], 0) for apart in (0, 3, 4)]
+    [True, True, False]
+    """
     used = sum((releases.often * work for releases, work in given), Fraction(0))
-    is_more = begun > 0 or any(
-        not releases.streams or any(late for _, late in releases.streams) for releases, _ in given
-    )
+    is_more = begun > 0 or any(not releases.streams or releases.may_be_early for releases, _ in given)
     return used > 1 or (used == 1 and is_more)
 
 
