@@ -69,7 +69,7 @@ def around(
         return None
     for position in turn.rivals(turns):
         found, other = tasks[position], turns[position]
-        is_inside, goes_first = other.executor == turn.executor, other.level <= turn.level
+        is_inside, goes_first = other.executor == turn.executor, turn.goes_first_inside(other)
         if found is None and counts_once(space, turn, other, view):
             found = job_of(space, other.key, (), None, view)
         if found is None:
@@ -83,7 +83,7 @@ def around(
 
 def counts_once(space: Space, turn: Turn, other: Turn, view: View) -> bool:
     """Whether one job of another task may have begun before a task, and no more of them matter."""
-    if turn.executor is None or other.executor != turn.executor or other.level <= turn.level:
+    if turn.executor is None or other.executor != turn.executor or turn.goes_first_inside(other):
         return False
     kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
     return kind == "callback_group"

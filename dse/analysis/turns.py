@@ -54,6 +54,10 @@ class Turn:
             if not is_own and turn.reservation == self.reservation:
                 yield position
 
+    def goes_first_inside(self, other: Turn) -> bool:
+        """Whether another task of the executor goes first where both wait; not a callback's own timer."""
+        return other.level <= self.level and not (self.key[1] == "callback" and other.key[0] == self.key[0])
+
     def siblings(self, order: Sequence[Turn]) -> list[int]:
         """The positions of the other pieces of its thread."""
         return [at for at, turn in enumerate(order) if turn.key[0] in self.pieces and turn.key != self.key]

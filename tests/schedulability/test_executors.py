@@ -54,6 +54,26 @@ def test_the_example_of_the_document() -> None:
     assert executor_response_ns("fifo", callback, [Fellow(timer, True)], []) == 4
 
 
+def test_a_callback_never_waits_for_more_than_one_job_of_its_own_timer() -> None:
+    """Behind one that has begun, also beside another thread of its number: 1 (low) + 2 (other) + 0.6 of its own."""
+    space = space_of("""
+dse: 1
+name: a hybrid thread and another of one number, one less urgent
+processor_types: {A: {}}
+processors: {p: {type: A}}
+executors: {e: {kind: callback_group, processor: p, core: 1}}
+threads:
+  low: {executor: e, period: 5 ms, compute_execution_time: 1 ms}
+  other: {executor: e, priority: 2, period: 10 ms, compute_execution_time: 2 ms}
+  h: {executor: e, priority: 2, dispatch_protocol: hybrid, period: 20 ms, callback_execution_time: 600 us,
+      compute_execution_time: 100 us}
+connections: {c: {from: low, to: h}}
+objectives: [minimise response time of h]
+""")
+    found = processor_responses(space, 0, View([0] * len(space.decisions)))
+    assert {item.name: item.response_ns for item in found}["h (callback)"] == 3_600_000
+
+
 def test_an_executor_goes_by_its_fastest_thread_or_its_number() -> None:
     """The node at 10 ms goes after `other` at 5 ms; with a number of its own before it, and without jobs between."""
     assert responses_ms("fifo", other="")["other"] == 2
