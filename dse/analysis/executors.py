@@ -254,22 +254,39 @@ def queued_ns(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Exact
     >>> queued_ns(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
     8
     """
+    found = queued_job(task, own, fellows)
+    return None if found is None else found.waited_ns + task.worst_ns
+
+
+@dataclass(frozen=True, slots=True)
+class QueuedJob:
+    """The job that waits longest (`queued_ns`): behind all of others that came `until` then, which ran for `ran_ns`."""
+
+    waited_ns: Exact = 0
+    until_ns: Exact = 0
+    ran_ns: Exact = 0
+
+
+def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
+    """The job whose time `queued_ns` is."""
     inside = [item for item in (*own, *fellows) if item.worst_ns]
     used = load((task, *inside))
     if used > 1 or (used == 1 and any(map(is_late, (task, *inside)))):
         return None
     work = _Work(task, inside, (), 0)
-    longest: Exact = 0
+    longest = QueuedJob(-1)
     try:
         busy = work.busy_ns(repeats=False)
         for arrival in _until(merge(*map(densest_releases_ns, (task, *inside))), busy):
             work.step()
             came = sum(jobs_by(item, arrival) * item.worst_ns for item in fellows)
             ended = sum(jobs_by(item, arrival) * item.worst_ns for item in (task, *own)) - task.worst_ns
-            longest = max(longest, came - max(0, arrival - ended))
+            ran = max(0, arrival - ended)
+            if came - ran > longest.waited_ns:
+                longest = QueuedJob(came - ran, arrival, ran)
     except _Endless:
         return None
-    return longest + task.worst_ns
+    return longest
 
 
 def _until(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:

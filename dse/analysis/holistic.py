@@ -8,7 +8,7 @@ Microprocessing and Microprogramming 40, 1994).
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from typing import Any
@@ -45,13 +45,20 @@ KEPT_CORES = 4096
 """The number of cores whose response times are remembered."""
 
 
-def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> dict[TaskKey, Exact | None]:
+Lost = Callable[[Turn, Sequence[Turn], Sequence["Task | None"], "Mapping[TaskKey, Exact | None]"], None]
+"""Told of a task that turns out to have no bound: its turn, those of its core, their tasks, and what is known then."""
+
+
+def fixed_point(
+    space: Space, cores: Sequence[Sequence[Turn]], view: View, lost: Lost | None = None
+) -> dict[TaskKey, Exact | None]:
     """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound.
 
     Where round after round adds the same, as many rounds are taken at once as add the same for sure
     (`dse.analysis.growth`).
     """
     work = _Rounds(space, cores, view)
+    work.lost = lost
     history: deque[dict[Any, Any]] = deque(maxlen=2 * MOST_ALIKE + 1)
     pause, look = 1, SLOW
     while work.next():
@@ -61,6 +68,13 @@ def fixed_point(space: Space, cores: Sequence[Sequence[Turn]], view: View) -> di
             pause = 1 if work.follow(history) >= WORTH else 2 * pause
             look = work.count + pause
     return work.known
+
+
+def one_response_ns(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> Exact | None:
+    """The response time of a task of a core where no release depends on one, and none is of a thread with segments."""
+    work = _Rounds(space, [turns], view)
+    tasks = [bounded_task(space, other.key, work.known, view) for other in turns]
+    return work.found(turn, turns, tasks, work.interrupts[0])
 
 
 class _Rounds:
@@ -81,6 +95,7 @@ class _Rounds:
         self.lone = _lone(space, cores, self.known, view, self.asked)
         self.before_that: list[list[Task | None] | None] = [None] * len(cores)
         self.count = 0
+        self.lost: Lost | None = None
 
     def next(self) -> bool:
         """Raise all once, core by core; whether anything rose."""
@@ -100,22 +115,24 @@ class _Rounds:
             together = None if self.asked is None or before else _on_core(turns, tasks)
             for number, turn in enumerate(turns):
                 key = turn.key
-                found = together[number] if together is not None else self._found(turn, turns, tasks, before)
+                found = together[number] if together is not None else self.found(turn, turns, tasks, before)
                 if found is not None and self.count > 1 and (found > self.horizon or self.count > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
+                    if found is None and self.lost is not None:
+                        self.lost(turn, turns, tasks, known)
                     known[key], changed = found, True
                     self.asked = self.asked if type(found) in PLAIN else None
         return changed
 
-    def _found(
+    def found(
         self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task]
     ) -> Exact | None:
         """The response time of a task of a core, with what is known so far."""
         space, known, view, segments = self.space, self.known, self.view, self.segments
         first = before_task(space, turns, turn, tasks, before, view)
         rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
-        released = _thread_releases(space, turn.pieces[0], known, view) if turn.pieces else ((), None)
+        released = thread_releases(space, turn.pieces[0], known, view) if turn.pieces else ((), None)
         if turn.executor is None:
             found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
         else:
@@ -151,7 +168,7 @@ class _Rounds:
         other.segments = copy(self.segments)
         other.segments.spans = {key: state[key] for key in self.segments.spans}
         other.known = {key: state[key] for key in self.known}
-        other.asked, other.before_that = None, [None] * len(self.cores)
+        other.asked, other.before_that, other.lost = None, [None] * len(self.cores), None
         for _ in range(rounds):
             other.next()
         return other.state()
@@ -163,7 +180,7 @@ def _beside(
     return respond(Task("", worst_ns, *released), rivals, blocked_ns)
 
 
-def _thread_releases(
+def thread_releases(
     space: Space, first: int, known: Mapping[TaskKey, Exact | None], view: View
 ) -> tuple[Streams, int | None]:
     """What releases a thread with segments, whose first piece is given, and the least time between two releases."""

@@ -1,49 +1,61 @@
-"""Why a thread is late on its core, and how much shorter it or what goes before it would have to be.
+"""Why a thread is late, and how much shorter it or what goes before it would have to be.
 
-What goes before the worst job is what the analysis of its response time counts (docs/semantics.md, section 4.3). A
-time that would do is found by asking that analysis again with a shorter one, all release jitter as it is: shorter jobs
-never make it larger, so that what is said suffices.
+What goes before the worst job is what the analysis of its response time counts (`dse.analysis.waiting`;
+docs/semantics.md, section 4.3), of a thread with segments piece by piece. A time that would do is found by asking that
+analysis again with a shorter one (`dse.analysis.shortening`). Of threads without a bound it is told which of them have
+none because of others.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from dse.analysis.budgets import Budget, budget_of, least
+from dse.analysis.budgets import Budget, budget_of
+from dse.analysis.holistic import fixed_point, thread_releases
 from dse.analysis.limits import HOLDS, Verdict
-from dse.analysis.placement import core_of_each
-from dse.analysis.releases import task_of
-from dse.analysis.reservations import gaps_name
 from dse.analysis.responding import counts_once
-from dse.analysis.response_time import Task, response_time_ns
+from dse.analysis.response_time import Task
 from dse.analysis.scheduling import Delay, Response, all_responses, response_of
-from dse.analysis.segments import elapsed_ns
-from dse.analysis.turns import Schedule
+from dse.analysis.segments import apart_ns, elapsed_ns
+from dse.analysis.shortening import Shorter, Trials
+from dse.analysis.tasks import TaskKey
+from dse.analysis.turns import Schedule, Turn, upstream
 from dse.analysis.views import View
+from dse.analysis.waiting import Known, Place, Wait, waits_of
 from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact
 
+PPM = 10**6
+
 
 @dataclass(frozen=True)
-class Shorter:
-    """Each job of a thread (or of an interrupt) takes so much less, and the late thread is in time."""
+class Full:
+    """A processor's core (from 1; `is_served` where that has no number) of which more than all is needed.
 
-    name: str
-    by_ns: int
+    `share_ppm` is what a thread and what goes before it there need of it together.
+    """
+
+    processor: str
+    core: int
+    is_served: bool
+    share_ppm: Exact
 
 
 @dataclass(frozen=True)
 class Late:
-    """A thread that ends too late: `late_ns` behind its limit on a core (from 1), None without a bound.
+    """A thread that ends too late: `late_ns` behind its limit of `limit_ns` on a core (from 1), None without a bound.
 
-    `work_ns` is what its own jobs take up to then, `blocked_ns` what has begun before, `delays` what goes before it;
-    of an `executor` the others that it runs do. Each of `shorter` is enough by itself. A thread that `has_segments`
-    waits for what its pieces wait for, also on `accelerators`. `budget` is that of the reservation it is in. Of one
-    without a bound `endless` are the threads that may go before it and come without a bound themselves.
+    `work_ns` is what its own jobs take up to then, `waits` what it waits for, piece by piece of one that
+    `has_segments`, on its core and on `accelerators`; `blocked_ns` and `delays` are those of one without. In an
+    `executor` the others that it runs count. Each of `shorter` is enough by itself. `budget` is that of the reservation
+    it is in.
+
+    Of one without a bound `endless` are the threads that have none themselves and because of which it has none. Else
+    `full` is where more than all is needed, if it is, and the `waits` of its pieces are those which would make its job
+    end `ends_ns` after its release, at least, though its next one comes `apart_ns` after it.
     """
 
     thread: str
@@ -59,83 +71,149 @@ class Late:
     budget: Budget | None = None
     accelerators: tuple[str, ...] = ()
     endless: tuple[str, ...] = ()
+    limit_ns: Fraction = Fraction(0)
+    waits: tuple[Wait, ...] = ()
+    full: Full | None = None
+    apart_ns: Exact | None = None
+
+    @property
+    def is_late_alone(self) -> bool:
+        """Whether its own work takes longer than it may."""
+        return self.work_ns > self.limit_ns
+
+    @property
+    def ends_ns(self) -> Exact | None:
+        """How long after its release its job ends, as far as that is known of one without a bound."""
+        return sum(item.response_ns for item in self.waits) if self.waits else None
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
     """The threads that break an upper limit on their response time, in the order of the limits."""
-    seen = set()
+    broken: dict[int, Verdict] = {}
     for verdict in verdicts:
-        metric = verdict.requirement.metric
-        number, operator = metric.index or 0, verdict.requirement.operator
-        if verdict.holds or metric.kind != "response time" or operator not in ("<=", "<") or number in seen:
-            continue
-        seen.add(number)
+        metric, operator = verdict.requirement.metric, verdict.requirement.operator
+        if not verdict.holds and metric.kind == "response time" and operator in ("<=", "<"):
+            broken.setdefault(metric.index or 0, verdict)
+    if not broken:
+        return
+    teller = _Teller(space, view)
+    for number, verdict in broken.items():
         found = response_of(space, number, "thread", view)
         if found is not None:
-            yield _late(space, found, verdict, view)
+            yield teller.late(found, verdict)
 
 
-def _late(space: Space, found: Response, verdict: Verdict, view: View) -> Late:
-    processor = at(space.components[found.component].processor, view)
-    late = None if found.response_ns is None else found.response_ns - verdict.limit
-    core = core_of_each(space, processor, view)[found.component]
-    shorter = (
-        tuple(_shorter(space, found, verdict)) if late is not None and not found.executor and not found.is_piece else ()
-    )
-    name, work = space.processors[processor].name, found.task.worst_ns
-    if found.is_piece:
-        work = elapsed_ns(space, found.component, view)[1]
-    budget = budget_of(space, found.component, view, lambda response: _holds(verdict, response))
-    return Late(
-        found.name, name, core, late, work, found.blocked_ns, found.executor, found.delays, shorter, found.is_piece,
-        budget, tuple(_accelerators(space, found.component, view)) if found.is_piece else (),
-        tuple(_endless(space, found, view)) if late is None else (),
-    )  # fmt: skip
+@dataclass(frozen=True)
+class _Loss:
+    """How it turns out that a thread has no bound: because of others, or with what is `known` of them by then."""
+
+    key: TaskKey
+    because: tuple[str, ...]
+    known: Known
 
 
-def _endless(space: Space, found: Response, view: View) -> dict[str, None]:
-    """The threads that may go before a late one and of whose jobs nobody knows how closely they follow each other."""
-    schedule, known = Schedule(space, view), all_responses(space, view)
-    place = schedule.place((found.component, found.part))
-    if place is None:
-        return {}
-    processor, core, turn = place
-    turns = schedule.cores(processor)[core]
-    before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
-    return dict.fromkeys(
-        space.components[other.key[0]].stated_as
-        for other in map(turns.__getitem__, sorted(before))
-        if task_of(space, other.key, known, view) is None and not counts_once(space, turn, other, view)
-    )
+class _Losses:
+    """Notes, when it turns out that a task has no bound, whether that is because something else has none.
+
+    What is known of others by then are times that they take at the least, all of them bounded.
+    """
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self.found: dict[tuple[int, ...], _Loss] = {}
+
+    def note(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], known: Known) -> None:
+        """Called by the analysis (`dse.analysis.holistic.fixed_point`)."""
+        members = turn.pieces or turn.key[:1]
+        if members in self.found:
+            return
+        space, view = self.space, self.view
+        before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
+        missing = [turns[position].key[0] for position in sorted(before) if self._is_lost(turn, turns, tasks, position)]
+        missing += [
+            key[0] for key in upstream(space, turn.key, view, frozenset())
+            if key[0] not in members and known.get(key, 0) is None
+        ]  # fmt: skip
+        because = tuple(dict.fromkeys(space.components[number].stated_as for number in missing))
+        self.found[members] = _Loss(turn.key, because, {} if because else dict(known))
+
+    def _is_lost(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], position: int) -> bool:
+        return tasks[position] is None and not counts_once(self.space, turn, turns[position], self.view)
 
 
-def _accelerators(space: Space, number: int, view: View) -> dict[str, None]:
-    """The processors that serve pieces of a thread as they come, or by priority."""
-    pieces = space.components[number].pieces
-    served = (space.components[one] for one in (pieces.members if pieces is not None else ()))
-    return dict.fromkeys(
-        space.processors[at(item.processor, view)].name for item in served if at(item.executor, view) is not None
-    )
+class _Teller:
+    """The late threads of one design."""
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self.schedule, self.trials = Schedule(space, view), Trials(space, view)
+        self.known = all_responses(space, view)
+        losses = _Losses(space, view)
+        if None in self.known.values():
+            every = [core for processor in range(len(space.processors)) for core in self.schedule.cores(processor)]
+            fixed_point(space, every, view, losses.note)
+        self.losses: Mapping[tuple[int, ...], _Loss] = losses.found
+
+    def late(self, found: Response, verdict: Verdict) -> Late:
+        """Why a thread is late."""
+        space, view, key = self.space, self.view, (found.component, found.part)
+        component = space.components[found.component]
+        members = component.pieces.members if component.pieces is not None else (found.component,)
+        keys: list[TaskKey] = [(number, "thread") for number in members]
+        late = None if found.response_ns is None else found.response_ns - verdict.limit
+        loss = self.losses.get(members)
+        known = self.known if loss is None or loss.because else loss.known
+        is_told = late is not None or (loss is not None and not loss.because and found.is_piece)
+        causes = [] if late is not None or loss is None else self._keys_of(loss.because)
+        waits = (waits_of(self.schedule, key, known) if is_told else None) or ()
+        budget = budget_of(space, found.component, view, lambda response: _holds(verdict, response))
+        return Late(
+            found.name if component.pieces is None else component.stated_as,
+            space.processors[at(component.processor, view)].name,
+            found.core,
+            late,
+            elapsed_ns(space, found.component, view)[1] if found.is_piece else found.task.worst_ns,
+            found.blocked_ns, found.executor, found.delays,
+            tuple(self.trials.shorter(keys, causes, lambda response: _holds(verdict, response))),
+            found.is_piece,
+            budget,
+            tuple(self._accelerators(members)) if found.is_piece else (),
+            () if late is not None or loss is None else loss.because,
+            verdict.limit,
+            waits,
+            self._full(keys, known) if late is None and (loss is None or not loss.because) else None,
+            self._apart(members[0]) if late is None and found.is_piece else None,
+        )  # fmt: skip
+
+    def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
+        """The tasks of threads, by their names."""
+        return [key for key in self.known if self.space.components[key[0]].stated_as in names]
+
+    def _full(self, keys: Sequence[TaskKey], known: Known) -> Full | None:
+        """Where a thread and what goes before it need most, if that is more than there is."""
+        found: list[Full] = []
+        for key in keys:
+            place = Place(self.schedule, key, known)
+            share = place.share()
+            name = self.space.processors[place.processor].name
+            if share is not None and share > 1:
+                found.append(Full(name, place.core + 1, place.is_served, share * PPM))
+        return max(found, key=lambda item: item.share_ppm, default=None)
+
+    def _apart(self, first: int) -> Exact | None:
+        """How far apart the releases of a thread with segments are, whose first piece is given."""
+        released, separation_ns = thread_releases(self.space, first, self.known, self.view)
+        return None if released is None else apart_ns(released, separation_ns)
+
+    def _accelerators(self, members: Sequence[int]) -> dict[str, None]:
+        """The processors that serve pieces of a thread as they come, or by priority."""
+        served = (self.space.components[one] for one in members)
+        return dict.fromkeys(
+            self.space.processors[at(item.processor, self.view)].name
+            for item in served
+            if at(item.executor, self.view) is not None
+        )
 
 
 def _holds(verdict: Verdict, response_ns: Exact | None) -> bool:
     return response_ns is not None and HOLDS[verdict.requirement.operator](Fraction(response_ns), verdict.limit)
-
-
-def _shorter(space: Space, found: Response, verdict: Verdict) -> Iterator[Shorter]:
-    """The least cut of a single task's jobs that is enough, of the late one first; where none is it is left out.
-
-    So are reservations, whose budgets come later where they are cut.
-    """
-    reserved = {item.name for item in space.reservations} | {gaps_name(item.name) for item in space.reservations}
-    for index, item in enumerate((found.task, *found.rivals)):
-        if item.name in reserved:
-            continue
-
-        def is_enough(by_ns: int, index: int = index, item: Task = item) -> bool:
-            tasks = [found.task, *found.rivals]
-            tasks[index] = replace(item, worst_ns=item.worst_ns - by_ns)
-            return _holds(verdict, response_time_ns(tasks[0], tasks[1:], found.blocked_ns))
-
-        if item.worst_ns > 1 and is_enough(item.worst_ns - 1):
-            yield Shorter(item.name, least(is_enough, item.worst_ns - 1))

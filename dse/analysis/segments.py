@@ -79,9 +79,10 @@ class Segments:
             return None
         found = begin + span_ns
         if position and turn.executor is None:
-            together = self._together(turn.pieces[: position + 1], respond)
-            found = found if together is None else min(found, together)
-        apart = _apart_ns(releases, separation_ns)
+            together = self.together_ns(turn.pieces[: position + 1])
+            end = None if together is None else respond(*together)
+            found = found if end is None else min(found, end)
+        apart = apart_ns(releases, separation_ns)
         return found if apart is None or found <= apart else None
 
     def since_ns(
@@ -97,15 +98,15 @@ class Segments:
         """
         position = turn.pieces.index(turn.key[0])
         found: dict[int, Exact] = dict.fromkeys(turn.pieces[:position], 0)
-        apart = None if releases is None else _apart_ns(releases, separation_ns)
+        apart = None if releases is None else apart_ns(releases, separation_ns)
         if apart is not None:
             for number in turn.pieces[position:]:
                 end = known.get((number, "thread"), self.alone_ns(number))
                 found[number] = 0 if end is None else max(0, apart - end)
         return found
 
-    def _together(self, pieces: Sequence[int], respond: Respond) -> Exact | None:
-        """The end of the last of these pieces of a thread as if all of them, and the times away, were one job."""
+    def together_ns(self, pieces: Sequence[int]) -> tuple[int, Exact] | None:
+        """All of these pieces of a thread, and the times away, as one job: what it takes, and what blocks it."""
         taken: Exact = 0
         blocked: Exact = 0
         for number in pieces:
@@ -120,7 +121,7 @@ class Segments:
                 return None
             taken += span
         is_whole = type(taken) is Fraction and taken.denominator == 1
-        return respond(int(taken) if is_whole else taken, blocked)  # type: ignore[arg-type]
+        return (int(taken) if is_whole else taken), blocked  # type: ignore[return-value]
 
 
 def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:
@@ -141,7 +142,7 @@ def _so_far(space: Space, number: int) -> list[Component]:
     return [space.components[item] for item in members]
 
 
-def _apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
+def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
     """How far apart two releases of a thread are at least; None where there is one only."""
     if not releases:
         return None

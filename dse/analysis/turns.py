@@ -210,10 +210,7 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
     """The same with the time for which what never goes before a task may keep the core all the same."""
     if all(space.components[turn.key[0]].section_ns is None for turn in turns):
         return turns
-    sections = [
-        section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
-        for turn in turns
-    ]
+    sections = sections_of(space, turns, view)
     found = []
     for turn in turns:
         rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
@@ -224,3 +221,11 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
         ]
         found.append(replace(turn, blocked_ns=reduce(partial(picked, "max"), others, 0)))
     return found
+
+
+def sections_of(space: Space, turns: Sequence[Turn], view: View) -> list[int]:
+    """For how long each task of a core may keep it to itself."""
+    return [
+        section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
+        for turn in turns
+    ]

@@ -158,6 +158,7 @@ class Explainer:
     wishes: Wishes
     oracle: Oracle = field(repr=False)
     left_open: list[str] = field(default_factory=list)
+    told: dict[Design, Example] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float) -> Explainer:
@@ -307,7 +308,12 @@ class Explainer:
         return Evaluator(self.space)
 
     def example(self, design: Design) -> Example:
-        """A design as it is named, with what it breaks."""
+        """A design as it is named, with what it breaks; many demands have the same."""
+        if design not in self.told:
+            self.told[design] = self._example(design)
+        return self.told[design]
+
+    def _example(self, design: Design) -> Example:
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
         view = View(design)
         late = tuple(late_threads(self.space, self.evaluator.evaluate(design).verdicts, view))

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from dse.analysis.budgets import Budget
-from dse.analysis.lateness import Late
 from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
+from dse.report.lateness import late_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
 from dse.report.timeline import boundary_words
@@ -17,7 +16,6 @@ from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.results.points import Clash
 from dse.results.solve import Result
-from dse.units import Exact
 from dse.units.text import count_words
 
 DIGITS = 6
@@ -256,59 +254,6 @@ def _tell_designs(say: _Teller) -> None:
     if several and len(differing) < len(names):
         shared = _decisions(designs[0], [name for name in names if name not in differing])
         say.item(f"all of them: {shared}", told=ROOM)
-
-
-def late_words(late: Late) -> str:
-    """Why a thread is late, and what would have to be shorter.
-
-    ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
-    2 ms less of a``.
-    """
-    is_served = late.processor in (late.executor, *late.accelerators)
-    where = f"on {late.processor}" if is_served else f"on core {late.core} of {late.processor}"
-    if late.late_ns is None:
-        return f"{late.thread} ends late without a bound {where}: {_why_endless(late)}"
-    before = [f"{item.jobs} x {item.name} ({_time(item.work_ns)})" for item in late.delays]
-    before += [f"{_time(late.blocked_ns)} of less urgent work that has begun"] if late.blocked_ns else []
-    if late.has_segments:
-        before.append(f"what its segments wait for {_places(late)}")
-    elif late.executor and not late.delays:
-        before.append(f"what else {late.executor} runs")
-    text = f"{late.thread} ends {_time(late.late_ns)} late {where}: {_time(late.work_ns)} of its own"
-    text += f", behind {', '.join(before)}" if before else ""
-    enough = [f"{_time(item.by_ns)} less of {item.name} each time" for item in late.shorter]
-    enough += [_enough_budget(late.budget)] if late.budget is not None and late.budget.enough_ns is not None else []
-    return f"{text}; in time with {', or '.join(enough)}" if enough else text
-
-
-def _why_endless(late: Late) -> str:
-    """Why a response time has no bound, and the budget with which it has one that is soon enough."""
-    if late.has_segments:
-        return f"with what its segments wait for {_places(late)}, they need not all end before its next job comes"
-    if late.endless and (late.budget is None or late.budget.is_served):
-        return f"what goes before it comes without a bound itself: {', '.join(late.endless)}"
-    if late.budget is None:
-        return "it and what goes before it need more than there is"
-    has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
-    if late.budget.is_served:
-        why = f"it and what goes before it need more than {late.budget.reservation} has, {has}"
-    else:
-        why = f"{late.budget.reservation} does not get its {has} behind what goes before it"
-    return why if late.budget.enough_ns is None else f"{why}; in time with {_enough_budget(late.budget)}"
-
-
-def _places(late: Late) -> str:
-    """Where the segments of a thread wait."""
-    return f"on its core and on {', '.join(late.accelerators)}" if late.accelerators else "on its core"
-
-
-def _enough_budget(budget: Budget) -> str:
-    assert budget.enough_ns is not None
-    return f"a budget of {_time(budget.enough_ns)} instead of {_time(budget.budget_ns)} of {budget.reservation}"
-
-
-def _time(value_ns: Exact) -> str:
-    return readable(value_ns, "ns", digits=DIGITS)
 
 
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:

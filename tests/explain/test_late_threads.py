@@ -14,7 +14,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.lateness import Late, late_threads
 from dse.analysis.views import View
 from dse.api.problem import loads
-from dse.report.explain import explanation_page, late_words
+from dse.report.explain import explanation_page
+from dse.report.lateness import late_words
 
 HEAD = (
     "dse: 1\nname: late\ndeadlines: all\noverload: allowed\nprocessor_types: {cpu: {}}\nprocessors: {p: {type: cpu}}\n"
@@ -52,8 +53,14 @@ def test_cuts_are_the_least_that_are_enough(seed: int) -> None:
     for item in found(text_of(works, others)).values():
         for cut in item.shorter:
             for by_ns, is_late in ((cut.by_ns, False), (cut.by_ns - 1, True)):
-                changed = {**works, cut.name: works[cut.name] - by_ns}
-                assert (item.thread in found(text_of(changed, others))) == is_late
+                if cut.section:
+                    head, had = others[cut.name].partition("non_preemptive: ")[::2]
+                    longest = min(works[cut.name], int(had.split()[0]) * 10**6)
+                    left = f"{head}non_preemptive: {longest - by_ns} ns{had.removeprefix(f'{had.split()[0]} ms')}"
+                    changed = text_of(works, {**others, cut.name: left})
+                else:
+                    changed = text_of({**works, cut.name: works[cut.name] - by_ns}, others)
+                assert (item.thread in found(changed)) == is_late
 
 
 def test_what_is_said_of_a_late_thread() -> None:
@@ -73,13 +80,18 @@ def test_what_is_said_of_a_late_thread() -> None:
 def test_without_a_bound_and_in_an_executor() -> None:
     works, others = {"a": 7 * 10**6, "b": 8 * 10**6}, {"a": "period: 10 ms", "b": "period: 20 ms"}
     [late] = found(text_of(works, others)).values()
-    assert (late.late_ns, late.shorter) == (None, ())
-    assert late_words(late).startswith("b ends late without a bound on core 1 of p")
+    assert late_words(late) == (
+        "b ends late without a bound on core 1 of p: it and what goes before it need 110 % of core 1 of p; "
+        "in time with 2 ms less of b each time, or 1 ms less of a each time"
+    )
     node = "executors: {node: {kind: fifo, processor: p}}\n" + text_of(
         {"a": 4 * 10**6, "b": 5 * 10**6}, {"a": "period: 10 ms, deadline: 8 ms", "b": "period: 20 ms"}
     ).replace("processor: p, compute", "executor: node, compute").replace(HEAD, "")
     [late] = found(HEAD + node).values()
-    assert late_words(late) == "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 x b (5 ms)"
+    assert late_words(late) == (
+        "a ends 1 ms late on core 1 of p: 4 ms of its own, behind 1 x b (5 ms); "
+        "in time with 1 ms less of a each time, or 1 ms less of b each time"
+    )
 
 
 BEHIND = """
@@ -101,7 +113,8 @@ def test_behind_a_thread_without_a_bound() -> None:
     [late] = found(BEHIND.replace("WHERE", "p")).values()
     assert (late.thread, late.late_ns, late.endless) == ("b", None, ("before",))
     assert late_words(late) == (
-        "b ends late without a bound on core 1 of p: what goes before it comes without a bound itself: before"
+        "b ends late without a bound on core 1 of p because before has none; in time with 5 ms less of before "
+        "(piece 2) each time, or 5 ms less of longer each time"
     )
     [relaxation] = dse.explain(BEHIND.replace("WHERE", "p")).to_dict()["relaxations"]
     assert [item["endless"] for item in relaxation["late"]] == [["before"]]
@@ -120,7 +133,10 @@ def test_lateness_in_json() -> None:
     assert (late["thread"], late["processor"], late["core"], late["late_ns"]) == ("b", "p", 1, 4 * 10**6)
     assert late["delays"] == [{"name": "a", "jobs": 2, "work_ns": 8 * 10**6}]
     assert late["accelerators"] == []
-    assert late["shorter"] == [{"name": "b", "by_ns": 2 * 10**6}, {"name": "a", "by_ns": 2 * 10**6}]
+    assert late["shorter"] == [{"name": name, "by_ns": 2 * 10**6, "section": False} for name in "ba"]
+    [wait] = late["waits"]
+    assert (wait["work_ns"], wait["delays"], wait["over_ns"]) == (8 * 10**6, late["delays"], 0)
+    assert (late["limit_ns"], late["ends_ns"]) == (12 * 10**6, 16 * 10**6)
     pieces = (
         "{compute_execution_time: 2 ms}, {processor: g, compute_execution_time: 8 ms}, {compute_execution_time: 1 ms}"
     )
@@ -129,15 +145,17 @@ def test_lateness_in_json() -> None:
     )
     text += f"threads: {{c: {{processor: p, period: 20 ms, deadline: 9 ms, segments: [{pieces}]}}}}\n"
     [item] = found(text + "objectives: [minimise power]\n").values()
-    assert (item.late_ns, item.work_ns, item.delays, item.shorter) == (2 * 10**6, 11 * 10**6, (), ())
-    behind = "11 ms of its own, behind what its segments wait for on its core and on g"
-    assert late_words(item) == f"c ends 2 ms late on core 1 of p: {behind}"
+    assert (item.late_ns, item.work_ns, item.delays) == (2 * 10**6, 11 * 10**6, ())
+    assert late_words(item) == (
+        "c ends 2 ms late on core 1 of p: 11 ms of its own, more than its 9 ms even by itself; "
+        "in time with 2 ms less of c (piece 2) each time"
+    )
     [relaxation] = dse.explain(text + "objectives: [minimise power]\n").to_dict()["relaxations"]
     assert [item["accelerators"] for item in relaxation["late"]] == [["g"]]
     without_last = text.replace(", {compute_execution_time: 1 ms}", "") + "objectives: [minimise power]\n"
     assert next(iter(found(without_last).values())).processor == "g"
     [said] = map(late_words, found(without_last).values())
-    assert said.startswith("c ends 1 ms late on g: 10 ms of its own, behind what its segments wait for on its core")
+    assert said.startswith("c ends 1 ms late on g: 10 ms of its own, more than its 9 ms even by itself; in time with")
 
 
 def reserved(rng: random.Random) -> dict[str, Any]:
@@ -197,7 +215,8 @@ threads:
     )
     busy = text.replace("period: 10 ms, compute_execution_time: 1", "period: 5 ms, compute_execution_time: 3")
     gets = "share does not get its 6 ms of every 10 ms behind what goes before it"
-    assert late_words(found(busy)["a"]) == f"{endless}{gets}; in time with a budget of 2 ms instead of 6 ms of share"
+    enough = "in time with 1 ms less of b each time, or a budget of 2 ms instead of 6 ms of share"
+    assert late_words(found(busy)["a"]) == f"{endless}{gets}; {enough}"
     [relaxation] = dse.explain(busy).to_dict()["relaxations"]
     assert relaxation["late"][0]["budget"] == {
         "reservation": "share", "budget_ns": 6_000_000, "period_ns": 10_000_000, "is_served": False,
@@ -214,6 +233,6 @@ def test_what_has_no_bound_for_its_segments_is_not_said_to_need_more_than_its_co
     pieces = f"[{ends}, {{processor: g, compute_execution_time: 12 ms}}, {ends}]"
     text += "threads:\n" + "".join(f"  {name}: {{processor: p, period: 20 ms, segments: {pieces}}}\n" for name in "cd")
     for item in found(text + "objectives: [minimise power]\n").values():
-        said = "with what its segments wait for on its core and on g, they need not all end before its next job comes"
-        assert late_words(item) == f"{item.thread} ends late without a bound on core 1 of p: {said}"
+        said = "it and what goes before it need 120 % of g; in time with "
+        assert late_words(item).startswith(f"{item.thread} ends late without a bound on core 1 of p: {said}")
         assert item.late_ns is None

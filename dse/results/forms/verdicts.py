@@ -56,8 +56,9 @@ class Delay(Form):
 class Shorter(Form):
     """What alone would let a late thread end in time."""
 
-    name: str = field("The thread or interrupt.")
-    by_ns: Figure = field("How much less each of its jobs takes then.")
+    name: str = field("The thread, its piece, or the interrupt.")
+    by_ns: Figure = field("How much less each of its jobs takes then, or each of its sections.")
+    section: bool = field("Whether its section that nothing interrupts is meant, not its jobs.", earlier=False)
 
 
 class Budget(Form):
@@ -68,6 +69,30 @@ class Budget(Form):
     period_ns: Figure = field("The period in which it has that.")
     is_served: bool = field("Whether the budget is there in each period behind what goes before the reservation.")
     enough_ns: Figure | None = field("The least budget with which the thread is in time; null where none is enough.")
+
+
+class Wait(Form):
+    """What a thread does on a core, or a piece of it does there or on an accelerator, and what it waits for there."""
+
+    name: str = field("The thread or the piece; the thread where all its pieces on the core are taken together.")
+    processor: str = field("The processor or accelerator.")
+    core: int = field("The core, from 1.")
+    work_ns: Figure = field("What it does itself.")
+    earlier_jobs: int = field("How many earlier jobs of its own thread go before it.")
+    earlier_ns: Figure = field("What these take.")
+    delays: list[Delay] = field("The jobs of others that go before it.")
+    blocked_by: str = field("The thread whose section that nothing interrupts has begun before; empty where none has.")
+    blocked_ns: Figure = field("What that takes.")
+    over_ns: Figure = field("How much of all this is over when it is released.")
+    response_ns: Figure = field("From its release to its end: all of this without what is over by then.")
+
+
+class Full(Form):
+    """A core of which more than all is needed."""
+
+    processor: str = field("The processor or accelerator.")
+    core: int = field("The core, from 1.")
+    share_ppm: Figure = field("The share that a thread and what goes before it need together, in ppm.")
 
 
 class Late(Form):
@@ -87,7 +112,25 @@ class Late(Form):
         "The accelerators that its segments wait for, in the order of these; empty where it has none.", earlier=[]
     )
     endless: list[str] = field(
-        "Of one without a bound, the threads that go before it and come without a bound themselves.", earlier=[]
+        "Of one without a bound, the threads that have none themselves and because of which it has none.", earlier=[]
+    )
+    limit_ns: Figure | None = field("The limit that it misses; null in files that do not say it.", earlier=None)
+    waits: list[Wait] = field(
+        "What it waits for, with segments piece by piece; the response times add up to its own. Without a bound and "
+        "with segments what would make a job end after `ends_ns`, at the least; else empty without a bound.",
+        earlier=[],
+    )
+    full: Full | None = field(
+        "Of one without a bound, where it and what goes before it need more than there is; null where they do not.",
+        earlier=None,
+    )
+    ends_ns: Figure | None = field(
+        "When a job of it ends after its release, if `waits` tell it; else null.", earlier=None
+    )
+    apart_ns: Figure | None = field(
+        "Of one with segments and without a bound, how long after its release the next job may come, before which it "
+        "has to end; else null.",
+        earlier=None,
     )
 
 

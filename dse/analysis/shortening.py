@@ -1,0 +1,171 @@
+"""Which single shorter time would be enough for what is late, found by asking the analysis again.
+
+A candidate is the longest time of one task's jobs, of an interrupt, or of a section that nothing interrupts. With it
+shorter by so much the response times are found anew, with all jitter that follows from them; every thread keeps its
+core and its place in the order there. Shorter jobs never make a response time longer (docs/semantics.md, section 4.3),
+so that the least cut is found by halves, and what is said is enough, exactly: 1 ns less of it is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
+
+from dse.analysis.budgets import least
+from dse.analysis.holistic import fixed_point, one_response_ns
+from dse.analysis.releases import is_lone
+from dse.analysis.tasks import Part, TaskKey
+from dse.analysis.turns import Schedule, turns_of
+from dse.analysis.views import View
+from dse.analysis.waiting import blockers, told_name
+from dse.records import dataclass
+from dse.space.trees import at
+from dse.space.types import Space
+from dse.units import Exact
+
+MOST_CANDIDATES = 64
+"""No more times than this are shortened for one thread, its own first and what is most urgent next."""
+
+
+@dataclass(frozen=True)
+class Shorter:
+    """So much less of something each time, and what was late is in time.
+
+    `name` is the thread, its piece or the interrupt whose jobs take less; of a `section` that nothing interrupts it is
+    the thread's.
+    """
+
+    name: str
+    by_ns: int
+    section: bool = False
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A longest time that may be shorter by `most_ns`: of a component's jobs or section, or a processor's interrupt."""
+
+    kind: Literal["job", "section", "interrupt"]
+    number: int
+    part: Part | int
+    name: str
+    most_ns: int
+
+
+class _Trial(View):
+    """A design that is asked about once: nothing of it is remembered for other designs."""
+
+    __slots__ = ()
+
+
+class Trials:
+    """A design with the cores and orders that it has, to be asked again with a shorter time."""
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self.schedule = Schedule(space, view)
+        self._has_sections = any(item.section_ns is not None for item in space.components)
+
+    def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
+        """What may be shortened for these tasks of a thread: they, what goes before them, and what blocks them."""
+        found: dict[tuple[str, int, Part | int], Candidate] = {}
+        for item in (*(self._job(key) for key in keys), *(one for key in keys for one in self._beside(key))):
+            if item.most_ns > 0:
+                found.setdefault((item.kind, item.number, item.part), item)
+        return list(found.values())[:MOST_CANDIDATES]
+
+    def _beside(self, key: TaskKey) -> Iterator[Candidate]:
+        place = self.schedule.place(key)
+        if place is None:
+            return
+        processor, core, turn = place
+        turns = self.schedule.cores(processor)[core]
+        slot = self.space.processors[processor]
+        for index, item in enumerate(at(slot.interference, self.view)):
+            yield Candidate("interrupt", processor, index, item.name, item.worst_ns - 1)
+        before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
+        yield from (self._job(turns[position].key) for position in sorted(before))
+        for number, longest_ns in blockers(self.schedule, turns, turn).items():
+            yield Candidate("section", number, "thread", self.space.components[number].stated_as, longest_ns)
+
+    def _job(self, key: TaskKey) -> Candidate:
+        component = self.space.components[key[0]]
+        given = at(component.callback_ns if key[1] == "callback" else component.execution_ns, self.view)
+        return Candidate("job", *key, told_name(self.space, key), 0 if given is None else given[1] - 1)
+
+    def shortened(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
+        """The space with a candidate that takes so much less, and the design in it, whose threads stay where they are.
+
+        A shortest time that is longer than the longest one then is the same as that.
+        """
+        space, view = self.space, self.view
+        if item.kind == "interrupt":
+            slot = space.processors[item.number]
+            given = list(at(slot.interference, view))
+            given[int(item.part)] = replace(given[int(item.part)], worst_ns=given[int(item.part)].worst_ns - by_ns)
+            slots = list(space.processors)
+            slots[item.number] = replace(slot, interference=tuple(given))
+            return self._kept(replace(space, processors=tuple(slots)))
+        components = list(space.components)
+        component = components[item.number]
+        if item.kind == "section":
+            components[item.number] = replace(component, section_ns=item.most_ns - by_ns)
+        else:
+            field = "callback_ns" if item.part == "callback" else "execution_ns"
+            best, worst, *more = at(getattr(component, field), view)
+            changed = (min(best, worst - by_ns), worst - by_ns, *more)
+            components[item.number] = replace(component, **{field: changed})  # type: ignore[arg-type]
+        return self._kept(replace(space, components=tuple(components)))
+
+    def _kept(self, space: Space) -> tuple[Space, View]:
+        trial = _Trial(self.view.design)
+        for processor in range(len(space.processors)):
+            cores = self.schedule.cores(processor)
+            if self._has_sections:  # these are no longer than the jobs
+                cores = [turns_of(space, list(dict.fromkeys(turn.key[0] for turn in core)), trial) for core in cores]
+            trial.memo["turns", processor] = cores
+        return space, trial
+
+    def whole(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
+        """The same as a design with all response times, for figures that count these."""
+        space, trial = self.shortened(item, by_ns)
+        cores = [core for processor in range(len(space.processors)) for core in trial.memo["turns", processor]]
+        view = View(self.view.design)
+        view.memo |= trial.memo
+        view.memo["responses"] = fixed_point(space, cores, trial)
+        return space, view
+
+    def shorter(
+        self, keys: Sequence[TaskKey], others: Sequence[TaskKey], is_in_time: Callable[[Exact | None], bool]
+    ) -> Iterator[Shorter]:
+        """The least cut of each candidate with which the last of these tasks `is_in_time`, where one is enough.
+
+        Candidates of `others` count, too: of threads because of which it has no bound.
+        """
+        last = keys[-1]
+        needed = self.schedule.needed([last])
+        is_simple = all(
+            is_lone(self.space, turn.key, self.view) and not turn.pieces for core in needed for turn in core
+        )
+
+        def response_ns(item: Candidate, by_ns: int) -> Exact | None:
+            space, trial = self.shortened(item, by_ns)
+            schedule = Schedule(space, trial)
+            if is_simple:
+                place = schedule.place(last)
+                assert place is not None
+                return one_response_ns(space, schedule.cores(place[0])[place[1]], place[2], trial)
+            known: Mapping[TaskKey, Exact | None] = fixed_point(space, schedule.needed([last]), trial)
+            return known[last]
+
+        yield from least_cuts(
+            self.candidates([*keys, *others]), lambda item, by_ns: is_in_time(response_ns(item, by_ns))
+        )
+
+
+def least_cuts(candidates: Sequence[Candidate], is_enough: Callable[[Candidate, int], bool]) -> Iterator[Shorter]:
+    """The least cut of each candidate that is enough, if one is."""
+    for item in candidates:
+        if is_enough(item, item.most_ns):
+            by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
+            yield Shorter(item.name, by_ns, item.kind == "section")

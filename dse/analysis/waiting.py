@@ -1,0 +1,340 @@
+"""What a job waits for where it runs, up to the end of the one that responds last.
+
+The same busy periods as those of the response times (docs/semantics.md, sections 4.3 and 4.5 to 4.8), told by what is
+in them: a job's own work, earlier jobs of its thread, jobs of others that go before it, a section of less urgent work
+that has begun, less what of all that is over when the job is released. So much is its response time. Of a thread with
+segments each piece has a wait of its own, and they add up to the response time of the thread; where that is bounded
+by its core alone, all its work there has one (docs/semantics.md, section 4.7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from dse.analysis.executors import Fellow, executor_worst_job, jobs_by, queued_job
+from dse.analysis.holistic import thread_releases
+from dse.analysis.overheads import interrupting
+from dse.analysis.releases import bounded_task, task_of
+from dse.analysis.reservations import before_task, blocking_ns
+from dse.analysis.responding import around, beside_piece
+from dse.analysis.response_time import Task, most_jobs, worst_job_ns
+from dse.analysis.scheduling import Delay
+from dse.analysis.segments import Segments, single
+from dse.analysis.tasks import TaskKey, task_name
+from dse.analysis.turns import Schedule, Turn, sections_of
+from dse.records import dataclass
+from dse.space.hosts import ExecutorKind
+from dse.space.trees import at
+from dse.space.types import Space
+from dse.units import Exact
+
+Known = Mapping[TaskKey, "Exact | None"]
+
+
+@dataclass(frozen=True)
+class Wait:
+    """What a thread or a piece of one does and waits for on a core (from 1; `is_served` where that has no number).
+
+    `work_ns` is its own, `earlier_ns` that of `earlier_jobs` of its own thread, `delays` that of others. Less urgent
+    work of `blocked_by` has begun and takes `blocked_ns`. Of all that `over_ns` are over when the job is released.
+    """
+
+    name: str
+    processor: str
+    core: int
+    is_served: bool
+    work_ns: Exact
+    delays: tuple[Delay, ...] = ()
+    earlier_jobs: int = 0
+    earlier_ns: Exact = 0
+    blocked_ns: Exact = 0
+    blocked_by: str = ""
+    over_ns: Exact = 0
+
+    @property
+    def waited_ns(self) -> Exact:
+        """How much later than by itself it ends."""
+        return self.earlier_ns + sum(item.work_ns for item in self.delays) + self.blocked_ns - self.over_ns
+
+    @property
+    def response_ns(self) -> Exact:
+        """From its release to its end."""
+        return self.work_ns + self.waited_ns
+
+
+class Place:
+    """The core of a task, and all that shares it, as what is `known` of response times lets them be released."""
+
+    def __init__(self, schedule: Schedule, key: TaskKey, known: Known) -> None:
+        place = schedule.place(key)
+        assert place is not None
+        self.schedule, self.known, self.key = schedule, known, key
+        self.processor, self.core, self.turn = place
+        space, view = schedule.space, schedule.view
+        self.turns: Sequence[Turn] = schedule.cores(self.processor)[self.core]
+        self.tasks = [self._named(other.key, task_of(space, other.key, known, view)) for other in self.turns]
+        self.tasks[self.turns.index(self.turn)] = self._named(key, bounded_task(space, key, known, view))
+        self.interrupts = interrupting(space, [key[0]], view)
+
+    def _named(self, key: TaskKey, task: Task | None) -> Task | None:
+        name = told_name(self.schedule.space, key)
+        return task if task is None or task.name == name else replace(task, name=name)
+
+    @property
+    def task(self) -> Task | None:
+        """The task itself."""
+        return self.tasks[self.turns.index(self.turn)]
+
+    @property
+    def is_served(self) -> bool:
+        """Whether it is an accelerator, which has one core without a number."""
+        return at(self.schedule.space.processors[self.processor].serves, self.schedule.view) is not None
+
+    @property
+    def first(self) -> list[Task | None]:
+        """What goes before it beside its rivals: interrupts and reservations."""
+        space, view = self.schedule.space, self.schedule.view
+        return before_task(space, self.turns, self.turn, self.tasks, self.interrupts, view)
+
+    @property
+    def rivals(self) -> list[Task | None]:
+        """All that goes before it where it is in no executor."""
+        return [*self.first, *(self.tasks[position] for position in self.turn.rivals(self.turns))]
+
+    @property
+    def siblings(self) -> list[Task]:
+        """The other pieces of its thread here."""
+        found = (self.tasks[position] for position in self.turn.siblings(self.turns))
+        return [item for item in found if item is not None]
+
+    def share(self) -> Fraction | None:
+        """The share of the core that it and what goes before it need; None where what goes before it has no bound."""
+        space, view, turn = self.schedule.space, self.schedule.view, self.turn
+        if turn.executor is None:
+            counted = self.rivals
+        else:
+            found = around(space, self.turns, self.tasks, self.first, turn, view)
+            if found is None:
+                return None
+            kind, fellows, higher = found
+            inside = (item.task for item in fellows.values() if item.goes_first or kind != "callback_group")
+            counted = [*higher, *inside]
+        given = [item for item in (self.task, *self.siblings, *counted) if item is not None]
+        return sum((item.utilisation for item in given), Fraction(0)) if None not in counted else None
+
+    def made(self, work_ns: Exact, found: _Found, name: str = "") -> Wait:
+        """The wait that was found, with its names."""
+        blocked_by = blocking_name(self.schedule, self.turns, self.turn) if found.blocked_ns else ""
+        return Wait(
+            name or told_name(self.schedule.space, self.key),
+            self.schedule.space.processors[self.processor].name, self.core + 1, self.is_served,
+            work_ns, found.delays, found.earlier_jobs, found.earlier_ns, found.blocked_ns, blocked_by, found.over_ns,
+        )  # fmt: skip
+
+
+def told_name(space: Space, key: TaskKey) -> str:
+    """What a task is called beside others: the last piece of a thread too by its number, from 1."""
+    component = space.components[key[0]]
+    if component.pieces is None:
+        return task_name(component, key[1])
+    return f"{component.pieces.thread} (piece {component.pieces.members.index(key[0]) + 1})"
+
+
+def blocking_name(schedule: Schedule, turns: Sequence[Turn], turn: Turn) -> str:
+    """The thread whose section may keep a task waiting longest; the first of several, empty where none may."""
+    sections = blockers(schedule, turns, turn)
+    longest = max(sections.values(), default=0)
+    found = (number for number, section in sections.items() if section == longest)
+    return "" if not longest else schedule.space.components[next(found)].stated_as
+
+
+def blockers(schedule: Schedule, turns: Sequence[Turn], turn: Turn) -> dict[int, int]:
+    """The threads, by number, that never go before a task and have a section, with the longest time of that."""
+    rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
+    found: dict[int, int] = {}
+    for position, section in enumerate(sections_of(schedule.space, turns, schedule.view)):
+        number = turns[position].key[0]
+        if position not in rivals and turns[position].key != turn.key and section:
+            found[number] = max(section, found.get(number, 0))
+    return found
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What goes before the job that responds last."""
+
+    delays: tuple[Delay, ...] = ()
+    earlier_jobs: int = 0
+    earlier_ns: Exact = 0
+    blocked_ns: Exact = 0
+    over_ns: Exact = 0
+
+
+def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
+    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns and count)
+
+
+def _before(task: Task, delays: tuple[Delay, ...], blocked_ns: Exact, release_ns: Exact, end_ns: Exact) -> _Found:
+    """What goes before a job that is released and ends then, after the beginning of a busy period."""
+    earlier = end_ns - blocked_ns - sum(item.work_ns for item in delays) - task.worst_ns
+    jobs = int(earlier // task.worst_ns) if task.worst_ns else 0
+    return _Found(delays, jobs, earlier, blocked_ns, release_ns)
+
+
+def _preempted(task: Task, given: Sequence[Task], blocked_ns: Exact) -> _Found | None:
+    """That of a task of a core under fixed priorities."""
+    if not task.worst_ns:
+        return _Found()
+    found = worst_job_ns(task, given, blocked_ns)
+    if found is None:
+        return None
+    return _before(task, _delays((item, most_jobs(item, found[1])) for item in given), blocked_ns, *found)
+
+
+def _executed(
+    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact
+) -> _Found | None:
+    """That of a task in an executor: what preempts it, its fellows, and one of these that had begun."""
+    if not task.worst_ns:
+        return _Found()
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    if found is None:
+        return None
+    jobs = [(item, most_jobs(item, found.end_ns)) for item in higher]
+    for item in fellows:
+        if kind != "callback_group" or item.goes_first:
+            jobs.append((item.task, found.jobs(item.task)))
+    if found.behind_ns > blocked_ns:  # the longer of the two counts
+        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == found.behind_ns)
+        jobs.append((next(begun), 1))
+        blocked_ns = 0
+    return _before(task, _delays(jobs), blocked_ns, found.release_ns, found.end_ns)
+
+
+def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait | None:
+    """What a task waits for where it runs; None where it has no bound there.
+
+    Each piece of its thread has ended so long `since_ns` before the release of a piece that is served by priority.
+    """
+    turn, task, space, view = place.turn, place.task, place.schedule.space, place.schedule.view
+    if task is None:
+        return None
+    blocked = blocking_ns(turn)
+    found: _Found | None
+    if turn.executor is None:
+        job, rivals = beside_piece(turn, place.turns, place.tasks, place.rivals)
+        given = [item for item in rivals if item is not None]
+        found = None if job is None or len(given) < len(rivals) else _preempted(job, given, blocked)
+    else:
+        beside = around(space, place.turns, place.tasks, place.first, turn, view)
+        if beside is None:
+            return None
+        kind, fellows, higher = beside
+        if turn.pieces:
+            found = _served(place, task, kind, fellows, higher, since_ns or {})
+        else:
+            found = _executed(kind, task, list(fellows.values()), higher, blocked)
+    return None if found is None else place.made(task.worst_ns, found)
+
+
+def _served(
+    place: Place,
+    task: Task,
+    kind: ExecutorKind,
+    beside: Mapping[int, Fellow],
+    higher: Sequence[Task],
+    since_ns: Mapping[int, Exact],
+) -> _Found | None:
+    """That of a piece on an accelerator (`dse.analysis.responding.respond_in`)."""
+    turn, turns, blocked = place.turn, place.turns, blocking_ns(place.turn)
+    own, fellows = place.siblings, list(beside.values())
+    if kind == "fifo" and not higher:
+        longest = _longest_of_each(place, {turns[position].key[0]: item.task for position, item in beside.items()})
+        if longest is not None:
+            return _Found(_delays((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
+        queued = queued_job(task, own, [item.task for item in fellows])
+        if queued is None:
+            return None
+        came = _delays((item.task, jobs_by(item.task, queued.until_ns)) for item in fellows)
+        return _Found(came, blocked_ns=turn.blocked_ns, over_ns=queued.ran_ns)
+    if kind != "callback_group" or higher or turn.shares_turn(turns):
+        return _executed(kind, task, [*fellows, *(Fellow(item, True) for item in own)], higher, blocked)
+    job = single(task)
+    found = _executed("callback_group", job, fellows, [], blocked)
+    urgent = [item for item in fellows if item.goes_first]
+    ran = ((place.tasks[at], since_ns[one.key[0]]) for at, one in enumerate(turns) if one.key[0] in since_ns)
+    for item, time in ran if urgent else ():
+        if item is None or found is None:
+            continue
+        behind = _executed("callback_group", job, urgent, [], item.worst_ns)
+        if behind is None:
+            return None
+        other = replace(behind, earlier_jobs=1, earlier_ns=item.worst_ns, blocked_ns=0, over_ns=item.worst_ns + time)
+        found = max(found, other, key=_waited)
+    return found
+
+
+def _waited(found: _Found) -> Exact:
+    return found.earlier_ns + sum(item.work_ns for item in found.delays) + found.blocked_ns - found.over_ns
+
+
+def _longest_of_each(place: Place, fellows: Mapping[int, Task]) -> list[Task] | None:
+    """The longest piece of each other thread; None where an accelerator serves whole threads, too."""
+    longest: dict[str, Task] = {}
+    for number, task in fellows.items():
+        pieces = place.schedule.space.components[number].pieces
+        if pieces is None:
+            return None
+        if pieces.thread not in longest or task.worst_ns > longest[pieces.thread].worst_ns:
+            longest[pieces.thread] = task
+    return list(longest.values())
+
+
+def waits_of(schedule: Schedule, key: TaskKey, known: Known) -> tuple[Wait, ...] | None:
+    """What a thread waits for, with segments piece by piece up to the one of the key; None without a bound."""
+    space, view = schedule.space, schedule.view
+    pieces = space.components[key[0]].pieces
+    if pieces is None:
+        alone = wait_of(Place(schedule, key, known))
+        return None if alone is None else (alone,)
+    members = pieces.members[: pieces.members.index(key[0]) + 1]
+    cores = [schedule.cores(place[0])[place[1]] for place in map(schedule.place, _keys(members)) if place is not None]
+    segments = Segments(space, cores, view)
+    released = thread_releases(space, pieces.members[0], known, view)
+    found: list[Wait] = []
+    for position, number in enumerate(members):
+        place = Place(schedule, (number, "thread"), known)
+        wait = wait_of(place, segments.since_ns(place.turn, known, *released))
+        if wait is None:
+            return None
+        found.append(wait)
+        segments.spans[number] = wait.response_ns
+        if position and not place.is_served:
+            whole = _together(place, segments, members[: position + 1], released)
+            served = [item for item in found if item.is_served]
+            end = sum(item.response_ns for item in found)
+            if whole is not None and whole.response_ns + sum(item.response_ns for item in served) < end:
+                found = [*served, whole]
+    return tuple(found)
+
+
+def _keys(members: Iterable[int]) -> list[TaskKey]:
+    return [(number, "thread") for number in members]
+
+
+def _together(place: Place, segments: Segments, members: Sequence[int], released: tuple[object, ...]) -> Wait | None:
+    """What all work of a thread on its core waits for there, as if it and the times away were one job."""
+    found = segments.together_ns(members)
+    rivals = [item for item in place.rivals if item is not None]
+    if found is None or len(rivals) < len(place.rivals):
+        return None
+    taken, blocked = found
+    components = segments.space.components
+    away = sum(segments.spans[one] or 0 for one in members if components[one].executor is not None)
+    task = Task("", taken, ())
+    if place.turn.shares_turn(place.turns):
+        task = Task("", taken, released[0] or (), released[1])  # type: ignore[arg-type]
+    before = _preempted(task, rivals, blocked)
+    return None if before is None else place.made(taken - away, before, components[members[0]].stated_as)
