@@ -57,6 +57,13 @@ def fixed_point(
     Where round after round adds the same, as many rounds are taken at once as add the same for sure
     (`dse.analysis.growth`).
     """
+    return counted_fixed_point(space, cores, view, lost)[0]
+
+
+def counted_fixed_point(
+    space: Space, cores: Sequence[Sequence[Turn]], view: View, lost: Lost | None = None
+) -> tuple[dict[TaskKey, Exact | None], int]:
+    """The same, and the number of rounds."""
     work = _Rounds(space, cores, view)
     work.lost = lost
     history: deque[dict[Any, Any]] = deque(maxlen=2 * MOST_ALIKE + 1)
@@ -67,7 +74,7 @@ def fixed_point(
         if work.count >= look:
             pause = 1 if work.follow(history) >= WORTH else 2 * pause
             look = work.count + pause
-    return work.known
+    return work.known, work.count
 
 
 def one_response_ns(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> Exact | None:

@@ -8,8 +8,9 @@ none because of others.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property, partial
 
 from dse.analysis.budgets import Budget, budget_of
 from dse.analysis.holistic import fixed_point, thread_releases
@@ -48,6 +49,8 @@ class Full:
 class Late:
     """A thread that ends too late: `late_ns` behind its limit of `limit_ns` on a core (from 1), None without a bound.
 
+    Of one without a bound that has no limit of its own `limit_ns` is None.
+
     `work_ns` is what its own jobs take up to then, `waits` what it waits for, piece by piece of one that
     `has_segments`, on its core and on `accelerators`; `blocked_ns` and `delays` are those of one without. In an
     `executor` the others that it runs count. Each of `shorter` is enough by itself. `budget` is that of the reservation
@@ -71,7 +74,7 @@ class Late:
     budget: Budget | None = None
     accelerators: tuple[str, ...] = ()
     endless: tuple[str, ...] = ()
-    limit_ns: Fraction = Fraction(0)
+    limit_ns: Fraction | None = None
     waits: tuple[Wait, ...] = ()
     full: Full | None = None
     apart_ns: Exact | None = None
@@ -79,7 +82,7 @@ class Late:
     @property
     def is_late_alone(self) -> bool:
         """Whether its own work takes longer than it may."""
-        return self.work_ns > self.limit_ns
+        return self.limit_ns is not None and self.work_ns > self.limit_ns
 
     @property
     def ends_ns(self) -> Exact | None:
@@ -89,18 +92,7 @@ class Late:
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
     """The threads that break an upper limit on their response time, in the order of the limits."""
-    broken: dict[int, Verdict] = {}
-    for verdict in verdicts:
-        metric, operator = verdict.requirement.metric, verdict.requirement.operator
-        if not verdict.holds and metric.kind == "response time" and operator in ("<=", "<"):
-            broken.setdefault(metric.index or 0, verdict)
-    if not broken:
-        return
-    teller = _Teller(space, view)
-    for number, verdict in broken.items():
-        found = response_of(space, number, "thread", view)
-        if found is not None:
-            yield teller.late(found, verdict)
+    yield from Teller(space, view).late_threads(verdicts)
 
 
 @dataclass(frozen=True)
@@ -141,32 +133,59 @@ class _Losses:
         return tasks[position] is None and not counts_once(self.space, turn, turns[position], self.view)
 
 
-class _Teller:
+class Teller:
     """The late threads of one design."""
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
         self.schedule, self.trials = Schedule(space, view), Trials(space, view)
-        self.known = all_responses(space, view)
-        losses = _Losses(space, view)
-        if None in self.known.values():
-            every = [core for processor in range(len(space.processors)) for core in self.schedule.cores(processor)]
-            fixed_point(space, every, view, losses.note)
-        self.losses: Mapping[tuple[int, ...], _Loss] = losses.found
 
-    def late(self, found: Response, verdict: Verdict) -> Late:
-        """Why a thread is late."""
+    @cached_property
+    def known(self) -> dict[TaskKey, Exact | None]:
+        """The response time of every task, in ns."""
+        return all_responses(self.space, self.view)
+
+    @cached_property
+    def losses(self) -> Mapping[tuple[int, ...], _Loss]:
+        """How it turns out of each thread without a bound, by the numbers of its pieces, that it has none."""
+        losses = _Losses(self.space, self.view)
+        if None in self.known.values():
+            processors = range(len(self.space.processors))
+            every = [core for processor in processors for core in self.schedule.cores(processor)]
+            fixed_point(self.space, every, self.view, losses.note)
+        return losses.found
+
+    def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
+        """The threads that break an upper limit on their response time, in the order of the limits."""
+        broken: dict[int, Verdict] = {}
+        for verdict in verdicts:
+            metric, operator = verdict.requirement.metric, verdict.requirement.operator
+            if not verdict.holds and metric.kind == "response time" and operator in ("<=", "<"):
+                broken.setdefault(metric.index or 0, verdict)
+        for number, verdict in broken.items():
+            found = response_of(self.space, number, "thread", self.view)
+            if found is not None:
+                yield self._late(found, verdict.limit, partial(_holds, verdict))
+
+    def unbounded(self, number: int) -> Late | None:
+        """Why a thread, by number, has no bound where nobody limits its response time; None where it has one."""
+        found = response_of(self.space, number, "thread", self.view)
+        if found is None or found.response_ns is not None:
+            return None
+        return self._late(found, None, _is_bounded)
+
+    def _late(self, found: Response, limit: Fraction | None, is_in_time: Callable[[Exact | None], bool]) -> Late:
         space, view, key = self.space, self.view, (found.component, found.part)
         component = space.components[found.component]
         members = component.pieces.members if component.pieces is not None else (found.component,)
         keys: list[TaskKey] = [(number, "thread") for number in members]
-        late = None if found.response_ns is None else found.response_ns - verdict.limit
+        late = None if found.response_ns is None or limit is None else found.response_ns - limit
         loss = self.losses.get(members)
         known = self.known if loss is None or loss.because else loss.known
         is_told = late is not None or (loss is not None and not loss.because and found.is_piece)
         causes = [] if late is not None or loss is None else self._keys_of(loss.because)
         waits = (waits_of(self.schedule, key, known) if is_told else None) or ()
-        budget = budget_of(space, found.component, view, lambda response: _holds(verdict, response))
+        budget = budget_of(space, found.component, view, is_in_time)
         return Late(
             found.name if component.pieces is None else component.stated_as,
             space.processors[at(component.processor, view)].name,
@@ -174,12 +193,12 @@ class _Teller:
             late,
             elapsed_ns(space, found.component, view)[1] if found.is_piece else found.task.worst_ns,
             found.blocked_ns, found.executor, found.delays,
-            tuple(self.trials.shorter(keys, causes, lambda response: _holds(verdict, response))),
+            tuple(self.trials.shorter(keys, causes, is_in_time)),
             found.is_piece,
             budget,
             tuple(self._accelerators(members)) if found.is_piece else (),
             () if late is not None or loss is None else loss.because,
-            verdict.limit,
+            limit,
             waits,
             self._full(keys, known) if late is None and (loss is None or not loss.because) else None,
             self._apart(members[0]) if late is None and found.is_piece else None,
@@ -217,3 +236,7 @@ class _Teller:
 
 def _holds(verdict: Verdict, response_ns: Exact | None) -> bool:
     return response_ns is not None and HOLDS[verdict.requirement.operator](Fraction(response_ns), verdict.limit)
+
+
+def _is_bounded(response_ns: Exact | None) -> bool:
+    return response_ns is not None

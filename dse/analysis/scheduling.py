@@ -25,7 +25,7 @@ from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
 from dse.analysis.terms import picked
-from dse.analysis.turns import Schedule, Turn, turns_of, upstream
+from dse.analysis.turns import Schedule, Turn, blocking_name, turns_of, upstream
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
@@ -54,13 +54,13 @@ class Response:
     """The response time of a thread or a hybrid thread's callback; None where it has no bound.
 
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
-    priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long less urgent tasks may
-    keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context switches, too.
-    `executor` is what runs it beside others, and `reservation` what both are in, else empty; `rivals` are the tasks
-    that go before it, the most urgent first, `delays` the jobs of these and of its `fellows` in the executor, of a
-    `kind`, before its worst one: nothing where it has no bound. Of one that `is_piece` of a thread with segments the
-    response time counts from the release of the thread, and `rivals` are there on a core. An accelerator has one core,
-    which has no number to anybody: what it runs `is_served`.
+    priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long the less urgent thread
+    `blocked_by` may keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context
+    switches, too. `executor` is what runs it beside others, and `reservation` what both are in, else empty; `rivals`
+    are the tasks that go before it, the most urgent first, `delays` the jobs of these and of its `fellows` in the
+    executor, of a `kind`, before its worst one: nothing where it has no bound. Of one that `is_piece` of a thread with
+    segments the response time counts from the release of the thread, and `rivals` are there on a core. An accelerator
+    has one core, which has no number to anybody: what it runs `is_served`.
     """
 
     component: int
@@ -81,6 +81,7 @@ class Response:
     is_piece: bool = False
     reservation: str = ""
     is_served: bool = False
+    blocked_by: str = ""
 
     @property
     def name(self) -> str:
@@ -225,7 +226,8 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         share = "" if component.reservation is None else space.reservations[component.reservation].name
         is_served = at(space.processors[place[0]].serves, view) is not None
         beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_served": is_served}
-        found.append(replace(made, **beside, is_piece=is_piece, reservation=share))  # type: ignore[arg-type]
+        blocked_by = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
+        found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocked_by=blocked_by))  # type: ignore[arg-type]
     return tuple(found)
 
 

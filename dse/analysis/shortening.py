@@ -13,12 +13,12 @@ from dataclasses import replace
 from typing import Literal
 
 from dse.analysis.budgets import least
-from dse.analysis.holistic import fixed_point, one_response_ns
+from dse.analysis.holistic import counted_fixed_point, one_response_ns
 from dse.analysis.releases import is_lone
 from dse.analysis.tasks import Part, TaskKey
-from dse.analysis.turns import Schedule, turns_of
+from dse.analysis.turns import Schedule, blockers, turns_of
 from dse.analysis.views import View
-from dse.analysis.waiting import blockers, told_name
+from dse.analysis.waiting import told_name
 from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
@@ -26,6 +26,8 @@ from dse.units import Exact
 
 MOST_CANDIDATES = 64
 """No more times than this are shortened for one thread, its own first and what is most urgent next."""
+MOST_ROUNDS = 10_000
+"""No more cuts are looked for in a design when its tasks have been looked at so often, each in each round; seconds."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,8 @@ class Trials:
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
         self.schedule = Schedule(space, view)
+        self._asked: dict[object, Mapping[TaskKey, Exact | None]] = {}
+        self._spent = 0
         self._has_sections = any(item.section_ns is not None for item in space.components)
 
     def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
@@ -85,7 +89,7 @@ class Trials:
             yield Candidate("interrupt", processor, index, item.name, item.worst_ns - 1)
         before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
         yield from (self._job(turns[position].key) for position in sorted(before))
-        for number, longest_ns in blockers(self.schedule, turns, turn).items():
+        for number, longest_ns in blockers(self.space, turns, turn, self.view).items():
             yield Candidate("section", number, "thread", self.space.components[number].stated_as, longest_ns)
 
     def _job(self, key: TaskKey) -> Candidate:
@@ -132,7 +136,8 @@ class Trials:
         cores = [core for processor in range(len(space.processors)) for core in trial.memo["turns", processor]]
         view = View(self.view.design)
         view.memo |= trial.memo
-        view.memo["responses"] = fixed_point(space, cores, trial)
+        view.memo["responses"], rounds = counted_fixed_point(space, cores, trial)
+        self._spent += rounds * len(view.memo["responses"])
         return space, view
 
     def shorter(
@@ -143,29 +148,48 @@ class Trials:
         Candidates of `others` count, too: of threads because of which it has no bound.
         """
         last = keys[-1]
-        needed = self.schedule.needed([last])
+        needed = [core for core in self.schedule.needed([last]) if core]
         is_simple = all(
             is_lone(self.space, turn.key, self.view) and not turn.pieces for core in needed for turn in core
         )
+        places = tuple(sorted(self._place(core[0].key) for core in needed))
 
         def response_ns(item: Candidate, by_ns: int) -> Exact | None:
+            if not is_simple:
+                return self._known(places, item, by_ns)[last]
             space, trial = self.shortened(item, by_ns)
-            schedule = Schedule(space, trial)
-            if is_simple:
-                place = schedule.place(last)
-                assert place is not None
-                return one_response_ns(space, schedule.cores(place[0])[place[1]], place[2], trial)
-            known: Mapping[TaskKey, Exact | None] = fixed_point(space, schedule.needed([last]), trial)
-            return known[last]
+            place = Schedule(space, trial).place(last)
+            assert place is not None
+            return one_response_ns(space, trial.memo["turns", place[0]][place[1]], place[2], trial)
 
-        yield from least_cuts(
+        yield from self.least_cuts(
             self.candidates([*keys, *others]), lambda item, by_ns: is_in_time(response_ns(item, by_ns))
         )
 
+    def least_cuts(
+        self, candidates: Sequence[Candidate], is_enough: Callable[[Candidate, int], bool]
+    ) -> Iterator[Shorter]:
+        """The least cut of each candidate that is enough, if one is; of as many as `MOST_ROUNDS` leaves time for."""
+        for item in candidates:
+            if self._spent > MOST_ROUNDS:
+                return
+            if is_enough(item, item.most_ns):
+                by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
+                yield Shorter(item.name, by_ns, item.kind == "section")
 
-def least_cuts(candidates: Sequence[Candidate], is_enough: Callable[[Candidate, int], bool]) -> Iterator[Shorter]:
-    """The least cut of each candidate that is enough, if one is."""
-    for item in candidates:
-        if is_enough(item, item.most_ns):
-            by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
-            yield Shorter(item.name, by_ns, item.kind == "section")
+    def _place(self, key: TaskKey) -> tuple[int, int]:
+        place = self.schedule.place(key)
+        assert place is not None
+        return place[:2]
+
+    def _known(
+        self, places: tuple[tuple[int, int], ...], item: Candidate, by_ns: int
+    ) -> Mapping[TaskKey, Exact | None]:
+        """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
+        asked = places, item, by_ns
+        if asked not in self._asked:
+            space, trial = self.shortened(item, by_ns)
+            cores = [trial.memo["turns", processor][core] for processor, core in places]
+            self._asked[asked], rounds = counted_fixed_point(space, cores, trial)
+            self._spent += rounds * len(self._asked[asked])
+        return self._asked[asked]

@@ -229,3 +229,21 @@ def sections_of(space: Space, turns: Sequence[Turn], view: View) -> list[int]:
         section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
         for turn in turns
     ]
+
+
+def blockers(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> dict[int, int]:
+    """The threads, by number, that never go before a task and have a section, with the longest time of that, in ns."""
+    rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
+    found: dict[int, int] = {}
+    for position, section in enumerate(sections_of(space, turns, view)):
+        number = turns[position].key[0]
+        if position not in rivals and turns[position].key != turn.key and section:
+            found[number] = max(section, found.get(number, 0))
+    return found
+
+
+def blocking_name(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> str:
+    """The thread whose section may keep a task waiting longest; the first of several, empty where none may."""
+    sections = blockers(space, turns, turn, view) if turn.blocked_ns else {}
+    longest = max(sections.values(), default=0)
+    return next((space.components[one].stated_as for one, section in sections.items() if section == longest), "")

@@ -23,7 +23,7 @@ from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Delay
 from dse.analysis.segments import Segments, single
 from dse.analysis.tasks import TaskKey, task_name
-from dse.analysis.turns import Schedule, Turn, sections_of
+from dse.analysis.turns import Schedule, Turn, blocking_name
 from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
 from dse.space.trees import at
@@ -126,7 +126,9 @@ class Place:
 
     def made(self, work_ns: Exact, found: _Found, name: str = "") -> Wait:
         """The wait that was found, with its names."""
-        blocked_by = blocking_name(self.schedule, self.turns, self.turn) if found.blocked_ns else ""
+        blocked_by = (
+            blocking_name(self.schedule.space, self.turns, self.turn, self.schedule.view) if found.blocked_ns else ""
+        )
         return Wait(
             name or told_name(self.schedule.space, self.key),
             self.schedule.space.processors[self.processor].name, self.core + 1, self.is_served,
@@ -140,25 +142,6 @@ def told_name(space: Space, key: TaskKey) -> str:
     if component.pieces is None:
         return task_name(component, key[1])
     return f"{component.pieces.thread} (piece {component.pieces.members.index(key[0]) + 1})"
-
-
-def blocking_name(schedule: Schedule, turns: Sequence[Turn], turn: Turn) -> str:
-    """The thread whose section may keep a task waiting longest; the first of several, empty where none may."""
-    sections = blockers(schedule, turns, turn)
-    longest = max(sections.values(), default=0)
-    found = (number for number, section in sections.items() if section == longest)
-    return "" if not longest else schedule.space.components[next(found)].stated_as
-
-
-def blockers(schedule: Schedule, turns: Sequence[Turn], turn: Turn) -> dict[int, int]:
-    """The threads, by number, that never go before a task and have a section, with the longest time of that."""
-    rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
-    found: dict[int, int] = {}
-    for position, section in enumerate(sections_of(schedule.space, turns, schedule.view)):
-        number = turns[position].key[0]
-        if position not in rivals and turns[position].key != turn.key and section:
-            found[number] = max(section, found.get(number, 0))
-    return found
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
@@ -12,9 +12,11 @@ from typing import Unpack
 
 from dse.analysis.boundaries import boundaries
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.lateness import late_threads
+from dse.analysis.flow_waits import delayed_flows, unbounded_threads
+from dse.analysis.lateness import Teller
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
+from dse.analysis.overloads import KINDS, overloads
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
@@ -190,10 +192,11 @@ class Explainer:
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
-        members = sorted({number for item in found.conflicts for number in item.members})
+        members = self._overloads_first({number for item in found.conflicts for number in item.members})
         relaxations = self._relaxations(members)
         give_up = self._give_up(found.smallest)
-        conflicts = tuple(self._conflict(item) for item in found.conflicts)
+        ordered = sorted(found.conflicts, key=lambda item: not all(map(self._is_overload, item.members)))
+        conflicts = tuple(self._conflict(item) for item in ordered)
         if found.reduced is not None:
             self.left_open.append("whether fewer of the demands that have no design together have none either")
         if found.stopped and self.wishes.every:
@@ -211,6 +214,15 @@ class Explainer:
             reduced=tuple(self.demand(number) for number in sorted(found.reduced or ())),
             solver_calls=self.oracle.calls,
         )
+
+    def _is_overload(self, number: int) -> bool:
+        """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
+        member = self.oracle.members[number]
+        return isinstance(member, Requirement) and member.metric.kind in KINDS
+
+    def _overloads_first(self, members: Iterable[int]) -> list[int]:
+        """Members in their order, but the limits on processors and cores first."""
+        return sorted(members, key=lambda number: (not self._is_overload(number), number))
 
     def _conflict(self, found: ConflictSet) -> MinimalConflict:
         """Beside each member a design that meets the others, and as much else of the question as can be added."""
@@ -251,11 +263,11 @@ class Explainer:
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
         if smallest is None:
             return None
-        together = frozenset(smallest.members)
+        together, ordered = frozenset(smallest.members), self._overloads_first(smallest.members)
         try:
-            members = tuple(self.relaxation(number, together) for number in smallest.members)
+            members = tuple(self.relaxation(number, together) for number in ordered)
         except OutOfTime:
-            members = tuple(Relaxation(self.demand(number), True, is_sought=False) for number in smallest.members)
+            members = tuple(Relaxation(self.demand(number), True, is_sought=False) for number in ordered)
             self.left_open.append("how far each of those that must be given up is from its limit")
         return GiveUp(members, self.example(smallest.witness))
 
@@ -316,13 +328,21 @@ class Explainer:
     def _example(self, design: Design) -> Example:
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
         view = View(design)
-        late = tuple(late_threads(self.space, self.evaluator.evaluate(design).verdicts, view))
+        verdicts, teller = self.evaluator.evaluate(design).verdicts, Teller(self.space, view)
+        late = tuple(teller.late_threads(verdicts))
+        late += tuple(
+            item for item in unbounded_threads(teller, verdicts) if item.thread not in {other.thread for other in late}
+        )
+        full = tuple(overloads(self.space, verdicts, view, late))
+        delayed = tuple(delayed_flows(teller, verdicts))
         limited = [self.oracle.members[number] for number in broken]
         flows = {
             name for item in limited if isinstance(item, Requirement) for name in flows_in(self.space, item.metric)
         }
         read = tuple(item for item in boundaries(self.space, view) if item.flow in flows) if flows else ()
-        return Example(self.decisions(design), tuple(self.demand(number) for number in broken), late, read)
+        return Example(
+            self.decisions(design), tuple(self.demand(number) for number in broken), full, late, delayed, read
+        )
 
     def decisions(self, design: Design) -> dict[str, str]:
         """The active open decisions of a design."""

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words
-from dse.report.lateness import late_words
+from dse.report.lateness import delayed_words, late_words, overload_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
 from dse.report.timeline import boundary_words
@@ -247,8 +247,12 @@ def _tell_designs(say: _Teller) -> None:
         what = f"breaks {broken}" if broken else "keeps everything that is asked"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
         say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
+        for overload in example.overloads:
+            say.item(overload_words(overload), 1 + int(several))
         for late in example.late:
             say.item(late_words(late), 1 + int(several))
+        for delayed in example.delayed:
+            say.item(delayed_words(delayed), 1 + int(several))
         for text in boundary_words(example.boundaries):
             say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
     if several and len(differing) < len(names):

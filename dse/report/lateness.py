@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from dse.analysis.budgets import Budget
+from dse.analysis.flow_waits import Delayed
 from dse.analysis.lateness import Full, Late
+from dse.analysis.overloads import Overload
 from dse.analysis.scheduling import Delay
 from dse.analysis.shortening import Shorter
 from dse.analysis.waiting import Wait
@@ -16,6 +18,10 @@ from dse.units import Exact
 DIGITS = 6
 MOST_SHORTER = 4
 """The greatest number of cuts that are told of one thread; the smallest of those that are not its own."""
+MOST_WAITING = 3
+"""The greatest number of threads that are told to wait in a flow; those that wait longest."""
+MOST_USERS = 6
+"""The greatest number of threads that are told to use a core; those that use most."""
 MOST_DELAYS = 6
 """The greatest number of threads that are told to go before another at one place; those that take longest."""
 
@@ -27,19 +33,22 @@ def late_words(late: Late) -> str:
     2 ms less of a``.
     """
     where = _place(late.processor, late.core, is_served=late.processor in (late.executor, *late.accelerators))
+    begin = f"{late.thread} has no bound" if late.limit_ns is None else f"{late.thread} ends late without a bound"
     if late.late_ns is not None:
         return f"{late.thread} ends {_time(late.late_ns)} late {where}: {_work(late)}{_behind(late)}{_enough(late)}"
     if late.endless and (late.budget is None or late.budget.is_served):
         have = "has" if len(late.endless) == 1 else "have"
         because = f"because {listed(late.endless)} {have} none"
-        return f"{late.thread} ends late without a bound {where} {because}{_enough(late)}"
-    return f"{late.thread} ends late without a bound {where}: {_why_endless(late)}{_enough(late)}"
+        return f"{begin} {where} {because}{_enough(late)}"
+    return f"{begin} {where}: {_why_endless(late)}{_enough(late)}"
 
 
 def _work(late: Late) -> str:
     """What it does itself, and whether that alone is too much."""
     text = f"{_time(late.work_ns)} of its own"
-    return f"{text}, more than its {_time(late.limit_ns)} even by itself" if late.is_late_alone else text
+    if late.limit_ns is None or not late.is_late_alone:
+        return text
+    return f"{text}, more than its {_time(late.limit_ns)} even by itself"
 
 
 def _behind(late: Late) -> str:
@@ -74,8 +83,7 @@ def _why_endless(late: Late) -> str:
 
 
 def _full(full: Full) -> str:
-    share = readable(full.share_ppm, "ppm", digits=DIGITS)
-    return f"{share} of {_named(full.processor, full.core, is_served=full.is_served)}"
+    return f"{_share(full.share_ppm)} of {_named(full.processor, full.core, is_served=full.is_served)}"
 
 
 def _named(processor: str, core: int, *, is_served: bool) -> str:
@@ -104,8 +112,8 @@ def wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
 def _parts(waits: Sequence[Wait]) -> Iterator[str]:
     earlier = sum(item.earlier_jobs for item in waits)
     if earlier:
-        jobs = "1 earlier job" if earlier == 1 else f"{earlier} earlier jobs"
-        yield f"{jobs} of its own ({_time(sum(item.earlier_ns for item in waits))})"
+        jobs_words = "1 earlier job" if earlier == 1 else f"{earlier} earlier jobs"
+        yield f"{jobs_words} of its own ({_time(sum(item.earlier_ns for item in waits))})"
     delays: dict[str, Delay] = {}
     for item in (one for wait in waits for one in wait.delays):
         before = delays.get(item.name, Delay(item.name, 0, 0))
@@ -135,7 +143,51 @@ def _enough(late: Late) -> str:
     if late.budget is not None and late.budget.enough_ns is not None:
         enough = f"{enough}, or " if enough else ""
         enough += _enough_budget(late.budget)
-    return f"; in time with {enough}" if enough else ""
+    return f"; {'bounded' if late.limit_ns is None else 'in time'} with {enough}" if enough else ""
+
+
+def delayed_words(delayed: Delayed) -> str:
+    """Who waits how long for whom in what a requirement counts, and which single shorter time would keep it.
+
+    ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
+    time``.
+    """
+    told = [
+        f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(wait_words(item.waits, told=True))}"
+        for item in delayed.waiting[:MOST_WAITING]
+    ]
+    left = delayed.waiting[MOST_WAITING:]
+    told += [f"{len(left)} more wait {_time(sum(item.waited_ns for item in left))} in all"] if left else []
+    enough = shorter_words(delayed.shorter)
+    return "; ".join([*told, *([f"{delayed.requirement} holds with {enough}"] if enough else [])])
+
+
+def overload_words(overload: Overload) -> str:
+    """Who uses more than there is, and who has no bound because of that.
+
+    ``core 1 of p is used to 105 %, at most 100 %: a 60 %, b 45 %; because of it b has no bound; kept with 1 ms less of
+    b each time``.
+    """
+    shares = [f"{item.thread} {_share(item.share_ppm)}" for item in overload.uses[:MOST_USERS]]
+    left = overload.uses[MOST_USERS:]
+    shares += [f"{len(left)} more {_share(sum(item.share_ppm for item in left))}"] if left else []
+    most = _share(overload.limit_ppm)
+    if not overload.core:
+        whom = f"the {overload.cores} cores of {overload.processor}"
+        if len(overload.uses) == 1:
+            return f"{shares[0]} of one core, more than the {most} that {whom} may each be used"
+        return f"{listed(shares)} have no partition on {whom} with at most {most} on each"
+    where = _named(overload.processor, overload.core, is_served=overload.is_served)
+    text = f"{where} is used to {_share(overload.total_ppm)}, at most {most}: {', '.join(shares)}"
+    if overload.unbounded:
+        have = "has" if len(overload.unbounded) == 1 else "have"
+        text += f"; because of it {listed(overload.unbounded)} {have} no bound"
+    enough = shorter_words(overload.shorter)
+    return f"{text}; kept with {enough}" if enough else text
+
+
+def _share(share_ppm: Exact) -> str:
+    return readable(share_ppm, "ppm", digits=DIGITS)
 
 
 def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:

@@ -109,7 +109,7 @@ def _row(item: Response, processor: str) -> tuple[str, ...]:
         "" if deadline is None else _ms(deadline),
         SAID[item.meets_deadline],
         "" if deadline is None or response is None else _ms(deadline - response),
-        _ms(item.blocked_ns) if item.blocked_ns else "",
+        f"{_ms(item.blocked_ns)} by {item.blocked_by}" if item.blocked_ns else "",
         _waits_for(item),
     )
 

@@ -8,7 +8,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.boundaries import Boundary
+from dse.analysis.flow_waits import Delayed
 from dse.analysis.lateness import Late
+from dse.analysis.overloads import Overload
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.records import dataclass
 from dse.results.answer import Answer, With
@@ -36,13 +38,16 @@ class Demand:
 class Example:
     """A design that is named, and every demand of the question that it breaks: it meets all others.
 
-    `late` are the threads that end too late in it, with what goes before them on their cores; `boundaries` the timers
-    that read on one clock along the flows whose limits it breaks.
+    `overloads` are the cores that are used beyond a limit that it breaks, `late` the threads that end too late in it,
+    with what goes before them on their cores, and those without a bound in flows whose limits it breaks; `delayed` says
+    who waits in these, `boundaries` are the timers that read on one clock along them.
     """
 
     design: Decisions
     breaks: tuple[Demand, ...] = ()
+    overloads: tuple[Overload, ...] = ()
     late: tuple[Late, ...] = ()
+    delayed: tuple[Delayed, ...] = ()
     boundaries: tuple[Boundary, ...] = ()
 
     @property

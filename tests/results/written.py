@@ -116,7 +116,31 @@ devices: {z: {period: 30 ms}}
 connections: {c: {from: a, to: b}, d: {from: z, to: b}}
 flows: {f: {path: [a, b]}, g: {path: [z, b]}}
 """
+CONTENDED = """
+dse: 1
+name: contended
+processing: response_time
+deadlines: all
+processor_types: {cpu: {}, gpu: {serves: fifo}}
+processors: {p: {type: cpu}, q: {type: cpu}, g: {type: gpu}}
+devices: {sensor: {period: 20 ms}}
+threads:
+  fast: {processor: p, period: 10 ms, compute_execution_time: 4 ms}
+  nav: {processor: p, period: 20 ms, compute_execution_time: 5 ms}
+  log: {processor: p, period: 100 ms, compute_execution_time: 2 ms, non_preemptive: 2 ms}
+  heavy: {processor: q, period: 10 ms, compute_execution_time: 6 ms}
+  more: {processor: q, period: 20 ms, compute_execution_time: 9 ms}
+  long: {processor: p, period: 200 ms, segments: [{compute_execution_time: 1 ms},
+         {processor: g, compute_execution_time: 50 ms}]}
+  short: {processor: p, period: 33 ms, segments: [{compute_execution_time: 1 ms},
+          {processor: g, compute_execution_time: 1 ms}]}
+connections: {s: {from: sensor, to: nav}}
+flows: {f: {path: [sensor, nav]}}
+requirements: [latency of f <= 27 ms]
+objectives: [minimise price]
+"""
 PROBLEMS = {
+    "contended": CONTENDED,
     "pump": PUMP,
     "node": NODE,
     "shared": SHARED,
@@ -147,6 +171,8 @@ COMMANDS = (
     "analyse shared.yaml --response-times --json busy.json",
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
     "analyse framed.yaml --json framed.json",
+    "analyse contended.yaml --response-times --json contended.json",
+    "explain contended.yaml --all --json why_contended.json",
     "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",

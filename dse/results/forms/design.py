@@ -165,6 +165,7 @@ class ResponseTime(Form):
     blocking_ns: Annotated[int, Of("blocked_ns")] = field(
         "How long a less urgent thread of the core may keep it.", earlier=0
     )
+    blocked_by: str = field("That thread; missing where there is none.", default="")
     interference: Annotated[list[Interference], Of("delays")] = field(
         "What goes before its worst job; empty where it has no bound, and of segments.", earlier=[]
     )

@@ -114,7 +114,9 @@ class Late(Form):
     endless: list[str] = field(
         "Of one without a bound, the threads that have none themselves and because of which it has none.", earlier=[]
     )
-    limit_ns: Figure | None = field("The limit that it misses; null in files that do not say it.", earlier=None)
+    limit_ns: Figure | None = field(
+        "The limit that it misses; null where it has none of its own, and in earlier files.", earlier=None
+    )
     waits: list[Wait] = field(
         "What it waits for, with segments piece by piece; the response times add up to its own. Without a bound and "
         "with segments what would make a job end after `ends_ns`, at the least; else empty without a bound.",
@@ -132,6 +134,46 @@ class Late(Form):
         "has to end; else null.",
         earlier=None,
     )
+
+
+class Waiting(Form):
+    """A thread of a flow that waits for others."""
+
+    thread: str = field("The thread.")
+    waited_ns: Figure = field("How much later than by itself it ends.")
+    waits: list[Wait] = field("What it waits for, with segments piece by piece.")
+
+
+class Delayed(Form):
+    """A broken limit on what counts response times of flows, and who waits in these."""
+
+    requirement: str = field("The limit, in the words of the problem.")
+    waiting: list[Waiting] = field("The threads that wait, longest first.")
+    shorter: list[Shorter] = field("Each of these would keep it by itself.")
+
+
+class Use(Form):
+    """What a thread uses of a core."""
+
+    thread: str = field("The thread.")
+    share_ppm: Figure = field("Its share of one core, in ppm.")
+
+
+class Overload(Form):
+    """A core that is used beyond a limit, or threads that have no partition which keeps it."""
+
+    requirement: str = field("The limit, in the words of the problem.")
+    processor: str = field("The processor or accelerator.")
+    core: int = field("The core, from 1; 0 where threads have no core yet and no partition keeps the limit.")
+    cores: int = field("How many cores the processor has.")
+    limit_ppm: Figure = field("How much of each core may be used, in ppm of it.")
+    total_ppm: Figure = field("What the threads use together, in ppm of one core.")
+    uses: list[Use] = field(
+        "The threads, those that use most first; without a core those that have no partition, of which none can be "
+        "left out."
+    )
+    unbounded: list[str] = field("The late threads that have no bound because of it.")
+    shorter: list[Shorter] = field("Each of these would keep the limit by itself; empty without a core.")
 
 
 class Relaxation(Demand):
@@ -155,7 +197,16 @@ class Relaxation(Demand):
     breaks: Annotated[list[str], Of("example.broken_texts")] = field(
         "Every demand of the question that the example breaks."
     )
-    late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
+    overloads: Annotated[list[Overload], Of("example.overloads")] = field(
+        "The cores that the example uses beyond a limit that it breaks.", earlier=[]
+    )
+    late: Annotated[list[Late], Of("example.late")] = field(
+        "The threads that end too late in the example, and those without a bound in flows whose limits it breaks.",
+        earlier=[],
+    )
+    delayed: Annotated[list[Delayed], Of("example.delayed")] = field(
+        "The limits on flows that the example breaks while threads in these wait for others.", earlier=[]
+    )
     boundaries: Annotated[list[Boundary], Of("example.boundaries")] = field(
         "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
         earlier=[],
@@ -170,7 +221,16 @@ class GiveUp(Form):
     breaks: Annotated[list[str], Of("example.broken_texts")] = field(
         "Every demand of the question that the example breaks."
     )
-    late: Annotated[list[Late], Of("example.late")] = field("The threads that end too late in the example.", earlier=[])
+    overloads: Annotated[list[Overload], Of("example.overloads")] = field(
+        "The cores that the example uses beyond a limit that it breaks.", earlier=[]
+    )
+    late: Annotated[list[Late], Of("example.late")] = field(
+        "The threads that end too late in the example, and those without a bound in flows whose limits it breaks.",
+        earlier=[],
+    )
+    delayed: Annotated[list[Delayed], Of("example.delayed")] = field(
+        "The limits on flows that the example breaks while threads in these wait for others.", earlier=[]
+    )
     boundaries: Annotated[list[Boundary], Of("example.boundaries")] = field(
         "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
         earlier=[],
