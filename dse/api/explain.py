@@ -16,9 +16,10 @@ from dse.analysis.flow_waits import delayed_flows, unbounded_threads
 from dse.analysis.lateness import Teller
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
+from dse.analysis.overheads import safe_bounds
 from dse.analysis.overloads import KINDS, overloads
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.unbounded import unbounded_in
+from dse.analysis.unbounded import rest_on_responses, unbounded_in
 from dse.analysis.views import View
 from dse.api.offers import cheapest_offers, with_offers
 from dse.api.origins import origin_of
@@ -123,7 +124,9 @@ def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], 
     Where no member alone mends the problem, also the fewest that do together. Figures for which there was no
     time are left out.
     """
-    found = Explainer.of(asked, wishes, time.monotonic()).explanation()
+    explainer = Explainer.of(asked, wishes, time.monotonic())
+    explainer.is_brief = True
+    found = explainer.explanation()
     alone = {(item.demand.text, item.demand.origin): item for item in found.relaxations}
     conflicts = []
     for conflict in found.conflicts:
@@ -161,6 +164,7 @@ class Explainer:
     oracle: Oracle = field(repr=False)
     left_open: list[str] = field(default_factory=list)
     told: dict[Design, Example] = field(default_factory=dict, repr=False)
+    is_brief: bool = False
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float) -> Explainer:
@@ -213,7 +217,17 @@ class Explainer:
             left_open=tuple(self.left_open),
             reduced=tuple(self.demand(number) for number in sorted(found.reduced or ())),
             solver_calls=self.oracle.calls,
+            safe_bounds=self._safe_bounds(
+                [*(item.members for item in found.conflicts), *filter(None, [found.reduced])]
+            ),
         )
+
+    def _safe_bounds(self, conflicts: Sequence[Iterable[int]]) -> dict[str, tuple[str, ...]]:
+        """Why response times are safe bounds, where all conflicts rest on such; nothing else."""
+        texts = [[self.oracle.members[number].text for number in members] for members in conflicts]
+        if not rest_on_responses(self.space, texts):
+            return {}
+        return {why: names for why, names in safe_bounds(self.space).items() if names}
 
     def _is_overload(self, number: int) -> bool:
         """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
@@ -326,6 +340,8 @@ class Explainer:
         return self.told[design]
 
     def _example(self, design: Design) -> Example:
+        if self.is_brief:  # nobody looks at it
+            return Example({})
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
         view = View(design)
         verdicts, teller = self.evaluator.evaluate(design).verdicts, Teller(self.space, view)

@@ -169,10 +169,19 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
 
 def bound_words(space: Space, design: Design | None = None) -> str:
     """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is."""
-    told = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in safe_bounds(space, design).items() if names]
-    if not told:
-        return ""
-    return f"They are safe bounds, which need not be reached, on cores where {'; '.join(told)}."
+    told = _safe(safe_bounds(space, design))
+    return f"They are {told}." if told else ""
+
+
+def safe_words(found: Mapping[str, Sequence[str]]) -> str:
+    """What a proof that rests on response times is worth where these are safe bounds: `found` says why they are."""
+    told = _safe(found)
+    return f"The proof rests on response times that are {told}: a design may be in time all the same." if told else ""
+
+
+def _safe(found: Mapping[str, Sequence[str]]) -> str:
+    told = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in found.items() if names]
+    return f"safe bounds, which need not be reached, on cores where {'; '.join(told)}" if told else ""
 
 
 def core_words(space: Space) -> str:

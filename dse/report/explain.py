@@ -6,7 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.analysis.limits import FULLEST
+from dse.analysis.overheads import safe_bounds
+from dse.analysis.unbounded import rest_on_responses
 from dse.report.amounts import amount_words
+from dse.report.contention import safe_words
 from dse.report.lateness import delayed_words, late_words, overload_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
@@ -43,7 +46,8 @@ def explanation_page(explanation: Explanation) -> Page:
     elif explanation.status == "incomplete":
         say.strongly("Stopped before it was known whether there is a design.")
     else:
-        say.strongly("Infeasible, proved: no design meets every requirement and rule.")
+        safe = safe_words(explanation.safe_bounds)
+        say.strongly(f"Infeasible, proved: no design meets every requirement and rule. {safe}".rstrip())
         for text in explanation.excluded:
             say.line(f"Beside, {text}.")
         _tell_conflict_sets(say, explanation)
@@ -70,6 +74,9 @@ def conflict_blocks(result: Result) -> Iterator[Block]:
 
 def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
+    told = [[clash.text for clash in conflict.members] for conflict in result.conflicts]
+    if rest_on_responses(result.space, told) and (safe := safe_words(safe_bounds(result.space))):
+        yield safe, ()
     for conflict in result.conflicts:
         alone = len(conflict.members) == 1
         together = "These cannot hold together, but without any one of them the others can:"

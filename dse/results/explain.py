@@ -134,7 +134,8 @@ class Explanation(Answer):
     before feasibility was decided). `excluded` says which combinations of options are no designs though nothing in the
     file forbids them. `complete` says that nothing which was asked for is missing, `every` that
     `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
-    if not empty, are demands that have no design together (proved), fewer of which may have none either.
+    if not empty, are demands that have no design together (proved), fewer of which may have none either. Where all
+    conflicts rest on response times `safe_bounds` says why these need not be reached, each reason with its threads.
 
     Examples
     --------
@@ -162,6 +163,7 @@ class Explanation(Answer):
     reduced: tuple[Demand, ...] = ()
     solver_calls: int = 0
     wall_s: float = 0.0
+    safe_bounds: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def with_(self, **changes: Any) -> Explanation:
         """The explanation with some of its parts replaced."""

@@ -278,6 +278,11 @@ class ExplanationForm(Form):
     offered: list[str] = field("The options that were asked about.")
     offers: list[Offer] = field("What they would change.")
     search: Annotated[Effort, Of(".")] = field("What it took.")
+    safe_bounds: dict[str, list[str]] = field(
+        "Where all conflicts rest on response times that are safe bounds, which need not be reached: why they are, "
+        "each reason with the threads. Else empty.",
+        earlier={},
+    )
 
 
 class TwoValues(Form):
