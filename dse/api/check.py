@@ -17,6 +17,7 @@ from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.records import dataclass
 from dse.results.answer import Answer
+from dse.results.display import readable
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
 from dse.space.metric_kinds import asks_for_changes
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     import pandas
 
 
+DIGITS = 6
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
 MOST_NAMES = 10
@@ -140,6 +142,13 @@ def impossible_words(item: Impossible, currency: str) -> str:
 
 
 def _figure(value: Fraction, unit: str, currency: str) -> str:
+    """A figure in full; one without finite decimals to six, and as a fraction behind that."""
+    text = _exact(value, unit, currency)
+    is_fraction = "/" in text.split()[0]
+    return f"{readable(value, unit, currency, DIGITS)} (exact {text})" if is_fraction else text
+
+
+def _exact(value: Fraction, unit: str, currency: str) -> str:
     if unit == "ns":
         return format_duration(value)
     if unit == "ppm":

@@ -8,7 +8,7 @@ from fractions import Fraction
 from dse.analysis.limits import FULLEST
 from dse.analysis.overheads import safe_bounds
 from dse.analysis.unbounded import rest_on_responses
-from dse.report.amounts import amount_words
+from dse.report.amounts import amount_words, listed
 from dse.report.contention import safe_words
 from dse.report.lateness import delayed_words, late_words, overload_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
@@ -170,14 +170,18 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
         f"At least {len(give_up.members)} must give; these are enough (the limit of each when the others are given up):"
     )
     for item in give_up.members:
-        say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
+        if item.closest is None:  # a design without it alone is none without the others
+            said = f": {_no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
+            say.item(f"{_demand(item.demand)}{said}")
+        else:
+            say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
     say.item(f"then e.g. {say.example(give_up.example)}")
 
 
 def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
         named = f"given up, there are designs, e.g. {say.example(item.example)}"
-        return f"{_no_limit(item.unbounded)}; {named}" if item.unbounded else named
+        return f"{_no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
         return f"feasible when it may end {closest} after its deadline, e.g. {say.example(item.example)}"
@@ -237,6 +241,15 @@ def _no_limit(threads: Sequence[str]) -> str:
     """Why no limit of a requirement helps."""
     times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
     return f"no limit helps, for even at best the {times} unbounded"
+
+
+def _because(item: Relaxation) -> str:
+    """That the threads without a bound have none because of others."""
+    late = [one for one in item.example.late if one.thread in item.unbounded]
+    causes = list(dict.fromkeys(name for one in late for name in one.endless if name not in item.unbounded))
+    if not causes or not all(one.endless for one in late):
+        return ""
+    return f" because {listed(causes)} {'has' if len(causes) == 1 else 'have'} no bound"
 
 
 def _tell_designs(say: _Teller) -> None:

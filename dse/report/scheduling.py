@@ -55,7 +55,8 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
         table = response_table(processor, found)
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
-            table = replace(table, brief=rows, rest="and {} more threads, and what each waits for (--all)", told=0)
+            what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
+            table = replace(table, brief=rows, rest=f"and {{}} more {what}, and what each waits for (--all)", told=0)
         yield table
 
 

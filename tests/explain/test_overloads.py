@@ -6,6 +6,7 @@ from copy import deepcopy
 from typing import Any
 
 import dse
+from dse.api.check import impossible_words
 from dse.report.explain import explanation_page
 
 MS = 10**6
@@ -109,3 +110,36 @@ def test_one_that_is_in_time_behind_nothing_does_not_follow() -> None:
     data = problem({"a": thread(10, 6), "b": thread(20, 9)}, deadlines="all")
     [overload] = overloads(data)
     assert overload["unbounded"] == ["b"]
+
+
+def test_what_has_to_be_given_up_with_others_names_no_design_of_its_own() -> None:
+    """A design without one of several that must go breaks the others, too; of a victim it is said whose it is."""
+    data = problem(
+        {
+            "a": {"period": "200 ms", "segments": _pieces(3, 116, 1), "core": 1},
+            "b": {"period": "33 ms", "segments": _pieces(3, 8, 4), "core": 2},
+        },
+        deadlines="all",
+    )
+    data["processor_types"] = {"cpu": {"cores": 2, "price": "1 EUR"}, "gpu": {"serves": "fifo"}}
+    data["processors"]["g"] = {"type": "gpu"}
+    text = told(data)
+    assert "given up, there are designs" not in text
+    assert "no limit helps, for even at best the response time of a is unbounded because b has no bound" in text
+
+
+def _pieces(*times: int) -> list[dict[str, Any]]:
+    return [
+        {"compute_execution_time": f"{time} ms", **({"processor": "g"} if place % 2 else {})}
+        for place, time in enumerate(times)
+    ]
+
+
+def test_a_check_tells_decimals() -> None:
+    """35 of 33 ms: a fraction stands behind its decimals; what has finite ones is told in full."""
+    check = dse.check(problem({"a": thread(33, 35)}))
+    [item] = check.impossible
+    said = "it is at least 106.060606 % (exact 3500/33 %), the limit is 100 %"
+    assert impossible_words(item, "EUR").endswith(said)
+    [item] = dse.check(problem({"a": thread(10, 12)})).impossible
+    assert impossible_words(item, "EUR").endswith("it is at least 120 %, the limit is 100 %")
