@@ -41,6 +41,7 @@ from dse.timelimit import OutOfTime
 from dse.units import Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
+UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
 
 
 @dataclass(frozen=True)
@@ -232,7 +233,7 @@ class Explainer:
     def _is_overload(self, number: int) -> bool:
         """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
         member = self.oracle.members[number]
-        return isinstance(member, Requirement) and member.metric.kind in KINDS
+        return isinstance(member, Requirement) and (member.metric.kind, member.operator) in UPPER_LIMITS
 
     def _overloads_first(self, members: Iterable[int]) -> list[int]:
         """Members in their order, but the limits on processors and cores first."""
