@@ -213,6 +213,6 @@ def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCo
         if count < 2 or not whole or any(at(space.components[item].core, view) is not None for item in others):
             continue
         labels: dict[int, int] = {}
-        for item in here:
+        for item in (one for one in here if design[one.index] >= 0):  # others are of executors that nobody is in
             result[item.index] = labels.setdefault(design[item.index], len(labels))
     return tuple(result)
