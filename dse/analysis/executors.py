@@ -137,6 +137,21 @@ def executor_worst_job(
         return None
 
 
+def jobs_before(
+    kind: ExecutorKind, worst: WorstJob, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact
+) -> list[tuple[Task, int]]:
+    """How many jobs of what go before the job that responds last: what preempts the executor first, then its fellows.
+
+    At last the one of these that had begun, where that takes longer than what else blocks.
+    """
+    jobs = [(item, most_jobs(item, worst.end_ns)) for item in higher]
+    jobs += [(item.task, worst.jobs(item.task)) for item in fellows if kind != "callback_group" or item.goes_first]
+    if worst.behind_ns > blocked_ns:
+        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == worst.behind_ns)
+        jobs.append((next(begun), 1))
+    return jobs
+
+
 @dataclass
 class _Work:
     """The task, the others of its executor, and what preempts them."""

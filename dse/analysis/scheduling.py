@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from dse.analysis.executors import Fellow, executor_worst_job
+from dse.analysis.executors import Fellow, executor_worst_job, jobs_before
 from dse.analysis.holistic import fixed_point
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.overheads import interrupting
@@ -267,14 +267,7 @@ def _in_executor(
     found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
     if found is None:
         return NOTHING
-    jobs = [(item, most_jobs(item, found.end_ns)) for item in higher]
-    for item in fellows:
-        if kind != "callback_group" or item.goes_first:
-            jobs.append((item.task, found.jobs(item.task)))
-    if found.behind_ns > blocked_ns:
-        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == found.behind_ns)
-        jobs.append((next(begun), 1))
-    return _delays(jobs), tuple(higher), fellows, kind
+    return _delays(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind
 
 
 def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:

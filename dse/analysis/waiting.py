@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from dse.analysis.executors import Fellow, executor_worst_job, jobs_by, queued_job
+from dse.analysis.executors import Fellow, executor_worst_job, jobs_before, jobs_by, queued_job
 from dse.analysis.holistic import thread_releases
 from dse.analysis.overheads import interrupting
 from dse.analysis.releases import bounded_task, task_of
@@ -185,14 +185,8 @@ def _executed(
     found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
     if found is None:
         return None
-    jobs = [(item, most_jobs(item, found.end_ns)) for item in higher]
-    for item in fellows:
-        if kind != "callback_group" or item.goes_first:
-            jobs.append((item.task, found.jobs(item.task)))
-    if found.behind_ns > blocked_ns:  # the longer of the two counts
-        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == found.behind_ns)
-        jobs.append((next(begun), 1))
-        blocked_ns = 0
+    jobs = jobs_before(kind, found, fellows, higher, blocked_ns)
+    blocked_ns = blocked_ns if blocked_ns >= found.behind_ns else 0  # the longer of the two counts
     return _before(task, _delays(jobs), blocked_ns, found.release_ns, found.end_ns)
 
 
