@@ -118,6 +118,7 @@ def test_cuts_are_enough_and_no_smaller_ones_are(seed: int) -> None:
     data = drawn(rng)
     for name, late in late_in(data).items():
         if late.late_ns is not None:
+            assert late.limit_ns is not None
             assert late.ends_ns == late.late_ns + late.limit_ns, (json.dumps(data), late)
         assert late_words(late)
         for item in late.shorter[:4]:
