@@ -94,8 +94,8 @@ def _of_executor(core: int, item: Response) -> BusyPeriod | None:
     """That of a thread in an executor that runs jobs as they come, or by priority."""
     assert item.kind is not None
     found = executor_worst_job(item.kind, item.task, item.fellows, item.rivals, item.blocked_ns)
-    if found is None or sum(delay.jobs for delay in item.delays) > MOST_JOBS:
-        return None
+    if found is None or sum(delay.jobs for delay in item.delays) > MOST_JOBS or (found.chain_ns is not None and found.release_ns):
+        return None  # of what its chain did before it is known how long it took, not when
     pieces = played_in(item, found)
     return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
 
@@ -107,7 +107,8 @@ def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
     that come with it, or the most urgent that waits.
     """
     rivals = list(item.rivals)
-    inner = [one.task for one in item.fellows if one.goes_first or item.kind == "fifo"] + [item.task]
+    counted = [one for one in item.fellows if found.chain_ns is None or not one.is_kin]
+    inner = [one.task for one in counted if one.goes_first or item.kind == "fifo"] + [item.task]
     outside = [
         (release, level, job, one)
         for level, one in enumerate(rivals)
@@ -123,7 +124,7 @@ def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
     begun = max(item.blocked_ns, found.behind_ns)
     name = SECTION
     if found.behind_ns > item.blocked_ns:
-        name = next(one.task.name for one in item.fellows if not one.goes_first and one.task.worst_ns == begun)
+        name = next(one.task.name for one in counted if not one.goes_first and one.task.worst_ns == begun)
     running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
     is_held = begun > found.behind_ns  # a section: nothing preempts it
     pieces: list[Piece] = []

@@ -17,43 +17,38 @@ No job of an executor preempts another of it; what goes before the OS thread on 
   jobs of one callback as they come: until one starts, all that comes of others may go before it, as theirs of polled
   callbacks. That is a safe bound, whatever the order.
 
-(docs/semantics.md, section 4.6)
+Jobs of one chain never wait for each other (`dse.analysis.succession`): what others of its chain did in a busy period
+was over when a job was released, and took no longer than until then. Where of each chain at most one job waits at a
+time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from heapq import merge
+from operator import attrgetter
 
-from dse.analysis.response_time import (
-    MOST_STEPS,
-    STEPS_A_LOOK,
-    Task,
-    densest_releases_ns,
-    is_late,
-    last_to_look_at_ns,
-    load,
-    most_jobs,
-)
+from dse.analysis.executor_work import EndlessError, Work, jobs_by, until_end
+from dse.analysis.response_time import Task, densest_releases_ns, is_late, load, most_jobs
+from dse.analysis.succession import longest_of_each
 from dse.records import dataclass
 from dse.space.hosts import ExecutorKind
-from dse.timelimit import look_at_the_clock
 from dse.units import Exact
-
-STEPS_BEFORE_REPETITION = 16
-"""Most busy periods take fewer steps; from there on it is worth knowing when jobs repeat."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fellow:
-    """Another task of an executor; `goes_first` among those that wait (in a callback group)."""
+    """Another task of an executor; `goes_first` among those that wait (in a callback group).
+
+    One that `is_kin` never waits while the task does: they are of one chain. Of those of a `line` at most one waits at
+    a time; of one in no line several jobs may.
+    """
 
     task: Task
     goes_first: bool
-
-
-class _Endless(Exception):
-    """A busy period takes more steps than `MOST_STEPS`."""
+    is_kin: bool = False
+    line: int | None = None
 
 
 def executor_response_ns(
@@ -85,7 +80,7 @@ def executor_response_ns(
     if task.worst_ns == 0:
         return 0
     found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
-    return None if found is None else found.end_ns - found.release_ns
+    return None if found is None else found.response_ns
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +89,8 @@ class WorstJob:
 
     Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
     keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
+
+    Of one in a chain that has run for `chain_ns` (None: it is in none) by then. In `lines` it waits for one job of each.
     """
 
     release_ns: Exact
@@ -101,9 +98,18 @@ class WorstJob:
     until_ns: Exact
     behind_ns: Exact = 0
     comes_late: bool = False
+    chain_ns: Exact | None = None
+    lines: tuple[Task, ...] | None = None
+
+    @property
+    def response_ns(self) -> Exact:
+        """From its release to its end."""
+        return self.end_ns - self.release_ns
 
     def jobs(self, task: Task) -> int:
         """How many jobs of a fellow go before it."""
+        if self.lines is not None:
+            return sum(task is item for item in self.lines)
         return (most_jobs if self.comes_late else jobs_by)(task, self.until_ns)
 
 
@@ -125,16 +131,23 @@ def executor_worst_job(
     behind: Exact = 0
     if kind == "callback_group":  # a less urgent job may have begun
         behind = max((item.task.worst_ns for item in fellows if not item.goes_first), default=0)
-        blocked_ns = max(blocked_ns, behind)
+    begun_ns = max(blocked_ns, behind)
     outside = [item for item in higher if item.worst_ns]
     used = load((task, *counted, *outside))
-    if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
+    if used > 1 or (used == 1 and (begun_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
         return None
-    work = _Work(task, counted, outside, blocked_ns)
-    try:
-        return _fifo(work) if kind == "fifo" else _grouped(work, behind)
-    except _Endless:
-        return None
+    if kind == "fifo" and fellows:
+        waiting = longest_of_each([(item.task, item.line) for item in fellows if not item.is_kin])
+        if waiting is not None:
+            return _in_lines(Work(task, waiting, outside, blocked_ns))
+    work = Work(task, counted, outside, begun_ns)
+    found: list[WorstJob] = []
+    with suppress(EndlessError):
+        found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
+    if any(item.is_kin for item in fellows):
+        with suppress(EndlessError):
+            found.append(_in_chain(kind, task, fellows, outside, blocked_ns))
+    return min(found, key=attrgetter("response_ns"), default=None)
 
 
 def jobs_before(
@@ -145,85 +158,20 @@ def jobs_before(
     At last the one of these that had begun, where that takes longer than what else blocks.
     """
     jobs = [(item, most_jobs(item, worst.end_ns)) for item in higher]
-    jobs += [(item.task, worst.jobs(item.task)) for item in fellows if kind != "callback_group" or item.goes_first]
+    counted = [item for item in fellows if worst.chain_ns is None or not item.is_kin]
+    jobs += [(item.task, worst.jobs(item.task)) for item in counted if kind != "callback_group" or item.goes_first]
     if worst.behind_ns > blocked_ns:
-        begun = (item.task for item in fellows if not item.goes_first and item.task.worst_ns == worst.behind_ns)
+        begun = (item.task for item in counted if not item.goes_first and item.task.worst_ns == worst.behind_ns)
         jobs.append((next(begun), 1))
     return jobs
 
 
-@dataclass
-class _Work:
-    """The task, the others of its executor, and what preempts them."""
-
-    task: Task
-    fellows: Sequence[Task]
-    outside: Sequence[Task]
-    blocked_ns: Exact
-    steps: int = 0
-
-    def step(self) -> None:
-        """Count a step of the way to a fixed point."""
-        self.steps += 1
-        if self.steps > MOST_STEPS:
-            raise _Endless
-        if not self.steps % STEPS_A_LOOK:
-            look_at_the_clock()
-
-    def least(self, begin: Exact, demand: Callable[[Exact], Exact]) -> Exact:
-        """The least time, no sooner than `begin`, by which all that is demanded until then is done."""
-        time = begin
-        while (needed := demand(time)) > time:
-            self.step()
-            time = needed
-        return time
-
-    def preempting(self, window_ns: Exact) -> Exact:
-        """The work of what preempts the executor in a window."""
-        return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)
-
-    def busy_ns(self, *, repeats: bool = True) -> Exact:
-        """The longest busy period of the executor and all that goes before it.
-
-        Where all jobs later than some release respond no later than earlier ones, as what `repeats` with the
-        hyperperiod does (`last_to_look_at_ns`), it may end after that release.
-        """
-        inside = (self.task, *self.fellows)
-
-        def demand(window: Exact) -> Exact:
-            own = sum(most_jobs(item, window) * item.worst_ns for item in inside)
-            return self.blocked_ns + own + self.preempting(window)
-
-        time, last = self.blocked_ns + self.task.worst_ns, None
-        while (needed := demand(time)) > time:
-            self.step()
-            time = needed
-            if repeats and self.steps == STEPS_BEFORE_REPETITION:
-                last = last_to_look_at_ns((*inside, *self.outside))
-            if last is not None and time > last:
-                break
-        return time
-
-
-def jobs_by(task: Task, time_ns: Exact) -> int:
-    """The most jobs of a busy period that are released until a time, that time included.
-
-    >>> from dse.analysis.response_time import periodic
-    >>> [jobs_by(periodic("a", 1, 10, 3), time) for time in (0, 6, 7)]
-    [1, 1, 2]
-    """
-    if not task.streams:
-        return 1
-    jobs = sum((time_ns + stream.jitter_ns) // stream.period_ns + 1 for stream in task.streams)
-    return jobs if task.separation_ns is None else min(jobs, time_ns // task.separation_ns + 1)
-
-
-def _fifo(work: _Work) -> WorstJob:
+def _fifo(work: Work) -> WorstJob:
     inside = (work.task, *work.fellows)
     busy = work.busy_ns()
     worst = WorstJob(0, 0, 0)
     last: Exact = -1
-    for arrival in _until(merge(*map(densest_releases_ns, inside)), busy):
+    for arrival in until_end(merge(*map(densest_releases_ns, inside)), busy):
         if arrival == last:
             continue
         last = arrival
@@ -235,12 +183,12 @@ def _fifo(work: _Work) -> WorstJob:
     return worst
 
 
-def _grouped(work: _Work, behind_ns: Exact) -> WorstJob:
+def _grouped(work: Work, behind_ns: Exact) -> WorstJob:
     """Job after job of the busy period of the task and of what goes before it."""
     busy = work.busy_ns()
     worst = WorstJob(0, 0, 0)
     came = most_jobs if work.blocked_ns else jobs_by  # it has begun before the busy period, however little
-    for number, release in enumerate(_until(densest_releases_ns(work.task), busy)):
+    for number, release in enumerate(until_end(densest_releases_ns(work.task), busy)):
         begun = work.blocked_ns + number * work.task.worst_ns
 
         def waiting(time: Exact, begun: Exact = begun) -> Exact:
@@ -255,58 +203,74 @@ def _grouped(work: _Work, behind_ns: Exact) -> WorstJob:
     return worst
 
 
-def queued_ns(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Exact | None:
-    """The longest time that a job waits and runs where jobs run as they come, when all `own` before it have ended.
+def _in_lines(work: Work) -> WorstJob:
+    """A job that waits for one job of each line: none of these comes again before it has ended."""
+    before = work.blocked_ns + work.task.worst_ns + sum(item.worst_ns for item in work.fellows)
+    end = work.least(before, lambda window: before + work.preempting(window))
+    return WorstJob(0, end, 0, lines=tuple(work.fellows))
 
-    It comes a after the executor was idle last. What the `fellows` released until then has run for a, less what its
-    `own` jobs took of that, and these are not before it: they have ended.
 
-    Examples
-    --------
-    While a piece of 8 runs, three jobs of 2 every 4 come, before the next piece of 2; strangers would take 8 + 2 + 2.
+def _in_chain(
+    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], outside: Sequence[Task], blocked_ns: Exact
+) -> WorstJob:
+    """A job of a chain, whose other jobs in the busy period were over when it was released.
 
-    >>> from dse.analysis.response_time import periodic
-    >>> queued_ns(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
-    8
+    They, and its own earlier ones, ran until then at most; of less urgent jobs that had begun it may have been one of
+    theirs. When it is released counts: with each job that may come, and at the last moment by which they all ran.
     """
-    found = queued_job(task, own, fellows)
-    return None if found is None else found.waited_ns + task.worst_ns
+    is_urgent = {id(item): item.goes_first or kind != "callback_group" for item in fellows}
+    given = [item for item in fellows if item.task.worst_ns]
+    chain = [item.task for item in given if item.is_kin and is_urgent[id(item)]]
+    others = [item.task for item in given if not item.is_kin and is_urgent[id(item)]]
+    behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and not item.is_kin), default=0)
+    own_behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and item.is_kin), default=0)
+    work = Work(task, others, outside, max(blocked_ns, behind))
+    busy = Work(task, [*chain, *others], outside, max(blocked_ns, behind, own_behind)).busy_ns(repeats=False)
+    worst = WorstJob(0, 0, 0, chain_ns=0)
+    for release, ran in _moments(work, chain, others if kind == "fifo" else (), busy):
+        work.step()
+        found = _after(work, kind, release, min(ran, release), behind)
+        if own_behind:
+            without = Work(task, others, outside, 0, work.steps)
+            found = max(found, _after(without, kind, release, min(ran + own_behind, release), 0), key=attrgetter("end_ns"))
+        if found.response_ns > worst.response_ns:
+            worst = found
+    return worst
 
 
-@dataclass(frozen=True, slots=True)
-class QueuedJob:
-    """The job that waits longest (`queued_ns`): behind all of others that came `until` then, which ran for `ran_ns`."""
+def _moments(
+    work: Work, chain: Sequence[Task], others: Sequence[Task], busy_ns: Exact
+) -> Iterator[tuple[Exact, Exact]]:
+    """When a job of a chain is looked at, with the longest that the chain may have run by then."""
 
-    waited_ns: Exact = 0
-    until_ns: Exact = 0
-    ran_ns: Exact = 0
+    def ran(time: Exact) -> Exact:
+        jobs = sum(jobs_by(item, time) * item.worst_ns for item in chain)
+        return jobs + (jobs_by(work.task, time) - 1) * work.task.worst_ns
 
-
-def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
-    """The job whose time `queued_ns` is."""
-    inside = [item for item in (*own, *fellows) if item.worst_ns]
-    used = load((task, *inside))
-    if used > 1 or (used == 1 and any(map(is_late, (task, *inside)))):
-        return None
-    work = _Work(task, inside, (), 0)
-    longest = QueuedJob(-1)
-    try:
-        busy = work.busy_ns(repeats=False)
-        for arrival in _until(merge(*map(densest_releases_ns, (task, *inside))), busy):
-            work.step()
-            came = sum(jobs_by(item, arrival) * item.worst_ns for item in fellows)
-            ended = sum(jobs_by(item, arrival) * item.worst_ns for item in (task, *own)) - task.worst_ns
-            ran = max(0, arrival - ended)
-            if came - ran > longest.waited_ns:
-                longest = QueuedJob(came - ran, arrival, ran)
-    except _Endless:
-        return None
-    return longest
+    last: Exact | None = None
+    most: Exact = 0
+    for release in until_end(merge(*map(densest_releases_ns, (work.task, *chain, *others))), busy_ns):
+        if last is not None and release == last:
+            continue
+        if last is not None and last < most < release:
+            yield most, most
+        last, most = release, ran(release)
+        yield release, most
+    if last is not None and last < most:
+        yield most, most
 
 
-def _until(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
-    """The releases before an end, the first in any case."""
-    for count, release in enumerate(releases):
-        if count and release >= end:
-            return
-        yield release
+def _after(work: Work, kind: ExecutorKind, release: Exact, ran: Exact, behind: Exact) -> WorstJob:
+    """The job of a chain that is released then, after its chain has run for some time."""
+    before = work.blocked_ns + ran
+    came = most_jobs if work.blocked_ns and kind != "fifo" else jobs_by
+    until = release
+    if kind != "fifo":
+
+        def waiting(time: Exact) -> Exact:
+            return before + sum(came(item, time) * item.worst_ns for item in (*work.fellows, *work.outside))
+
+        until = work.least(before, waiting)
+    fixed = before + sum(came(item, until) * item.worst_ns for item in work.fellows) + work.task.worst_ns
+    end = work.least(fixed, lambda window: fixed + work.preempting(window))
+    return WorstJob(release, end, until, behind, came is most_jobs, ran)

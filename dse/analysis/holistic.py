@@ -116,7 +116,7 @@ class _Rounds:
                 for turn in turns
             ]  # fmt: skip
             earlier = self.before_that[place]
-            if earlier is not None and all(map(_is_same, tasks, earlier)) and not any(turn.pieces for turn in turns):
+            if earlier is not None and all(map(_is_same, tasks, earlier)) and not any(map(_hangs_on_others, turns)):
                 continue  # as in the round before
             self.before_that[place] = tasks
             together = None if self.asked is None or before else _on_core(turns, tasks)
@@ -144,7 +144,7 @@ class _Rounds:
             found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
         else:
             since = segments.since_ns(turn, known, *released) if turn.pieces else {}
-            found = respond_in(space, turns, tasks, first, turn, view, since)
+            found = respond_in(space, turns, tasks, first, turn, known, view, since)
         if not turn.pieces:
             return found
         again = ((released[0] or ()), released[1]) if turn.shares_turn(turns) else ((), None)
@@ -274,6 +274,11 @@ def _is_same(one: Task | None, other: Task | None) -> bool:
     if one is other:
         return True
     return one is not None and other is not None and is_plain(one) and is_plain(other) and one == other
+
+
+def _hangs_on_others(turn: Turn) -> bool:
+    """Whether more than the releases of the tasks of its core has a part in a response time."""
+    return bool(turn.pieces) or turn.executor is not None
 
 
 def _horizon_ns(space: Space) -> int:

@@ -7,13 +7,17 @@ and as a piece of a thread with segments (`dse.analysis.segments`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
-from dse.analysis.executors import Fellow, executor_response_ns, queued_ns
+from dse.analysis.executors import Fellow, executor_response_ns
+from dse.analysis.queues import queued_ns
 from dse.analysis.releases import job_of
 from dse.analysis.reservations import blocking_ns
 from dse.analysis.response_time import PLAIN, Task, is_plain, response_time_ns
-from dse.analysis.segments import most_waiting_ns, single
+from dse.analysis.segments import single
+from dse.analysis.succession import Succession, longest_of_each
+from dse.analysis.tasks import TaskKey
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.space.hosts import ExecutorKind
@@ -55,6 +59,7 @@ def around(
     tasks: Sequence[Task | None],
     before: Sequence[Task | None],
     turn: Turn,
+    known: Mapping[TaskKey, Exact | None],
     view: View,
 ) -> tuple[ExecutorKind, dict[int, Fellow], list[Task]] | None:
     """The kind of an executor, what it runs beside a task, by number, and what preempts that; None without a bound.
@@ -63,22 +68,63 @@ def around(
     """
     assert turn.executor is not None
     kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
-    fellows: dict[int, Fellow] = {}
+    beside: dict[int, Task] = {}
     higher = [item for item in before if item is not None]
     if len(higher) < len(before):
         return None
     for position in turn.rivals(turns):
         found, other = tasks[position], turns[position]
-        is_inside, goes_first = other.executor == turn.executor, turn.goes_first_inside(other)
         if found is None and counts_once(space, turn, other, view):
             found = job_of(space, other.key, (), None, view)
         if found is None:
             return None
-        if is_inside:
-            fellows[position] = Fellow(found, goes_first)
+        if other.executor == turn.executor:
+            beside[position] = found
         else:
             higher.append(found)
+    position = turns.index(turn)
+    own = tasks[position]
+    if own is None:
+        return None
+    fellows = _fellows(space, turns, {**beside, position: own}, turn, known, view)
+    is_held = any(space.components[turns[item].key[0]].section_ns is not None for item in (*beside, position))
+    if higher and is_held:  # a section of one that has ended since may have held up what preempts it
+        fellows = {item: replace(one, line=None) for item, one in fellows.items()}
     return kind, fellows, higher
+
+
+def _fellows(
+    space: Space,
+    turns: Sequence[Turn],
+    tasks: Mapping[int, Task],
+    turn: Turn,
+    known: Mapping[TaskKey, Exact | None],
+    view: View,
+) -> dict[int, Fellow]:
+    """The fellows of a task, by position, and which of them never wait at the same time: jobs of one chain.
+
+    `tasks` are those of its executor, by position.
+    """
+    members = {turns[position].key[0]: task for position, task in tasks.items() if _is_whole(turns[position])}
+    chains, own = Succession(space, members, known, view), turn.key[0] if _is_whole(turn) else None
+    lines = chains.lines()
+    found = {}
+    for position, task in tasks.items():
+        other = turns[position]
+        if other.key == turn.key:
+            continue
+        number = other.key[0] if _is_whole(other) else None
+        line = other.pieces[0] if other.pieces else None if number is None else lines.get(number)
+        is_kin = number is not None and own is not None and chains.follow(own, number)
+        found[position] = Fellow(task, turn.goes_first_inside(other), is_kin, line)
+    if not turn.pieces and (own is None or lines.get(own) is None):  # earlier jobs of its own may wait, too
+        return {position: replace(item, line=None) for position, item in found.items()}
+    return found
+
+
+def _is_whole(turn: Turn) -> bool:
+    """Whether it is all of a thread, but for a hybrid one's callback."""
+    return turn.key[1] == "thread" and not turn.pieces
 
 
 def counts_once(space: Space, turn: Turn, other: Turn, view: View) -> bool:
@@ -95,11 +141,12 @@ def respond_in(
     tasks: Sequence[Task | None],
     before: Sequence[Task | None],
     turn: Turn,
+    known: Mapping[TaskKey, Exact | None],
     view: View,
     since_ns: Mapping[int, Exact],
 ) -> Exact | None:
     """The response time of a task in an executor; each piece of its thread has ended so long `since_ns` before it."""
-    found, task = around(space, turns, tasks, before, turn, view), tasks[turns.index(turn)]
+    found, task = around(space, turns, tasks, before, turn, known, view), tasks[turns.index(turn)]
     if found is None or task is None:
         return None
     kind, beside, higher = found
@@ -111,9 +158,9 @@ def respond_in(
     if len(own) < len(siblings):
         return None
     if kind == "fifo" and not higher:
-        waiting = most_waiting_ns(space, {turns[position].key[0]: item.task for position, item in beside.items()})
+        waiting = longest_of_each([(item.task, item.line) for item in beside.values()])
         if waiting is not None:
-            return task.worst_ns + turn.blocked_ns + waiting
+            return task.worst_ns + turn.blocked_ns + sum(item.worst_ns for item in waiting)
         found_ns = queued_ns(task, own, [item.task for item in beside.values()])
         return None if found_ns is None else found_ns + turn.blocked_ns
     if kind != "callback_group" or higher or turn.shares_turn(turns):

@@ -247,7 +247,7 @@ def _before(
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
-        beside = around(space, turns, tasks, first, turn, view)
+        beside = around(space, turns, tasks, first, turn, known, view)
         return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:
@@ -271,4 +271,4 @@ def _in_executor(
 
 
 def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
-    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns)
+    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns and count)

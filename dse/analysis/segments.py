@@ -153,17 +153,3 @@ def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | N
 def single(task: Task) -> Task:
     """One job of a task alone: those before it have ended."""
     return replace(task, streams=(), separation_ns=None)
-
-
-def most_waiting_ns(space: Space, fellows: Mapping[int, Task]) -> Exact | None:
-    """What may be before a piece in an accelerator's queue at most: one piece of each other thread.
-
-    `fellows` are what else it serves, by number; None where some of it is no piece, of which several jobs may wait.
-    """
-    longest: dict[str, Exact] = {}
-    for number, task in fellows.items():
-        pieces = space.components[number].pieces
-        if pieces is None:
-            return None
-        longest[pieces.thread] = max(longest.get(pieces.thread, 0), task.worst_ns)
-    return sum(longest.values())

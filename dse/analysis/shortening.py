@@ -150,7 +150,9 @@ class Trials:
         last = keys[-1]
         needed = [core for core in self.schedule.needed([last]) if core]
         is_simple = all(
-            is_lone(self.space, turn.key, self.view) and not turn.pieces for core in needed for turn in core
+            is_lone(self.space, turn.key, self.view) and not turn.pieces and turn.executor is None
+            for core in needed
+            for turn in core
         )
         places = tuple(sorted(self._place(core[0].key) for core in needed))
 

@@ -13,15 +13,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from dse.analysis.executors import Fellow, executor_worst_job, jobs_before, jobs_by, queued_job
+from dse.analysis.executor_work import jobs_by
+from dse.analysis.executors import Fellow, executor_worst_job, jobs_before
 from dse.analysis.holistic import thread_releases
 from dse.analysis.overheads import interrupting
+from dse.analysis.queues import queued_job
 from dse.analysis.releases import bounded_task, task_of
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Delay
 from dse.analysis.segments import Segments, single
+from dse.analysis.succession import longest_of_each
 from dse.analysis.tasks import TaskKey, task_name
 from dse.analysis.turns import Schedule, Turn, blocking_name
 from dse.records import dataclass
@@ -115,7 +118,7 @@ class Place:
         if turn.executor is None:
             counted = self.rivals
         else:
-            found = around(space, self.turns, self.tasks, self.first, turn, view)
+            found = around(space, self.turns, self.tasks, self.first, turn, self.known, view)
             if found is None:
                 return None
             kind, fellows, higher = found
@@ -187,7 +190,11 @@ def _executed(
         return None
     jobs = jobs_before(kind, found, fellows, higher, blocked_ns)
     blocked_ns = blocked_ns if blocked_ns >= found.behind_ns else 0  # the longer of the two counts
-    return _before(task, _delays(jobs), blocked_ns, found.release_ns, found.end_ns)
+    delays = _delays(jobs)
+    if found.chain_ns is None:
+        return _before(task, delays, blocked_ns, found.release_ns, found.end_ns)
+    blocked_ns = found.end_ns - task.worst_ns - found.chain_ns - sum(item.work_ns for item in delays)
+    return _Found(delays, blocked_ns=blocked_ns, over_ns=found.release_ns - found.chain_ns)
 
 
 def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait | None:
@@ -205,7 +212,7 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
         given = [item for item in rivals if item is not None]
         found = None if job is None or len(given) < len(rivals) else _preempted(job, given, blocked)
     else:
-        beside = around(space, place.turns, place.tasks, place.first, turn, view)
+        beside = around(space, place.turns, place.tasks, place.first, turn, place.known, view)
         if beside is None:
             return None
         kind, fellows, higher = beside
@@ -228,7 +235,7 @@ def _served(
     turn, turns, blocked = place.turn, place.turns, blocking_ns(place.turn)
     own, fellows = place.siblings, list(beside.values())
     if kind == "fifo" and not higher:
-        longest = _longest_of_each(place, {turns[position].key[0]: item.task for position, item in beside.items()})
+        longest = longest_of_each([(item.task, item.line) for item in fellows])
         if longest is not None:
             return _Found(_delays((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
         queued = queued_job(task, own, [item.task for item in fellows])
@@ -255,18 +262,6 @@ def _served(
 
 def _waited(found: _Found) -> Exact:
     return found.earlier_ns + sum(item.work_ns for item in found.delays) + found.blocked_ns - found.over_ns
-
-
-def _longest_of_each(place: Place, fellows: Mapping[int, Task]) -> list[Task] | None:
-    """The longest piece of each other thread; None where an accelerator serves whole threads, too."""
-    longest: dict[str, Task] = {}
-    for number, task in fellows.items():
-        pieces = place.schedule.space.components[number].pieces
-        if pieces is None:
-            return None
-        if pieces.thread not in longest or task.worst_ns > longest[pieces.thread].worst_ns:
-            longest[pieces.thread] = task
-    return list(longest.values())
 
 
 def waits_of(schedule: Schedule, key: TaskKey, known: Known) -> tuple[Wait, ...] | None:

@@ -1,0 +1,91 @@
+"""The busy period of an OS thread that runs one job at a time: all that it runs, and what preempts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, last_to_look_at_ns, most_jobs
+from dse.records import dataclass
+from dse.timelimit import look_at_the_clock
+from dse.units import Exact
+
+STEPS_BEFORE_REPETITION = 16
+"""Most busy periods take fewer steps; from there on it is worth knowing when jobs repeat."""
+
+
+class EndlessError(Exception):
+    """A busy period takes more steps than `MOST_STEPS`."""
+
+
+@dataclass
+class Work:
+    """The task, the others of its executor, and what preempts them."""
+
+    task: Task
+    fellows: Sequence[Task]
+    outside: Sequence[Task]
+    blocked_ns: Exact
+    steps: int = 0
+
+    def step(self) -> None:
+        """Count a step of the way to a fixed point."""
+        self.steps += 1
+        if self.steps > MOST_STEPS:
+            raise EndlessError
+        if not self.steps % STEPS_A_LOOK:
+            look_at_the_clock()
+
+    def least(self, begin: Exact, demand: Callable[[Exact], Exact]) -> Exact:
+        """The least time, no sooner than `begin`, by which all that is demanded until then is done."""
+        time = begin
+        while (needed := demand(time)) > time:
+            self.step()
+            time = needed
+        return time
+
+    def preempting(self, window_ns: Exact) -> Exact:
+        """The work of what preempts the executor in a window."""
+        return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)
+
+    def busy_ns(self, *, repeats: bool = True) -> Exact:
+        """The longest busy period of the executor and all that goes before it.
+
+        Where all jobs later than some release respond no later than earlier ones, as what `repeats` with the
+        hyperperiod does (`last_to_look_at_ns`), it may end after that release.
+        """
+        inside = (self.task, *self.fellows)
+
+        def demand(window: Exact) -> Exact:
+            own = sum(most_jobs(item, window) * item.worst_ns for item in inside)
+            return self.blocked_ns + own + self.preempting(window)
+
+        time, last = self.blocked_ns + self.task.worst_ns, None
+        while (needed := demand(time)) > time:
+            self.step()
+            time = needed
+            if repeats and self.steps == STEPS_BEFORE_REPETITION:
+                last = last_to_look_at_ns((*inside, *self.outside))
+            if last is not None and time > last:
+                break
+        return time
+
+
+def jobs_by(task: Task, time_ns: Exact) -> int:
+    """The most jobs of a busy period that are released until a time, that time included.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> [jobs_by(periodic("a", 1, 10, 3), time) for time in (0, 6, 7)]
+    [1, 1, 2]
+    """
+    if not task.streams:
+        return 1
+    jobs = sum((time_ns + stream.jitter_ns) // stream.period_ns + 1 for stream in task.streams)
+    return jobs if task.separation_ns is None else min(jobs, time_ns // task.separation_ns + 1)
+
+
+def until_end(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
+    """The releases before an end, the first in any case."""
+    for count, release in enumerate(releases):
+        if count and release >= end:
+            return
+        yield release
