@@ -94,7 +94,11 @@ def _of_executor(core: int, item: Response) -> BusyPeriod | None:
     """That of a thread in an executor that runs jobs as they come, or by priority."""
     assert item.kind is not None
     found = executor_worst_job(item.kind, item.task, item.fellows, item.rivals, item.blocked_ns)
-    if found is None or sum(delay.jobs for delay in item.delays) > MOST_JOBS or (found.chain_ns is not None and found.release_ns):
+    if (
+        found is None
+        or sum(delay.jobs for delay in item.delays) > MOST_JOBS
+        or (found.chain_ns is not None and found.release_ns)
+    ):
         return None  # of what its chain did before it is known how long it took, not when
     pieces = played_in(item, found)
     return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)

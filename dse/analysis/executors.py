@@ -90,7 +90,7 @@ class WorstJob:
     Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
     keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
 
-    Of one in a chain that has run for `chain_ns` (None: it is in none) by then. In `lines` it waits for one job of each.
+    Its chain has run for `chain_ns` by then (None: it is in none). In `lines` it waits for one job of each.
     """
 
     release_ns: Exact
@@ -232,7 +232,9 @@ def _in_chain(
         found = _after(work, kind, release, min(ran, release), behind)
         if own_behind:
             without = Work(task, others, outside, 0, work.steps)
-            found = max(found, _after(without, kind, release, min(ran + own_behind, release), 0), key=attrgetter("end_ns"))
+            found = max(
+                found, _after(without, kind, release, min(ran + own_behind, release), 0), key=attrgetter("end_ns")
+            )
         if found.response_ns > worst.response_ns:
             worst = found
     return worst

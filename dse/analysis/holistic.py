@@ -22,6 +22,7 @@ from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import beside_piece, respond, respond_in
 from dse.analysis.response_time import PLAIN, Stream, Task, is_plain
 from dse.analysis.segments import Segments
+from dse.analysis.succession import Succession
 from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
@@ -81,7 +82,7 @@ def one_response_ns(space: Space, turns: Sequence[Turn], turn: Turn, view: View)
     """The response time of a task of a core where no release depends on one, and none is of a thread with segments."""
     work = _Rounds(space, [turns], view)
     tasks = [bounded_task(space, other.key, work.known, view) for other in turns]
-    return work.found(turn, turns, tasks, work.interrupts[0])
+    return work.found(turn, turns, tasks, work.interrupts[0], Succession(space, turns, tasks, work.known, view))
 
 
 class _Rounds:
@@ -120,9 +121,10 @@ class _Rounds:
                 continue  # as in the round before
             self.before_that[place] = tasks
             together = None if self.asked is None or before else _on_core(turns, tasks)
+            succession = Succession(space, turns, tasks, known, view)
             for number, turn in enumerate(turns):
                 key = turn.key
-                found = together[number] if together is not None else self.found(turn, turns, tasks, before)
+                found = together[number] if together is not None else self.found(turn, turns, tasks, before, succession)
                 if found is not None and self.count > 1 and (found > self.horizon or self.count > MOST_ROUNDS):
                     found = found if found == known[key] else None
                 if known[key] is not None and found != known[key]:
@@ -133,7 +135,12 @@ class _Rounds:
         return changed
 
     def found(
-        self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], before: Sequence[Task]
+        self,
+        turn: Turn,
+        turns: Sequence[Turn],
+        tasks: Sequence[Task | None],
+        before: Sequence[Task],
+        succession: Succession,
     ) -> Exact | None:
         """The response time of a task of a core, with what is known so far."""
         space, known, view, segments = self.space, self.known, self.view, self.segments
@@ -144,7 +151,7 @@ class _Rounds:
             found = respond(*beside_piece(turn, turns, tasks, rivals), blocking_ns(turn))
         else:
             since = segments.since_ns(turn, known, *released) if turn.pieces else {}
-            found = respond_in(space, turns, tasks, first, turn, known, view, since)
+            found = respond_in(space, turns, tasks, first, turn, succession, since)
         if not turn.pieces:
             return found
         again = ((released[0] or ()), released[1]) if turn.shares_turn(turns) else ((), None)

@@ -7,7 +7,6 @@ and as a piece of a thread with segments (`dse.analysis.segments`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 from dse.analysis.executors import Fellow, executor_response_ns
@@ -16,8 +15,7 @@ from dse.analysis.releases import job_of
 from dse.analysis.reservations import blocking_ns
 from dse.analysis.response_time import PLAIN, Task, is_plain, response_time_ns
 from dse.analysis.segments import single
-from dse.analysis.succession import Succession, longest_of_each
-from dse.analysis.tasks import TaskKey
+from dse.analysis.succession import Succession, is_whole, longest_of_each
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.space.hosts import ExecutorKind
@@ -59,14 +57,14 @@ def around(
     tasks: Sequence[Task | None],
     before: Sequence[Task | None],
     turn: Turn,
-    known: Mapping[TaskKey, Exact | None],
-    view: View,
+    succession: Succession,
 ) -> tuple[ExecutorKind, dict[int, Fellow], list[Task]] | None:
     """The kind of an executor, what it runs beside a task, by number, and what preempts that; None without a bound.
 
     Of a less urgent callback of its group one job may have begun before a task, however often it comes.
     """
     assert turn.executor is not None
+    view = succession.view
     kind: ExecutorKind = at(space.executors[turn.executor].kind, view)
     beside: dict[int, Task] = {}
     higher = [item for item in before if item is not None]
@@ -82,49 +80,22 @@ def around(
             beside[position] = found
         else:
             higher.append(found)
-    position = turns.index(turn)
-    own = tasks[position]
-    if own is None:
-        return None
-    fellows = _fellows(space, turns, {**beside, position: own}, turn, known, view)
-    is_held = any(space.components[turns[item].key[0]].section_ns is not None for item in (*beside, position))
-    if higher and is_held:  # a section of one that has ended since may have held up what preempts it
-        fellows = {item: replace(one, line=None) for item, one in fellows.items()}
-    return kind, fellows, higher
-
-
-def _fellows(
-    space: Space,
-    turns: Sequence[Turn],
-    tasks: Mapping[int, Task],
-    turn: Turn,
-    known: Mapping[TaskKey, Exact | None],
-    view: View,
-) -> dict[int, Fellow]:
-    """The fellows of a task, by position, and which of them never wait at the same time: jobs of one chain.
-
-    `tasks` are those of its executor, by position.
-    """
-    members = {turns[position].key[0]: task for position, task in tasks.items() if _is_whole(turns[position])}
-    chains, own = Succession(space, members, known, view), turn.key[0] if _is_whole(turn) else None
-    lines = chains.lines()
-    found = {}
-    for position, task in tasks.items():
+    chains = succession.chains(turn.executor)
+    lines = chains.lines if kind == "fifo" else {}
+    own = turn.key[0] if is_whole(turn) else None
+    sections = (space.components[turns[item].key[0]].section_ns for item in (*beside, turns.index(turn)))
+    if not turn.pieces and own not in lines:
+        lines = {}  # earlier jobs of its own may wait
+    elif higher and any(item is not None for item in sections):
+        lines = {}  # one that has ended may have held up what preempts it
+    fellows = {}
+    for position, task in beside.items():
         other = turns[position]
-        if other.key == turn.key:
-            continue
-        number = other.key[0] if _is_whole(other) else None
-        line = other.pieces[0] if other.pieces else None if number is None else lines.get(number)
+        number = other.key[0] if is_whole(other) else None
         is_kin = number is not None and own is not None and chains.follow(own, number)
-        found[position] = Fellow(task, turn.goes_first_inside(other), is_kin, line)
-    if not turn.pieces and (own is None or lines.get(own) is None):  # earlier jobs of its own may wait, too
-        return {position: replace(item, line=None) for position, item in found.items()}
-    return found
-
-
-def _is_whole(turn: Turn) -> bool:
-    """Whether it is all of a thread, but for a hybrid one's callback."""
-    return turn.key[1] == "thread" and not turn.pieces
+        line = other.pieces[0] if other.pieces else None if number is None else lines.get(number)
+        fellows[position] = Fellow(task, turn.goes_first_inside(other), is_kin, line)
+    return kind, fellows, higher
 
 
 def counts_once(space: Space, turn: Turn, other: Turn, view: View) -> bool:
@@ -141,12 +112,11 @@ def respond_in(
     tasks: Sequence[Task | None],
     before: Sequence[Task | None],
     turn: Turn,
-    known: Mapping[TaskKey, Exact | None],
-    view: View,
+    succession: Succession,
     since_ns: Mapping[int, Exact],
 ) -> Exact | None:
     """The response time of a task in an executor; each piece of its thread has ended so long `since_ns` before it."""
-    found, task = around(space, turns, tasks, before, turn, known, view), tasks[turns.index(turn)]
+    found, task = around(space, turns, tasks, before, turn, succession), tasks[turns.index(turn)]
     if found is None or task is None:
         return None
     kind, beside, higher = found

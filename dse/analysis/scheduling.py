@@ -23,6 +23,7 @@ from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece, respond
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
+from dse.analysis.succession import Succession
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
 from dse.analysis.terms import picked
 from dse.analysis.turns import Schedule, Turn, blocking_name, turns_of, upstream
@@ -247,7 +248,7 @@ def _before(
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
-        beside = around(space, turns, tasks, first, turn, known, view)
+        beside = around(space, turns, tasks, first, turn, Succession(space, turns, tasks, known, view))
         return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:

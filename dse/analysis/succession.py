@@ -9,12 +9,14 @@ until then what the others' bounds rest on has held, and so its own; docs/semant
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import arrivals
 from dse.analysis.response_time import Task
 from dse.analysis.segments import apart_ns
 from dse.analysis.tasks import TaskKey, alone_ns
+from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.trees import at
@@ -56,19 +58,55 @@ def _found_link(space: Space, number: int, view: View) -> Link | None:
 
 
 class Succession:
-    """The chains among the tasks of a core, by position, as response times are known."""
+    """The chains in the executors of a core, as response times are `known` when an executor is first asked about.
+
+    `turns` and `tasks` are those of the core.
+    """
 
     def __init__(
         self,
         space: Space,
-        tasks: Mapping[int, Task],
+        turns: Sequence[Turn],
+        tasks: Sequence[Task | None],
         known: Mapping[TaskKey, Exact | None],
         view: View,
     ) -> None:
-        """`tasks` are those of one executor, by the number of their thread; a callback of a hybrid thread is none."""
+        self.space, self.turns, self.tasks, self.known, self.view = space, turns, tasks, known, view
+        self._chains: dict[int, Chains] = {}
+
+    def chains(self, executor: int) -> Chains:
+        """Those of one executor."""
+        if executor not in self._chains:
+            tasks = {
+                turn.key[0]: task
+                for turn, task in zip(self.turns, self.tasks, strict=True)
+                if turn.executor == executor and is_whole(turn) and task is not None
+            }
+            self._chains[executor] = Chains(self.space, tasks, self.known, self.view)
+        return self._chains[executor]
+
+
+def is_whole(turn: Turn) -> bool:
+    """Whether a task is all of a thread, but for a hybrid one's callback."""
+    return turn.key[1] == "thread" and not turn.pieces
+
+
+class Chains:
+    """Which threads of an executor never wait at the same time; `tasks` by the number of the thread."""
+
+    def __init__(
+        self, space: Space, tasks: Mapping[int, Task], known: Mapping[TaskKey, Exact | None], view: View
+    ) -> None:
         self.space, self.tasks, self.known, self.view = space, tasks, known, view
-        self._spans = {number: dict(self._spans_to(number)) for number in tasks}
-        """For each task those of the same executor before it in its chain, with the longest time from their release."""
+        self._pairs: set[tuple[int, int]] = set()
+        """Of each pair the one that comes before, or the same."""
+        self._first: dict[int, int] = {}
+        for number in tasks:
+            for first, span in self._spans_to(number):
+                self._first[number] = first
+                apart = apart_ns(tasks[first].streams, tasks[first].separation_ns)
+                if apart is None or span <= apart:
+                    self._pairs.add((first, number))
 
     def _response_ns(self, number: int) -> Exact | None:
         """The longest time of a job from its release to its end."""
@@ -77,48 +115,35 @@ class Succession:
         return None if found is None else max(found, alone)
 
     def _spans_to(self, number: int) -> Iterator[tuple[int, Exact]]:
-        span = self._response_ns(number)
-        seen = {number}
-        last = number
-        if span is not None:
-            yield number, span
-        while span is not None and (link := link_of(self.space, last, self.view)) is not None:
-            last = link.sender
-            response = self._response_ns(last)
-            if last in seen or response is None:
-                return
-            seen.add(last)
-            span = span + link.most_ns + response
+        """A thread and those before it in its chain, with the longest time from their release to its end."""
+        span, last, seen = self._response_ns(number), number, {number}
+        while span is not None:
             if last in self.tasks:
                 yield last, span
-
-    def _is_over(self, first: int, last: int) -> bool:
-        """Whether the job of the last one always ends before the first one is released again."""
-        span = self._spans[last].get(first)
-        if span is None:
-            return False
-        task = self.tasks[first]
-        apart = apart_ns(task.streams, task.separation_ns)
-        return apart is None or span <= apart
+            link = link_of(self.space, last, self.view)
+            response = None if link is None or link.sender in seen else self._response_ns(link.sender)
+            if link is None or response is None:
+                return
+            span, last = span + link.most_ns + response, link.sender
+            seen.add(last)
 
     def follow(self, one: int, other: int) -> bool:
         """Whether two threads are of one chain, and never wait at the same time; one alone with its next job."""
-        return self._is_over(one, other) or self._is_over(other, one)
+        return (one, other) in self._pairs or (other, one) in self._pairs
 
-    def lines(self) -> dict[int, int | None]:
-        """For each thread a line, of all whose jobs at most one waits at a time; None of one that may wait twice.
+    @cached_property
+    def lines(self) -> Mapping[int, int]:
+        """The lines of threads: of those of one at most one job waits at a time; none of one that may wait twice.
 
         A line has all that follow its first thread in the executor, or one thread.
         """
         members: dict[int, list[int]] = {}
-        for number in self.tasks:
-            members.setdefault(list(self._spans[number])[-1] if self._spans[number] else number, []).append(number)
-        found: dict[int, int | None] = {}
+        for number, first in self._first.items():
+            members.setdefault(first, []).append(number)
+        found: dict[int, int] = {}
         for first, line in members.items():
             is_one = all(self.follow(one, other) for index, one in enumerate(line) for other in line[index:])
-            for number in line:
-                alone = number if self.follow(number, number) else None
-                found[number] = first if is_one else alone
+            found |= {number: first if is_one else number for number in line if self.follow(number, number)}
         return found
 
 

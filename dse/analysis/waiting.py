@@ -24,7 +24,7 @@ from dse.analysis.responding import around, beside_piece
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.scheduling import Delay
 from dse.analysis.segments import Segments, single
-from dse.analysis.succession import longest_of_each
+from dse.analysis.succession import Succession, longest_of_each
 from dse.analysis.tasks import TaskKey, task_name
 from dse.analysis.turns import Schedule, Turn, blocking_name
 from dse.records import dataclass
@@ -91,6 +91,11 @@ class Place:
         return self.tasks[self.turns.index(self.turn)]
 
     @property
+    def succession(self) -> Succession:
+        """The chains of its core."""
+        return Succession(self.schedule.space, self.turns, self.tasks, self.known, self.schedule.view)
+
+    @property
     def is_served(self) -> bool:
         """Whether it is an accelerator, which has one core without a number."""
         return at(self.schedule.space.processors[self.processor].serves, self.schedule.view) is not None
@@ -114,11 +119,11 @@ class Place:
 
     def share(self) -> Fraction | None:
         """The share of the core that it and what goes before it need; None where what goes before it has no bound."""
-        space, view, turn = self.schedule.space, self.schedule.view, self.turn
+        space, turn = self.schedule.space, self.turn
         if turn.executor is None:
             counted = self.rivals
         else:
-            found = around(space, self.turns, self.tasks, self.first, turn, self.known, view)
+            found = around(space, self.turns, self.tasks, self.first, turn, self.succession)
             if found is None:
                 return None
             kind, fellows, higher = found
@@ -202,7 +207,7 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
 
     Each piece of its thread has ended so long `since_ns` before the release of a piece that is served by priority.
     """
-    turn, task, space, view = place.turn, place.task, place.schedule.space, place.schedule.view
+    turn, task, space = place.turn, place.task, place.schedule.space
     if task is None:
         return None
     blocked = blocking_ns(turn)
@@ -212,7 +217,7 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
         given = [item for item in rivals if item is not None]
         found = None if job is None or len(given) < len(rivals) else _preempted(job, given, blocked)
     else:
-        beside = around(space, place.turns, place.tasks, place.first, turn, place.known, view)
+        beside = around(space, place.turns, place.tasks, place.first, turn, place.succession)
         if beside is None:
             return None
         kind, fellows, higher = beside

@@ -176,10 +176,11 @@ class Contention:
             if term.waits is not None and self.waiting is not None:
                 fresh |= self.waiting.refine(term.waits[0], view)
         for term, exact in low if not fresh else ():
-            reason = reason_of_value(self.space, self.places, term, View(design), exact)
+            has = value(term.variable)
+            reason, least = reason_of_value(self.space, self.places, term, View(design), has, exact)
             held = [self.combined.literal(index) for index in self.combined.conditions(reason)]
             variable = self.model.get_int_var_from_proto_index(term.variable.index)
-            self.model.add(variable >= exact).only_enforce_if(held)
+            self.model.add(variable >= least).only_enforce_if(held)
         return bool(low)
 
     def settled(

@@ -78,11 +78,17 @@ def reason_of(space: Space, places: Places, limit: Limit, view: View) -> Reason:
     return _by_options(case, responses, kept)
 
 
-def reason_of_value(space: Space, places: Places, term: OpenTerm, view: View, least: int) -> Reason:
-    """Conditions under which a figure is at least as large as in the design: all that it hangs on if it may fall."""
+def reason_of_value(
+    space: Space, places: Places, term: OpenTerm, view: View, has: int, exact: int
+) -> tuple[Reason, int]:
+    """Conditions under which a figure is at least so large: more than a solution `has`, and at most its `exact` value.
+
+    Of a thread's waiting as little counts as shows that it is more: its executor, its core, or all that there is. All
+    that the figure hangs on are conditions where it may fall.
+    """
     value = term.value
     if term.may_fall:
-        return _seen(space, places, value, view, ())
+        return _seen(space, places, value, view, ()), exact
     groups = _groups(space, places, view)
 
     def with_only(given: Sequence[tuple[int, tuple[int, ...]]], part: View) -> int:
@@ -90,8 +96,14 @@ def reason_of_value(space: Space, places: Places, term: OpenTerm, view: View, le
         return value(part)
 
     is_known = all(_is_known(places, processor, number) for processor, numbers in groups for number in numbers)
+    least = exact
+    for few in _few_groups(space, groups, term, view):
+        found = with_only(few, View(view.design))
+        if found > has:
+            groups, least, is_known = few, found, True
+            break
     if not is_known and with_only(groups, View(view.design)) < least:
-        return _seen(space, places, value, view, ())
+        return _seen(space, places, value, view, ()), exact
     for group in list(groups):
         fewer = [item for item in groups if item != group]
         if with_only(fewer, View(view.design)) >= least:
@@ -100,7 +112,24 @@ def reason_of_value(space: Space, places: Places, term: OpenTerm, view: View, le
         fewer = [(slot, left) for slot, threads in groups if (left := tuple(n for n in threads if n != number))]
         if with_only(fewer, View(view.design)) >= least:
             groups = fewer
-    return _seen(space, places, lambda seen: with_only(groups, seen), view, groups)
+    return _seen(space, places, lambda seen: with_only(groups, seen), view, groups), least
+
+
+def _few_groups(
+    space: Space, groups: Sequence[tuple[int, tuple[int, ...]]], term: OpenTerm, view: View
+) -> Iterator[list[tuple[int, tuple[int, ...]]]]:
+    """Who shares an executor with the thread whose waiting a figure is, and then who shares its core.
+
+    Of a thread in no executor the rows of its model count these.
+    """
+    number = None if term.waits is None else term.waits[0]
+    executor = None if number is None else at(space.components[number].executor, view)
+    if executor is None:
+        return
+    for processor, threads in groups:
+        if number in threads:
+            yield [(processor, tuple(one for one in threads if at(space.components[one].executor, view) == executor))]
+            yield [(processor, threads)]
 
 
 class Noting(Sequence[int]):

@@ -9,7 +9,7 @@ from effort import cases
 from support import brute_front, raw_designs, space_of
 
 import dse
-from dse.analysis import executors
+from dse.analysis import executor_work
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.executors import Fellow, executor_response_ns
 from dse.analysis.response_time import Stream, Task, periodic
@@ -107,9 +107,9 @@ def test_jobs_after_a_hyperperiod_respond_no_later(seed: int, monkeypatch: pytes
         others[inside:],
         rng.choice((0, 0, rng.randint(1, 30))),
     )
-    monkeypatch.setattr(executors, "STEPS_BEFORE_REPETITION", 1)
+    monkeypatch.setattr(executor_work, "STEPS_BEFORE_REPETITION", 1)
     found = executor_response_ns(*asked)
-    monkeypatch.setattr(executors, "STEPS_BEFORE_REPETITION", 10**9)
+    monkeypatch.setattr(executor_work, "STEPS_BEFORE_REPETITION", 10**9)
     assert executor_response_ns(*asked) == found
 
 
