@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -45,80 +45,190 @@ def supplied(supply: tuple[int, int] | None, time: int) -> int:
 
 
 def in_executor(
-    number: int, threads: Any, rivals: list[int], first: Any, figures: Any, supply: tuple[int, int] | None = None
+    number: int,
+    threads: Any,
+    rivals: list[int],
+    first: Any,
+    figures: Any,
+    supply: tuple[int, int] | None,
+    chains: Chains,
 ) -> int:
     """By looking at every ms of the busy period at which a job may come; all figures are whole ms.
 
     `first` is what goes before all: work, period and jitter. Of a `supply` there is a budget in each period.
     """
-    period, jitter, cost, blocked, kind = figures
-    executor = threads[number]["executor"]
-    fellows = [item for item in rivals if threads[item]["executor"] is executor]
-    others = [item for item in rivals if item not in fellows]
-    if kind == "callback_group":
-        urgent = [
-            item
-            for item in fellows
-            if _goes_first(
-                threads[item]["priority"], threads[number]["priority"], (period[item], item), (period[number], number)
-            )
-        ]
-        blocked = max([blocked, *(cost[item] for item in fellows if item not in urgent)])
-        fellows = urgent
-    inside = [*fellows, number]
-    load = sum((Fraction(cost[item], period[item]) for item in (*inside, *others)), Fraction(0))
-    load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
-    latest = max(blocked, *(jitter[item] for item in (*inside, *others)), *(item[2] for item in first))
-    if supply is not None:
-        load += Fraction(supply[1] - supply[0], supply[1])
-        latest = max(latest, int(supply[0] < supply[1]))
-    if load > 1 or latest >= LATE // 2 or (load == 1 and latest):
+    here = _Executor(number, threads, rivals, first, figures, supply)
+    if here.has_no_end():
         return LATE
+    busy = here.busy()
+    return min([here.among_strangers(busy), *here.in_chain(busy, chains), *here.in_lines(chains)], default=LATE)
 
-    def came(items: Any, until: int) -> int:
+
+class _Executor:
+    """A thread of an executor, what goes before its jobs, and what may have begun before them."""
+
+    def __init__(
+        self,
+        number: int,
+        threads: Any,
+        rivals: list[int],
+        first: Any,
+        figures: Any,
+        supply: tuple[int, int] | None,
+    ) -> None:
+        self.number, self.first, self.supply = number, first, supply
+        self.period, self.jitter, self.cost, self.section, self.kind = figures
+        executor = threads[number]["executor"]
+        self.fellows = [item for item in rivals if threads[item]["executor"] is executor]
+        self.others = [item for item in rivals if item not in self.fellows]
+        self.urgent = [item for item in self.fellows if self.kind != "callback_group" or self._is_urgent(threads, item)]
+        self.less = [item for item in self.fellows if item not in self.urgent]
+        self.is_held = any(threads[item]["section"] for item in (*self.fellows, number))
+
+    def _is_urgent(self, threads: Any, item: int) -> bool:
+        mine, theirs = threads[self.number]["priority"], threads[item]["priority"]
+        return _goes_first(theirs, mine, (self.period[item], item), (self.period[self.number], self.number))
+
+    @property
+    def blocked(self) -> int:
+        return max([self.section, *(self.cost[item] for item in self.less)])
+
+    def has_no_end(self) -> bool:
+        """Whether a busy period may go on for ever, or releases may be late for ever."""
+        every = [*self.urgent, self.number, *self.others]
+        load = sum((Fraction(self.cost[item], self.period[item]) for item in every), Fraction(0))
+        load += sum((Fraction(*item[:2]) for item in self.first), Fraction(0))
+        latest = max(self.blocked, *(self.jitter[item] for item in every), *(item[2] for item in self.first))
+        if self.supply is not None:
+            load += Fraction(self.supply[1] - self.supply[0], self.supply[1])
+            latest = max(latest, int(self.supply[0] < self.supply[1]))
+        return load > 1 or latest >= LATE // 2 or (load == 1 and latest > 0)
+
+    def came(self, items: list[int], until: int) -> int:
         """The work of jobs that are released in [0, until]."""
-        return sum(((until + jitter[item]) // period[item] + 1) * cost[item] for item in items)
+        return sum(((until + self.jitter[item]) // self.period[item] + 1) * self.cost[item] for item in items)
 
-    def urgent_before(end: int) -> int:
+    def preempting(self, end: int) -> int:
         """The work of what preempts, released in [0, end)."""
-        return came(others, end - 1) + sum(-(-(end + late) // every) * taken for taken, every, late in first)
+        return self.came(self.others, end - 1) + sum(
+            -(-(end + late) // every) * taken for taken, every, late in self.first
+        )
 
-    def settled(fixed: int) -> int:
+    def settled(self, fixed: int) -> int:
+        """When so much is done, and what preempts it."""
         end = fixed
-        while fixed + urgent_before(end) > supplied(supply, end):
+        while fixed + self.preempting(end) > supplied(self.supply, end):
             end += 1
         return end
 
-    busy = 1
-    while blocked + came(inside, busy - 1) + urgent_before(busy) > supplied(supply, busy):
-        busy += 1
-        if busy > MOST_MS:
-            return LATE
-    if kind == "fifo":
-        return max(settled(blocked + came(inside, at)) - at for at in range(busy))
-    return _after_all_starts(number, figures, blocked, (fellows, others, first, busy, supply), came, settled)
+    def busy(self) -> int:
+        """The longest busy period."""
+        inside, busy = [*self.urgent, self.number], 1
+        while self.blocked + self.came(inside, busy - 1) + self.preempting(busy) > supplied(self.supply, busy):
+            busy += 1
+            if busy > MOST_MS:
+                return 0
+        return busy
 
+    def before_start(self, fixed: int, inner: list[int], sooner: int) -> int:
+        """What of others in the executor goes before a job that waits for so much besides: what comes by its start.
 
-def _after_all_starts(
-    number: int, figures: Any, blocked: int, given: Any, came: Callable[..., int], settled: Callable[[int], int]
-) -> int:
-    """Job after job: what comes until its start goes before it, what comes later waits.
-
-    Where something has begun before, however little, all starts are that little sooner: what comes then waits.
-    """
-    period, jitter, cost = figures[:3]
-    fellows, others, first, busy, supply = given
-    worst, jobs, sooner = 0, 0, int(blocked > 0)
-    while not jobs or jobs * period[number] - jitter[number] < busy:
-        start = blocked + jobs * cost[number]
+        Where something has begun before, however little, all starts are that little `sooner`: what comes then waits.
+        """
+        start = fixed
         while True:
             at = start - sooner
-            taken = sum(((at + late) // every + 1) * work for work, every, late in first)
-            done = blocked + jobs * cost[number] + came(fellows, at) + came(others, at) + taken
-            if supplied(supply, start) >= done and (sooner or supplied(supply, start + 1) > supplied(supply, start)):
-                break
+            taken = sum(((at + late) // every + 1) * work for work, every, late in self.first)
+            done = fixed + self.came(inner, at) + self.came(self.others, at) + taken
+            now, then = (supplied(self.supply, time) for time in (start, start + 1))
+            if now >= done and (sooner or then > now):
+                return self.came(inner, at)
             start += 1
-        end = settled(blocked + (jobs + 1) * cost[number] + came(fellows, at))
-        worst = max(worst, end - max(0, jobs * period[number] - jitter[number]))
-        jobs += 1
-    return worst
+
+    def among_strangers(self, busy: int) -> int:
+        """Job after job; `LATE` where the busy period does not end."""
+        number, own = self.number, self.cost[self.number]
+        if not busy:
+            return LATE
+        if self.kind == "fifo":
+            inside = [*self.urgent, number]
+            return max(self.settled(self.blocked + self.came(inside, at)) - at for at in range(busy))
+        found, jobs = 0, 0
+        while not jobs or jobs * self.period[number] - self.jitter[number] < busy:
+            fixed = self.blocked + jobs * own
+            end = self.settled(fixed + own + self.before_start(fixed, self.urgent, int(self.blocked > 0)))
+            found = max(found, end - max(0, jobs * self.period[number] - self.jitter[number]))
+            jobs += 1
+        return found
+
+    def in_chain(self, busy: int, chains: Chains) -> Iterator[int]:
+        """Where others never wait while it does: they have run until it comes, at most, and for no longer."""
+        number, own = self.number, self.cost[self.number]
+        kin = [item for item in self.fellows if chains.never_together(item, number)]
+        if not kin or not busy:
+            return
+        strangers = [item for item in self.urgent if item not in kin]
+        begun = (
+            (max([self.section, *(self.cost[item] for item in self.less if item not in kin)]), 0),
+            (0, max([0, *(self.cost[item] for item in self.less if item in kin)])),
+        )
+        longest = 0
+        for at in range(busy):
+            ran = self.came([item for item in kin if item in self.urgent], at) + self.came([number], at) - own
+            for block, begun_own in begun:
+                fixed = block + min(at, ran + begun_own)
+                if self.kind == "fifo":
+                    inner = self.came(strangers, at)
+                else:
+                    inner = self.before_start(fixed, strangers, int(block > 0))
+                longest = max(longest, self.settled(fixed + inner + own) - at)
+        yield longest
+
+    def in_lines(self, chains: Chains) -> Iterator[int]:
+        """As jobs come, behind one of each line, where all are in lines."""
+        is_preempted = bool(self.others or self.first or self.supply is not None)
+        if self.kind != "fifo" or not self.fellows or (self.is_held and is_preempted):
+            return
+        lines = chains.lines([*self.fellows, self.number])
+        if lines is not None:
+            apart = [item for item in self.fellows if not chains.never_together(item, self.number)]
+            waiting = sum(max((self.cost[item] for item in line if item in apart), default=0) for line in lines)
+            yield self.settled(self.section + self.cost[self.number] + waiting)
+
+
+class Chains:
+    """Which threads never wait at the same time: by what releases each, how long it takes, and its releases in ms."""
+
+    def __init__(self, source: Mapping[int, int], known: list[int], period: list[int], jitter: list[int]) -> None:
+        self.source, self.known, self.period, self.jitter = source, known, period, jitter
+
+    def before(self, number: int) -> Iterator[int]:
+        """A thread, and all before it."""
+        yield number
+        while number in self.source:
+            number = self.source[number]
+            yield number
+
+    def never_together(self, one: int, other: int) -> bool:
+        """Whether the later of two in a chain ends before the earlier one is released again."""
+        for first, last in ((one, other), (other, one)):
+            if first in self.before(last):
+                way = list(self.before(last))
+                taken = sum(self.known[item] for item in way[: way.index(first) + 1])
+                if taken <= self.period[first] - self.jitter[first]:
+                    return True
+        return False
+
+    def lines(self, numbers: list[int]) -> list[list[int]] | None:
+        """Threads by the first of their chain, or each alone where two may wait; None where one may wait twice."""
+        found: dict[int, list[int]] = {}
+        for number in numbers:
+            first = [item for item in self.before(number) if item in numbers][-1]
+            found.setdefault(first, []).append(number)
+        if not all(self.never_together(item, item) for item in numbers):
+            return None
+        lines = []
+        for line in found.values():
+            is_one = all(self.never_together(one, other) for one in line for other in line)
+            lines += [line] if is_one else [[item] for item in line]
+        return lines

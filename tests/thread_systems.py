@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from thread_executors import LATE, MOST_MS, draw_executors, in_executor, supplied
+from thread_executors import LATE, MOST_MS, Chains, draw_executors, in_executor, supplied
 
 KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
          "unequal", "mixed")  # fmt: skip
@@ -360,6 +360,7 @@ def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]
                 at = source[at]
                 jitter[number] += known[at] - work[at]
         kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
+        kind["chains"] = Chains(source, known, period, jitter)
         fresh = [
             _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
             for number in range(len(threads))
@@ -405,7 +406,8 @@ def _response(
         blocked, first = 0, []
     if threads[number]["executor"]:
         what = kind["kinds"][threads[number]["executor"]["name"]]
-        return in_executor(number, threads, rivals, first, (period, jitter, cost, blocked, what), supply)
+        figures = (period, jitter, cost, blocked, what)
+        return in_executor(number, threads, rivals, first, figures, supply, kind["chains"])
     load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
     load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
     latest = max(blocked, *(jitter[item] for item in (*rivals, number)), *(item[2] for item in first))
