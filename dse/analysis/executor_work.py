@@ -43,6 +43,27 @@ class Work:
             time = needed
         return time
 
+    @property
+    def comes_late(self) -> bool:
+        """Whether what comes as a job starts comes too late: something has begun before, however little."""
+        return bool(self.blocked_ns > 0)
+
+    def start(self, before: Exact, since: Exact = 0) -> Exact:
+        """When a job starts that waits for so much work, and for all that comes until then; not before `since`."""
+        came = most_jobs if self.comes_late else jobs_by
+        urgent = (*self.fellows, *self.outside)
+        begin = max(before, since)
+        return self.least(begin, lambda time: before + sum(came(item, time) * item.worst_ns for item in urgent))
+
+    def before_start(self, start: Exact) -> Exact:
+        """The work of the fellows that go before a job that starts then."""
+        came = most_jobs if self.comes_late else jobs_by
+        return sum(came(item, start) * item.worst_ns for item in self.fellows)
+
+    def end(self, work: Exact, since: Exact = 0) -> Exact:
+        """When so much work of the executor is done, and all that preempts it until then; not before `since`."""
+        return self.least(max(work, since), lambda time: work + self.preempting(time))
+
     def preempting(self, window_ns: Exact) -> Exact:
         """The work of what preempts the executor in a window."""
         return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)

@@ -171,13 +171,14 @@ def _fifo(work: Work) -> WorstJob:
     busy = work.busy_ns()
     worst = WorstJob(0, 0, 0)
     last: Exact = -1
+    end: Exact = 0
     for arrival in until_end(merge(*map(densest_releases_ns, inside)), busy):
         if arrival == last:
             continue
         last = arrival
         work.step()
         before = work.blocked_ns + sum(jobs_by(item, arrival) * item.worst_ns for item in inside)
-        end = work.least(before, lambda window, before=before: before + work.preempting(window))  # type: ignore[misc]
+        end = work.end(before, end)
         if end - arrival > worst.end_ns - worst.release_ns:
             worst = WorstJob(arrival, end, arrival)
     return worst
@@ -187,27 +188,20 @@ def _grouped(work: Work, behind_ns: Exact) -> WorstJob:
     """Job after job of the busy period of the task and of what goes before it."""
     busy = work.busy_ns()
     worst = WorstJob(0, 0, 0)
-    came = most_jobs if work.blocked_ns else jobs_by  # it has begun before the busy period, however little
+    start = end = work.blocked_ns
     for number, release in enumerate(until_end(densest_releases_ns(work.task), busy)):
-        begun = work.blocked_ns + number * work.task.worst_ns
-
-        def waiting(time: Exact, begun: Exact = begun) -> Exact:
-            urgent = (*work.fellows, *work.outside)
-            return begun + sum(came(item, time) * item.worst_ns for item in urgent)
-
-        start = work.least(begun, waiting)
-        fixed = begun + sum(came(item, start) * item.worst_ns for item in work.fellows) + work.task.worst_ns
-        end = work.least(fixed, lambda window, fixed=fixed: fixed + work.preempting(window))  # type: ignore[misc]
+        start = work.start(work.blocked_ns + number * work.task.worst_ns, start)
+        fixed = work.blocked_ns + (number + 1) * work.task.worst_ns + work.before_start(start)
+        end = work.end(fixed, end)
         if end - release > worst.end_ns - worst.release_ns:
-            worst = WorstJob(release, end, start, behind_ns, work.blocked_ns > 0)
+            worst = WorstJob(release, end, start, behind_ns, work.comes_late)
     return worst
 
 
 def _in_lines(work: Work) -> WorstJob:
     """A job that waits for one job of each line: none of these comes again before it has ended."""
     before = work.blocked_ns + work.task.worst_ns + sum(item.worst_ns for item in work.fellows)
-    end = work.least(before, lambda window: before + work.preempting(window))
-    return WorstJob(0, end, 0, lines=tuple(work.fellows))
+    return WorstJob(0, work.end(before), 0, lines=tuple(work.fellows))
 
 
 def _in_chain(
@@ -265,14 +259,10 @@ def _moments(
 def _after(work: Work, kind: ExecutorKind, release: Exact, ran: Exact, behind: Exact) -> WorstJob:
     """The job of a chain that is released then, after its chain has run for some time."""
     before = work.blocked_ns + ran
-    came = most_jobs if work.blocked_ns and kind != "fifo" else jobs_by
-    until = release
-    if kind != "fifo":
-
-        def waiting(time: Exact) -> Exact:
-            return before + sum(came(item, time) * item.worst_ns for item in (*work.fellows, *work.outside))
-
-        until = work.least(before, waiting)
-    fixed = before + sum(came(item, until) * item.worst_ns for item in work.fellows) + work.task.worst_ns
-    end = work.least(fixed, lambda window: fixed + work.preempting(window))
-    return WorstJob(release, end, until, behind, came is most_jobs, ran)
+    until = release if kind == "fifo" else work.start(before)
+    if kind == "fifo":
+        waits: Exact = sum(jobs_by(item, release) * item.worst_ns for item in work.fellows)
+    else:
+        waits = work.before_start(until)
+    end = work.end(before + waits + work.task.worst_ns)
+    return WorstJob(release, end, until, behind, kind != "fifo" and work.comes_late, ran)

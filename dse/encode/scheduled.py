@@ -15,17 +15,41 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Measure, Term
 from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns, waited_ns
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
-from dse.analysis.views import View, tabulate
+from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
+from dse.space.trees import NotOffered
 
 SCHEDULE_CASE_LIMIT = 64
 """Response times that depend on more combinations of options than this are sharpened where the search comes by."""
 
 
+CLEARLY_MORE = 16
+"""A figure that looks at so many times more combinations on its way to one case is not tabulated to see whether they
+are fewer: each case is an analysis."""
+
+
 def is_short(board: Board, formula: Callable[[View], object]) -> bool:
     """Whether a figure is a table of so few cases that nothing else pays."""
-    return tabulate(board.space, formula, SCHEDULE_CASE_LIMIT) is not None
+    return not _is_clearly_long(board, formula) and tabulate(board.space, formula, SCHEDULE_CASE_LIMIT) is not None
+
+
+def _is_clearly_long(board: Board, formula: Callable[[View], object]) -> bool:
+    """Whether the decisions that a figure looks at, one after the other, have far more combinations than a table."""
+    partial: dict[int, int] = {}
+    ways = 1
+    while ways <= CLEARLY_MORE * SCHEDULE_CASE_LIMIT:
+        try:
+            formula(PartialView(partial))
+        except Undecided as question:
+            options = allowed_options(board.space, question.decision)
+            partial[question.decision] = options[0]
+            ways *= len(options)
+        except (NotOffered, CyclicActivation):
+            return False
+        else:
+            return False
+    return True
 
 
 def scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
@@ -41,7 +65,8 @@ def scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable
 
 
 def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
-    table = board.short_table(term.value, SCHEDULE_CASE_LIMIT)
+    is_long = _is_clearly_long(board, term.value)
+    table = None if is_long else board.short_table(term.value, SCHEDULE_CASE_LIMIT)
     if table is not None:
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     assert term.ends is not None
