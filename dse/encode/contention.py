@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
-from fractions import Fraction
 
 from ortools.sat.python import cp_model
 
@@ -33,9 +32,7 @@ from dse.encode.reasons import Reason, reason_of, reason_of_value
 from dse.encode.schedulability import add_rows
 from dse.encode.waiting import Waiting
 from dse.records import dataclass
-from dse.space.cores import is_scheduled, is_shortest, rules_on_order, tells_cores_apart
-from dse.space.criteria import Metric
-from dse.space.metric_kinds import parts_of
+from dse.space.cores import rules_on_order, tells_cores_apart
 from dse.space.types import Design, OpenCore, OpenPriority, Space
 
 MOST_LESSONS = 60
@@ -300,24 +297,6 @@ def is_deadline(limit: Limit) -> bool:
         and limit.requirement.metric.kind == "response time"
         and limit.requirement.operator in ("<=", "<")
     )
-
-
-def is_upward(space: Space) -> bool:
-    """Whether a longer response time is nowhere an advantage: then it is enough that open terms are not too low."""
-    asked = [(item.metric, int(item.operator in ("<=", "<"))) for item in space.requirements]
-    asked += [(item.metric, 1 if item.sense == "minimise" else -1) for item in space.objectives]
-    return all(is_better_shorter(space, metric, sign) for metric, sign in asked)
-
-
-def is_better_shorter(space: Space, metric: Metric, sign: int, factor: Fraction | int = 1) -> bool:
-    """Whether open terms of a metric that should be low (`sign` 1), high (-1) or equal (0) are enough if not too low.
-
-    They are where it counts `factor` times in a sum that should be low, and grows there with response times.
-    """
-    parts = parts_of(space, metric)
-    if parts:
-        return all(is_better_shorter(space, inner, sign, factor * item.value) for item, inner in parts)
-    return (sign > 0 and (factor < 0) == is_shortest(metric)) or not is_scheduled(space, metric)
 
 
 def contention_of(board: Board, rates: RateVariables) -> Contention | None:

@@ -7,7 +7,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from math import gcd
@@ -17,10 +17,10 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
-from dse.analysis.measures import Measure, Term
+from dse.analysis.measures import Measure
 from dse.analysis.memo import Watching
 from dse.analysis.views import View
-from dse.encode.contention import Contention, contention_of, is_better_shorter, is_upward
+from dse.encode.contention import Contention, contention_of
 from dse.encode.corelimits import CoreLimits, core_limits_of
 from dse.encode.decisions import add_activity, add_decisions, add_validity
 from dse.encode.inorder import strategy_in_order
@@ -29,6 +29,7 @@ from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.rules import add_rule
 from dse.encode.sums import measure_branches
+from dse.encode.upward import is_better_shorter, is_upward, may_fall, may_wait
 from dse.errors import TooLargeError
 from dse.records import dataclass
 from dse.space.criteria import Objective
@@ -242,7 +243,7 @@ class Demands:
     def add_limit(self, limit: Limit) -> cp_model.IntVar:
         """Encode a limit; returns its guard."""
         metric, sign = limit.requirement.metric, int(limit.requirement.operator in ("<=", "<"))
-        if _may_wait(limit.measure.terms) and not is_better_shorter(self.evaluator.space, metric, sign):
+        if may_wait(limit.measure.terms) and not is_better_shorter(self.evaluator.space, metric, sign):
             self.is_upward = False
         return self._guarded(partial(add_limit, self.board, self.rates, limit))
 
@@ -270,7 +271,7 @@ class Demands:
         contention = contention_of(board, self.rates)
         if contention is not None:
             contention.add_waiting(board)
-            contention.is_upward = self.is_upward and (measure is None or not _may_fall(measure.terms))
+            contention.is_upward = self.is_upward and (measure is None or not may_fall(measure.terms))
         return _encoded(board, objectives, contention)
 
 
@@ -287,24 +288,6 @@ def _encoded(board: Board, objectives: tuple[EncodedObjective, ...], contention:
         board.shared(),
         attained=board.attained,
     )
-
-
-def _every_term(terms: Iterable[Term]) -> Iterator[Term]:
-    """The terms of a sum, and those of the sums that it takes the greatest or the least of."""
-    for term in terms:
-        yield term
-        for inner in term.extreme.sums if term.extreme is not None else ():
-            yield from _every_term(inner)
-
-
-def _may_wait(terms: Sequence[Term]) -> bool:
-    """Whether response times are in a sum."""
-    return any(term.ends is not None for term in _every_term(terms))
-
-
-def _may_fall(terms: Sequence[Term]) -> bool:
-    """Whether a sum may be less where some response time is longer."""
-    return any(term.ends is not None and term.waits is None and not term.grows for term in _every_term(terms))
 
 
 def _too_large(error: OverflowError) -> TooLargeError:

@@ -18,27 +18,36 @@ from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
+from dse.encode.upward import is_upward
 from dse.space.trees import NotOffered
 
 SCHEDULE_CASE_LIMIT = 64
 """Response times that depend on more combinations of options than this are sharpened where the search comes by."""
 
-
-CLEARLY_MORE = 16
+TABULATED_TASKS = 2**14
+"""Where longer ones are somewhere an advantage each combination has to be come by: these are tabulated, as long as all
+of them together have no more threads than this."""
+CLEARLY_MORE = 8
 """A figure that looks at so many times more combinations on its way to one case is not tabulated to see whether they
 are fewer: each case is an analysis."""
 
 
+def _most_cases(board: Board) -> int:
+    """How many combinations of options a table of response times may have."""
+    few = 0 if is_upward(board.space) else TABULATED_TASKS // max(1, len(board.space.components))
+    return max(SCHEDULE_CASE_LIMIT, few)
+
+
 def is_short(board: Board, formula: Callable[[View], object]) -> bool:
     """Whether a figure is a table of so few cases that nothing else pays."""
-    return not _is_clearly_long(board, formula) and tabulate(board.space, formula, SCHEDULE_CASE_LIMIT) is not None
+    return not _is_clearly_long(board, formula) and tabulate(board.space, formula, _most_cases(board)) is not None
 
 
 def _is_clearly_long(board: Board, formula: Callable[[View], object]) -> bool:
     """Whether the decisions that a figure looks at, one after the other, have far more combinations than a table."""
     partial: dict[int, int] = {}
     ways = 1
-    while ways <= CLEARLY_MORE * SCHEDULE_CASE_LIMIT:
+    while ways <= CLEARLY_MORE * _most_cases(board):
         try:
             formula(PartialView(partial))
         except Undecided as question:
@@ -66,7 +75,7 @@ def scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable
 
 def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
     is_long = _is_clearly_long(board, term.value)
-    table = None if is_long else board.short_table(term.value, SCHEDULE_CASE_LIMIT)
+    table = None if is_long else board.short_table(term.value, _most_cases(board))
     if table is not None:
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     assert term.ends is not None

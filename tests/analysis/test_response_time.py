@@ -356,6 +356,7 @@ def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
     objectives: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     text = DECISIONS if objectives == "as they are" else DECISIONS.replace("minimise resp", "maximise resp")
     evaluator = Evaluator(space_of(text))
     search = search_front(evaluator, Budget(workers=2))
@@ -366,6 +367,7 @@ def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
 def test_the_search_is_exact_on_random_threads(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random threads, cores, priorities and chains; requirements about half of which decide something."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     evaluator = Evaluator(space_of(random_threads(random.Random(seed))))
     search = search_front(evaluator, Budget(seed=seed))
     assert search.is_complete and search.points == brute_front(evaluator)

@@ -132,6 +132,7 @@ LOST = json.loads((Path(__file__).parent / "falling_terms.json").read_text(encod
 def test_fronts_equal_exhaustion(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """With response times learnt, too: data that come later wait less, so that terms may fall where these grow."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     evaluator = Evaluator(dse.load(data).space)
     found = search_front(evaluator)
     assert found.is_complete

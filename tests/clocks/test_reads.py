@@ -107,6 +107,7 @@ def test_fronts_equal_exhaustion(
     Also of threads that are LET in some designs: their waiting counts in the others only.
     """
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     space = dse.load(draw(random.Random(seed))).space
     found = search_front(Evaluator(space))
     assert found.is_complete
@@ -125,6 +126,7 @@ def written(seed: int, tmp_path: Path) -> Path:
 def test_they_are_proved_again(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the second model, which has no tables of response times either."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     monkeypatch.setattr(tables, "FEW_LEAVES", 1)
     made = written(seed, tmp_path)
     found = dse.verify(made, method="model")
@@ -156,6 +158,7 @@ def test_the_robot_holds_its_limit_on_the_cheap_computer_where_offsets_are_chose
 def test_the_same_front_another_way(way: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """With two workers, from a search that was stopped, and with a decision fixed."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     rng = random.Random(f"reads {way} {seed}")
     asked = dse.load(drawn(rng))
     if way == "fixed" and (free := [item for item in asked.space.decisions if item.is_open]):
@@ -190,6 +193,7 @@ def uncertain(seed: int, path: Path) -> Iterator[dse.Problem]:
 def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limits at corners are of other figures, which no row of the nominal ones bounds."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     problem = next(item for item in uncertain(seed, tmp_path / "p.json") if designs(item) <= MOST_DESIGNS)
     try:
         found = solve_robust(problem)
@@ -203,6 +207,7 @@ def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch:
 def test_figures_of_any_scale_share_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     """A length of 0.6 m/s * jitter counts in fifths of a nanometre, a latency in ns: none stays whole for that."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     thread = {
         "processor": "cpu",
         "period": "10 ms",

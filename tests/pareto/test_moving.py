@@ -33,6 +33,7 @@ def with_options_of(evaluator: Evaluator, design: Design) -> list[Design]:
 def test_the_best_cores_for_given_options_are_found(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """And nothing that is true of these options only is left behind: no bound, and no option that is held."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     text = text_of(draw(seed)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     evaluator = Evaluator(space_of(text))
     encoded, rng = encode(evaluator), Random(seed)

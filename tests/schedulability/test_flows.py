@@ -29,6 +29,7 @@ from dse.space.types import Space
 @pytest.fixture(autouse=True)
 def _nothing_is_tabulated(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
 
 
 def asked(seed: int, kind: str, *objectives: str) -> Space:

@@ -78,6 +78,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     system = draw(seed, kind=kind)
     text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     assert found(text) == front(system, by_response=True)
@@ -103,6 +104,7 @@ def test_bounds_from_below_and_limits_from_above_meet(
     """
     monkeypatch.setattr(narrowing, "MOST_MISSED_QUICKLY", missed)
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
     monkeypatch.setattr(narrowing, "_counts_one", lambda _: True)
     apply = Settings.apply

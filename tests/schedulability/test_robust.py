@@ -85,6 +85,7 @@ def test_no_design_is_lost_that_is_in_time_at_every_corner(
 ) -> None:
     """Limits at corners are of other figures: what the search learns of them names all that they hang on."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     problem = next(item for item in drawn(seed, kind, tmp_path / "drawn.yaml") if designs(item) <= MOST_DESIGNS)
     wanted = expected(problem)
     result = solve_robust(problem)

@@ -232,6 +232,7 @@ def test_what_is_late_on_any_core_is_refuted_at_once(monkeypatch: pytest.MonkeyP
 def test_how_far_segments_must_move_is_learnt_for_many_designs_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No figure of a response time is made exact for one combination of options at a time."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     made = []
     sharpen = EncodedSpace.sharpen
 
@@ -281,6 +282,7 @@ def with_designs(seed: int) -> tuple[dse.Problem, list[tuple[int, int]]]:
 def test_the_search_learns_what_pieces_wait_for(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no table holds it: one variable for all figures that hang on when the last piece ends."""
     monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     problem, best = with_designs(seed)
     search = search_front(Evaluator(problem.space), Budget(workers=1))
     assert search.is_complete
