@@ -12,13 +12,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-PERIODS = (8, 10, 12, 15, 20, 24, 30, 40)
+PERIODS = (8, 10, 12, 15, 20, 24, 30, 40, 90)
 Turn: TypeAlias = tuple[int, float, int]
 
 
 @dataclass
 class Callback:
-    """A thread: its executor (None: it is an OS thread itself), its times in ms, and what releases it."""
+    """A thread: its executor (None: it is an OS thread itself), its times in ms, and what releases it.
+
+    One that is `elsewhere` has a processor of its own.
+    """
 
     name: str
     executor: int | None
@@ -27,6 +30,7 @@ class Callback:
     worst: int
     period: int
     before: str | None
+    elsewhere: bool = False
 
 
 @dataclass
@@ -55,6 +59,7 @@ class Unit:
 
     turn: Turn
     kind: str
+    is_elsewhere: bool
     queue: list[Job] = field(default_factory=list)
     polled: list[Job] = field(default_factory=list)
     running: Job | None = None
@@ -79,7 +84,11 @@ def draw(rng: random.Random) -> Core:
             before = names[-2 if place > 1 and rng.random() < 0.15 else -1] if names else None
             priority = rng.choice((None, 1, 2, 3, 4, 5)) if is_number else None
             name = f"c{chain}_{place}"
-            found.append(Callback(name, executor, priority, rng.choice((worst, 1)), worst, period, before))
+            is_elsewhere = executor is None and bool(names) and rng.random() < 0.6
+            worst = rng.randint(1, period) if is_elsewhere else worst
+            found.append(
+                Callback(name, executor, priority, rng.choice((worst, 1)), worst, period, before, is_elsewhere)
+            )
             names.append(name)
     return Core(found, kinds, [rng.choice((None, 1, 3, 5)) for _ in kinds])
 
@@ -88,7 +97,12 @@ def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
     """The problem file; where it `is_open` the kinds are decisions, and cores of two."""
     lines = ["dse: 1", "name: chains", "processing: response_time", "deadlines: none"]
     cores = 2 if core.is_open else 1
-    lines += [f"processor_types: {{cpu: {{cores: {cores}, price: 1 EUR}}}}", "processors: {pc: {type: cpu}}"]
+    lines += [
+        f"processor_types: {{cpu: {{cores: {cores}, price: 1 EUR}}, other: {{}}}}",
+        "processors:",
+        "  pc: {type: cpu}",
+    ]
+    lines += [f"  of_{item.name}: {{type: other}}" for item in core.callbacks if item.elsewhere]
     used = sorted({item.executor for item in core.callbacks if item.executor is not None})
     if used:
         lines.append("executors:")
@@ -100,7 +114,8 @@ def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
         lines.append(f"  e{number}: {{processor: pc, kind: {kinds}{priority}}}")
     lines.append("threads:")
     for item in core.callbacks:
-        fields = ["processor: pc" if item.executor is None else f"executor: e{item.executor}"]
+        home = f"of_{item.name}" if item.elsewhere else "pc"
+        fields = [f"processor: {home}" if item.executor is None else f"executor: e{item.executor}"]
         fields.append("dispatch_protocol: aperiodic" if item.before else f"period: {item.period} ms")
         fields.append(f"compute_execution_time: {item.best} ms .. {item.worst} ms")
         fields += [] if item.priority is None else [f"priority: {item.priority}"]
@@ -134,19 +149,26 @@ def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[s
         for item in timers:
             if now >= phase[item.name] and (now - phase[item.name]) % item.period == 0:
                 release(item, now)
-        busy = [unit for unit in units if unit.is_busy]
-        if not busy:
-            continue
-        first = min(unit.turn for unit in busy)
-        equal = [unit for unit in busy if unit.turn == first or (first[0] == 0 and unit.turn[:2] == first[:2])]
-        unit = rng.choice(equal)
-        job = unit.running = unit.running or _next(core, unit)
-        job.left -= 1
-        if job.left == 0:
-            unit.running = None
-            yield job.of.name, now + 1 - job.release
-            for item in after.get(job.of.name, ()):
-                release(item, now + 1)
+        for unit in _running(units, rng):
+            job = unit.running = unit.running or _next(core, unit)
+            job.left -= 1
+            if job.left == 0:
+                unit.running = None
+                yield job.of.name, now + 1 - job.release
+                for item in after.get(job.of.name, ()):
+                    release(item, now + 1)
+
+
+def _running(units: list[Unit], rng: random.Random) -> list[Unit]:
+    """Whatever runs now: all that is elsewhere, and one of the most urgent OS threads of the core."""
+    busy = [unit for unit in units if unit.is_busy]
+    here = [unit for unit in busy if not unit.is_elsewhere]
+    found = [unit for unit in busy if unit.is_elsewhere]
+    if here:
+        first = min(unit.turn for unit in here)
+        equal = [unit for unit in here if unit.turn == first or (first[0] == 0 and unit.turn[:2] == first[:2])]
+        found.append(rng.choice(equal))
+    return found
 
 
 def _units(core: Core) -> tuple[list[Unit], dict[str, Unit]]:
@@ -159,7 +181,8 @@ def _units(core: Core) -> tuple[list[Unit], dict[str, Unit]]:
             priority = item.priority if item.executor is None else core.priorities[item.executor]
             inside = [one for one in core.callbacks if one is item or one.executor == item.executor is not None]
             turn = (1, min(one.period for one in inside), number) if priority is None else (0, -priority, number)
-            made[key] = Unit(turn, "fifo" if item.executor is None else core.kinds[item.executor])
+            kind = "fifo" if item.executor is None else core.kinds[item.executor]
+            made[key] = Unit(turn, kind, item.elsewhere)
         home[item.name] = made[key]
     return list(made.values()), home
 

@@ -210,12 +210,12 @@ class Chains:
             yield number
 
     def never_together(self, one: int, other: int) -> bool:
-        """Whether the later of two in a chain ends before the earlier one is released again."""
+        """Whether the later of two in a chain ends before the earlier one is released again, or what is before that."""
         for first, last in ((one, other), (other, one)):
-            if first in self.before(last):
-                way = list(self.before(last))
-                taken = sum(self.known[item] for item in way[: way.index(first) + 1])
-                if taken <= self.period[first] - self.jitter[first]:
+            taken, is_before = 0, False
+            for item in self.before(last):
+                taken, is_before = taken + self.known[item], is_before or item == first
+                if is_before and taken <= self.period[item] - self.jitter[item]:
                     return True
         return False
 

@@ -133,13 +133,13 @@ def executor_worst_job(
         behind = max((item.task.worst_ns for item in fellows if not item.goes_first), default=0)
     begun_ns = max(blocked_ns, behind)
     outside = [item for item in higher if item.worst_ns]
-    used = load((task, *counted, *outside))
-    if used > 1 or (used == 1 and (begun_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
-        return None
-    if kind == "fifo" and fellows:
+    if kind == "fifo" and fellows and load(outside) < 1:
         waiting = longest_of_each([(item.task, item.line) for item in fellows if not item.is_kin])
         if waiting is not None:
             return _in_lines(Work(task, waiting, outside, blocked_ns))
+    used = load((task, *counted, *outside))
+    if used > 1 or (used == 1 and (begun_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
+        return None
     work = Work(task, counted, outside, begun_ns)
     found: list[WorstJob] = []
     with suppress(EndlessError):
@@ -218,30 +218,28 @@ def _in_chain(
     others = [item.task for item in given if not item.is_kin and is_urgent[id(item)]]
     behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and not item.is_kin), default=0)
     own_behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and item.is_kin), default=0)
-    work = Work(task, others, outside, max(blocked_ns, behind))
+    ways = [(Work(task, others, outside, max(blocked_ns, behind)), 0, behind)]
+    if own_behind:
+        ways.append((Work(task, others, outside, 0), own_behind, 0))
     busy = Work(task, [*chain, *others], outside, max(blocked_ns, behind, own_behind)).busy_ns(repeats=False)
     worst = WorstJob(0, 0, 0, chain_ns=0)
-    for release, ran in _moments(work, chain, others if kind == "fifo" else (), busy):
-        work.step()
-        found = _after(work, kind, release, min(ran, release), behind)
-        if own_behind:
-            without = Work(task, others, outside, 0, work.steps)
-            found = max(
-                found, _after(without, kind, release, min(ran + own_behind, release), 0), key=attrgetter("end_ns")
-            )
-        if found.response_ns > worst.response_ns:
-            worst = found
+    for work, began, less in ways:
+        for release, ran in _moments(work, began, chain, others if kind == "fifo" else (), busy):
+            work.step()
+            found = _after(work, kind, release, ran, less)
+            if found.response_ns > worst.response_ns:
+                worst = found
     return worst
 
 
 def _moments(
-    work: Work, chain: Sequence[Task], others: Sequence[Task], busy_ns: Exact
+    work: Work, began_ns: Exact, chain: Sequence[Task], others: Sequence[Task], busy_ns: Exact
 ) -> Iterator[tuple[Exact, Exact]]:
-    """When a job of a chain is looked at, with the longest that the chain may have run by then."""
+    """When a job of a chain is looked at, with the longest that its chain, `began_ns` first, can have run by then."""
 
     def ran(time: Exact) -> Exact:
         jobs = sum(jobs_by(item, time) * item.worst_ns for item in chain)
-        return jobs + (jobs_by(work.task, time) - 1) * work.task.worst_ns
+        return began_ns + jobs + (jobs_by(work.task, time) - 1) * work.task.worst_ns
 
     last: Exact | None = None
     most: Exact = 0
@@ -251,7 +249,7 @@ def _moments(
         if last is not None and last < most < release:
             yield most, most
         last, most = release, ran(release)
-        yield release, most
+        yield release, min(most, release)
     if last is not None and last < most:
         yield most, most
 

@@ -17,7 +17,7 @@ from dse.analysis.growth import TooLongError, growth, steps_along
 from dse.analysis.memo import Answering, Recall, knowing
 from dse.analysis.overheads import interrupting
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.releases import Streams, bounded_task, has_no_bound, is_lone, releases_of
+from dse.analysis.releases import bounded_task, has_no_bound, is_lone, thread_releases
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import beside_piece, respond, respond_in
 from dse.analysis.response_time import PLAIN, Stream, Task, is_plain
@@ -27,7 +27,7 @@ from dse.analysis.tasks import TaskKey, alone_ns
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.records import dataclass
-from dse.space.trees import at, leaves
+from dse.space.trees import leaves
 from dse.space.types import Component, Space
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
@@ -192,15 +192,6 @@ def _beside(
     rivals: Sequence[Task | None], released: tuple[tuple[Stream, ...], int | None], worst_ns: int, blocked_ns: Exact
 ) -> Exact | None:
     return respond(Task("", worst_ns, *released), rivals, blocked_ns)
-
-
-def thread_releases(
-    space: Space, first: int, known: Mapping[TaskKey, Exact | None], view: View
-) -> tuple[Streams, int | None]:
-    """What releases a thread with segments, whose first piece is given, and the least time between two releases."""
-    component = space.components[first]
-    separation = at(component.period_ns, view) if at(component.protocol, view) == "sporadic" else None
-    return releases_of(space, first, "thread", known, view), separation
 
 
 def _answering(view: View, known: Mapping[TaskKey, Exact | None]) -> Answering | None:

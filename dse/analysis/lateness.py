@@ -13,8 +13,9 @@ from fractions import Fraction
 from functools import cached_property, partial
 
 from dse.analysis.budgets import Budget, budget_of
-from dse.analysis.holistic import fixed_point, thread_releases
+from dse.analysis.holistic import fixed_point
 from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.releases import thread_releases
 from dse.analysis.responding import counts_once
 from dse.analysis.response_time import Task
 from dse.analysis.scheduling import Delay, Response, all_responses, response_of

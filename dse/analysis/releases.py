@@ -75,6 +75,15 @@ def releases_of(space: Space, number: int, part: Part, known: Mapping[TaskKey, E
     return tuple(streams)
 
 
+def thread_releases(
+    space: Space, first: int, known: Mapping[TaskKey, Exact | None], view: View
+) -> tuple[Streams, int | None]:
+    """What releases a thread, of one with segments its first piece, and the least time between two releases."""
+    component = space.components[first]
+    separation = at(component.period_ns, view) if at(component.protocol, view) == "sporadic" else None
+    return releases_of(space, first, "thread", known, view), separation
+
+
 def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
     """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
     connection = space.connections[wire]

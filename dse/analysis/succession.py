@@ -13,6 +13,7 @@ from functools import cached_property
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import arrivals
+from dse.analysis.releases import thread_releases
 from dse.analysis.response_time import Task
 from dse.analysis.segments import apart_ns
 from dse.analysis.tasks import TaskKey, alone_ns
@@ -77,12 +78,8 @@ class Succession:
     def chains(self, executor: int) -> Chains:
         """Those of one executor."""
         if executor not in self._chains:
-            tasks = {
-                turn.key[0]: task
-                for turn, task in zip(self.turns, self.tasks, strict=True)
-                if turn.executor == executor and is_whole(turn) and task is not None
-            }
-            self._chains[executor] = Chains(self.space, tasks, self.known, self.view)
+            numbers = [turn.key[0] for turn in self.turns if turn.executor == executor and is_whole(turn)]
+            self._chains[executor] = Chains(self.space, numbers, self.known, self.view)
         return self._chains[executor]
 
 
@@ -92,21 +89,23 @@ def is_whole(turn: Turn) -> bool:
 
 
 class Chains:
-    """Which threads of an executor never wait at the same time; `tasks` by the number of the thread."""
+    """Which threads of an executor never wait at the same time; `numbers` are those that are there."""
 
-    def __init__(
-        self, space: Space, tasks: Mapping[int, Task], known: Mapping[TaskKey, Exact | None], view: View
-    ) -> None:
-        self.space, self.tasks, self.known, self.view = space, tasks, known, view
+    def __init__(self, space: Space, numbers: Sequence[int], known: Mapping[TaskKey, Exact | None], view: View) -> None:
+        self.space, self.numbers, self.known, self.view = space, numbers, known, view
+        self._first: dict[int, int] = {}
+        """The first of each thread's chain in the executor."""
         self._pairs: set[tuple[int, int]] = set()
         """Of each pair the one that comes before, or the same."""
-        self._first: dict[int, int] = {}
-        for number in tasks:
-            for first, span in self._spans_to(number):
-                self._first[number] = first
-                apart = apart_ns(tasks[first].streams, tasks[first].separation_ns)
-                if apart is None or span <= apart:
-                    self._pairs.add((first, number))
+        there = set(numbers)
+        for number in numbers:
+            ways = list(self._spans_to(number))
+            is_over = [self._is_apart(first, span) for first, span in ways]
+            for position, (first, _) in enumerate(ways):
+                if first in there:
+                    self._first[number] = first
+                    if any(is_over[position:]):
+                        self._pairs.add((first, number))
 
     def _response_ns(self, number: int) -> Exact | None:
         """The longest time of a job from its release to its end."""
@@ -115,17 +114,22 @@ class Chains:
         return None if found is None else max(found, alone)
 
     def _spans_to(self, number: int) -> Iterator[tuple[int, Exact]]:
-        """A thread and those before it in its chain, with the longest time from their release to its end."""
+        """A thread and all before it in its chain, with the longest time from the release of that to its own end."""
         span, last, seen = self._response_ns(number), number, {number}
         while span is not None:
-            if last in self.tasks:
-                yield last, span
+            yield last, span
             link = link_of(self.space, last, self.view)
             response = None if link is None or link.sender in seen else self._response_ns(link.sender)
             if link is None or response is None:
                 return
             span, last = span + link.most_ns + response, link.sender
             seen.add(last)
+
+    def _is_apart(self, number: int, span: Exact) -> bool:
+        """Whether so long a time is over when a component is released again."""
+        released = thread_releases(self.space, number, self.known, self.view)
+        apart = None if released[0] is None else apart_ns(released[0], released[1])
+        return apart is not None and span <= apart
 
     def follow(self, one: int, other: int) -> bool:
         """Whether two threads are of one chain, and never wait at the same time; one alone with its next job."""

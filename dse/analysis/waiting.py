@@ -15,10 +15,9 @@ from fractions import Fraction
 
 from dse.analysis.executor_work import jobs_by
 from dse.analysis.executors import Fellow, executor_worst_job, jobs_before
-from dse.analysis.holistic import thread_releases
 from dse.analysis.overheads import interrupting
 from dse.analysis.queues import queued_job
-from dse.analysis.releases import bounded_task, task_of
+from dse.analysis.releases import bounded_task, task_of, thread_releases
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns

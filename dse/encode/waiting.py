@@ -32,6 +32,7 @@ from dse.analysis.scheduling import UNBOUNDED_NS, all_responses
 from dse.analysis.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
 from dse.analysis.views import View, tabulate
 from dse.encode.combined import Combined
+from dse.encode.hosted import add_hosted_rows
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int
 from dse.encode.places import Places, Thread
 from dse.space.trees import at, leaves
@@ -77,6 +78,7 @@ class Waiting:
             look_at_the_clock()
             if number not in self._rows:
                 self._add_first(number)
+                add_hosted_rows(board, self.places, self.combined, number, self.scale, self.waiting)
         self._add_deadlines(board)
         for number in sorted({other.number for thread in self.variables for other in self._rivals(thread)}):
             self._add_jitter(board, number, frozenset())

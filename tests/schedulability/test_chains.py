@@ -114,6 +114,31 @@ def test_a_message_that_takes_long_is_part_of_the_chain() -> None:
         assert (known_ms(space_of(text))["d4"] == 7) is is_chain
 
 
+URGENT = """
+dse: 1
+name: more urgent work piles up behind a callback of the chain
+processing: response_time
+processor_types: {P: {}}
+processors: {p: {type: P}, q: {type: P}}
+executors: {e: {kind: callback_group, processor: p}}
+threads:
+  u: {executor: e, period: 15 ms, compute_execution_time: 5 ms, deadline: 1 s}
+  b: {executor: e, period: 131 ms, compute_execution_time: 1 ms, deadline: 1 s}
+  x: {processor: q, compute_execution_time: 99 ms}
+  c: {executor: e, compute_execution_time: 21 ms, deadline: 1 s}
+connections: {bx: {from: b, to: x}, xc: {from: x, to: c}}
+objectives: [minimise price]
+"""
+
+
+def test_a_less_urgent_callback_of_the_chain_holds_up_what_goes_before_the_next_one() -> None:
+    """It ends when b comes: u has come twice in its 21 ms, and once more by the end of these two: 3 * 5 + 1."""
+    known = known_ms(space_of(URGENT.replace("131 ms", "200 ms")))
+    assert (known["b"], known["c"]) == (16, 26)
+    known = known_ms(space_of(URGENT))  # 99 ms between them are too many: each is a stranger to the other
+    assert (known["b"], known["c"]) == (37, 27)
+
+
 def test_two_that_one_releases_wait_for_each_other() -> None:
     """And are no line, so that one waits for all of the other's chain."""
     text = file_of("fifo").replace("bc: {from: b, to: c}", "bc: {from: a, to: c}")
@@ -163,7 +188,7 @@ def test_bounds_are_no_longer_than_those_of_strangers(seed: int, monkeypatch: py
     found = known_ms(space)
 
     def strangers(*args: Any, **more: Any) -> Any:
-        return Chains(space, {}, {}, View(()))
+        return Chains(space, (), {}, View(()))
 
     monkeypatch.setattr(responding.Succession, "chains", strangers)
     for name, time in known_ms(space).items():
