@@ -65,7 +65,8 @@ Where the documents leave something open, this is how they are read here:
     executor all open cores are decisions; an executor that no thread of a design is in has none there, and asks for
     none. Among equal turns on a core that thread of it counts that is the first in the file. Of a callback group what
     has begun before does so a moment sooner; of a first-in-first-out queue any of those that come together may be the
-    last; in a wait set all others go first.
+    last; in a wait set all others go first. What never waits at the same time (`chains`) has one trigger each, but for
+    the first of a chain: a timer, sporadic or with any triggers; a device is none, a thread without a processor may be.
 27. A reservation goes by its priority, else by its period; to what it goes before it is a job of its budget each
     period, up to the rest of a period late; in there jobs find nothing for twice that rest, then a budget, and so on.
     That counts where a budget, wanted at the start of a period, is had by its end. Its decisions are always there.

@@ -60,7 +60,7 @@ USUAL = {
     "grouped": (102, 201),
     "reserved": (*range(5), 8, 9, 202),
     "segmented": (*range(4), *range(6, 9), 205),
-    "hosted": (3, 5, 6, 16, 18, *range(109, 119)),
+    "hosted": (3, 5, 6, 16, 18, 71, *range(109, 119)),
 }
 """The seeds of the problems that are kept."""
 

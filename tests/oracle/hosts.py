@@ -36,8 +36,15 @@ def state_hosts(rng: random.Random, document: dict[str, Any]) -> None:
     names = ("left", "right", "the third")[: rng.choice([1, 2, 2, 3])]
     executors = {name: _executor(rng, document, slots) for name in names}
     _quicken(rng, document)
+    linked = _link(random.Random(repr(rng.getstate()[1][3])), document)  # drawn apart from all else
     for body in rng.sample(threads, rng.randint(min(len(threads), rng.choice([1, 2, 2])), len(threads))):
         _host(rng, body, executors)
+    homes = [body["executor"] for body in linked if "executor" in body]
+    for body in linked if homes else ():  # a chain is in one executor, mostly
+        if "executor" not in body or not set(as_list(body["executor"])) & set(as_list(homes[0])):
+            for field in ("processor", "core", "process"):
+                body.pop(field, None)
+            body["executor"] = homes[0]
     used = {name for body in threads for name in as_list(body.get("executor"))}
     document["executors"] = {name: body for name, body in executors.items() if name in used}
     if rng.random() < 0.5:
@@ -53,6 +60,41 @@ def _quicken(rng: random.Random, document: dict[str, Any]) -> None:
                 body["period"] = "100 ms"
             if section == "threads" and isinstance(body.get("period"), str) and rng.random() < 0.3:
                 body["period"] = rng.choice(["2 ms", "3 ms", "4 ms"])
+
+
+def _link(rng: random.Random, document: dict[str, Any]) -> list[dict[str, Any]]:
+    """Mostly some threads become a chain: the first is a timer, the others are released by the one before alone."""
+    threads, connections = document["threads"], document["connections"]
+    free = [body for body in on_cores(document) if "type" not in body]
+    found: list[str] = []
+    ways: list[dict[str, Any]] = []
+    for name, body in threads.items():
+        way = next(
+            (way for way in connections.values() if way.get("to") == name and way.get("from") in found[-1:]), None
+        )
+        if body in free and (way is not None or not found):
+            found.append(name)
+            ways += [] if way is None else [way]
+    sent_to_first = [way for way in connections.values() if way.get("to") in found[:1]]
+    if len(found) < 2 or any("from" not in way for way in sent_to_first) or rng.random() < 0.3:
+        return []
+    for name in found:
+        for field in ("dispatch_trigger", "callback_execution_time", "queue_size"):
+            threads[name].pop(field, None)
+        for way in connections.values():
+            if way.get("to") == name:
+                way.pop("queue_size", None)
+                way["port"] = "data"
+    threads[found[0]]["dispatch_protocol"] = "periodic"
+    threads[found[0]]["period"] = rng.choice(["5 ms", "7 ms", "10 ms", "20 ms"])
+    for name, way in zip(found[1:], ways, strict=True):
+        threads[name]["dispatch_protocol"] = "aperiodic"
+        for field in ("period", "offset", "communication"):
+            threads[name].pop(field, None)
+        for field in ("rate", "data_rate", "port"):
+            way.pop(field, None)
+        way.setdefault("data_size", "8 B")
+    return [threads[name] for name in found]
 
 
 def _executor(rng: random.Random, document: dict[str, Any], slots: list[str]) -> dict[str, Any]:

@@ -116,13 +116,10 @@ class Pieces:
             given = self._given(others)
             if given is None:
                 return None
-            if all(piece_of(other) is not None for other in others):
-                longest: dict[str, int] = {}
-                for other in others:
-                    longest[other[0]] = max(longest.get(other[0], 0), self.scheduling.times(other)[1])
-                return Fraction(work + sum(longest.values()))
             own = self._given([job, *self._own(job)])
-            return None if own is None else queued(work, own, given)
+            found = [None if own is None else queued(work, own, given)]
+            found.append(self.scheduling.chains.in_lines(job, [*self._own(job), *others], ()))
+            return min((each for each in found if each is not None), default=None)
         given = self._given(urgent)
         begun = max((self.scheduling.times(other)[1] for other in others if other not in urgent), default=0)
         if given is None:

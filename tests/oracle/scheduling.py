@@ -8,12 +8,13 @@ again until nothing changes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import quantities
+from .chains import Chains
 from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
@@ -40,6 +41,7 @@ class Scheduling:
         for job in self.jobs:
             self.cores.setdefault(self._core(job), []).append(job)
         self.longest, self.pieces = self._longest_period(), Pieces(self)
+        self.chains = Chains(self)
         self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
         self._settle()
 
@@ -145,22 +147,33 @@ class Scheduling:
         executor = self.reading.executor_of(job[0])
         fellows = [other for other in here if self.reading.executor_of(other[0]) == executor]
         outside = [other for other in here if other not in fellows and self.goes_before(other, job)]
-        kind, begun = self.order(job) if executor is None else self.reading.get(executor, "kind"), 0
+        kind = self.order(job) if executor is None else self.reading.get(executor, "kind")
+        first = fellows
         if kind == "priority":
-            urgent = [other for other in fellows if self.goes_before(other, job)]
-            begun = max((self.times(other)[1] for other in fellows if other not in urgent), default=0)
-            fellows = urgent
+            first = [other for other in fellows if self.goes_before(other, job)]
         elif kind == "callback_group":
-            urgent = [other for other in fellows if self._goes_first_inside(other, job)]
-            begun = max((self.times(other)[1] for other in fellows if other not in urgent), default=0)
-            fellows = urgent
-        given = [(self.releases(other), self.times(other)[1]) for other in (job, *fellows, *outside)]
-        known = [(releases, work) for releases, work in given if releases is not None]
-        shares = self.shares(job)
-        if len(known) < len(given) or shares is None or has_no_end([*known, *shares], begun):
+            first = [other for other in fellows if self._goes_first_inside(other, job)]
+        rest = [other for other in fellows if other not in first]
+        before, shares = self._known([job, *first]), self.shares(job)
+        preempting = self._known(outside)
+        if preempting is None or shares is None:
             return None
-        inside, others = known[: len(fellows) + 1], known[len(fellows) + 1 :]
-        return play_inside(inside, [*others, *shares], begun, in_order=kind == "fifo")
+        preempting += shares
+        found = []
+        if before is not None:
+            begun = max((self.times(other)[1] for other in rest), default=0)
+            if not has_no_end([*before, *preempting], begun):
+                found.append(play_inside(before, preempting, begun, in_order=kind == "fifo"))
+            found.append(self.chains.behind_the_rest(job, first, rest, preempting, in_order=kind == "fifo"))
+        if kind == "fifo":
+            found.append(self.chains.in_lines(job, fellows, preempting))
+        return min((each for each in found if each is not None), default=None)
+
+    def _known(self, jobs: Sequence[Job]) -> list[tuple[Releases, int]] | None:
+        """When jobs come, and their work; None where one may be late without a bound."""
+        given = [(self.releases(job), self.times(job)[1]) for job in jobs]
+        known = [(releases, work) for releases, work in given if releases is not None]
+        return known if len(known) == len(given) else None
 
     # Reservations
 

@@ -781,6 +781,52 @@ def test_threads_of_an_executor_share_an_open_core(second: str, broken: list[str
     assert [figures["violations"] for _, figures in evaluated(problem)] == [broken]
 
 
+CHAIN = """
+dse: 1
+name: chain
+deadlines: all
+processor_types: {cpu: {}}
+processors: {p: {type: cpu}, q: {type: cpu}}
+executors: {node: {kind: KIND, processor: p}}
+threads:
+"""
+ONE_CHAIN = """
+  a: {executor: node, period: 100 ms, compute_execution_time: 18 ms}
+  b: {executor: node, compute_execution_time: 21 ms}
+  c: {executor: node, compute_execution_time: 18 ms}
+  d: {executor: node, compute_execution_time: 7 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, cd: {from: c, to: d}}
+"""
+BESIDE_A_TIMER = (
+    """
+  t: {executor: node, period: 50 ms, compute_execution_time: 5 ms}"""
+    + ONE_CHAIN
+)
+BEGUN = """
+  u: {executor: node, period: 15 ms, compute_execution_time: 5 ms}
+  b: {executor: node, period: 141 ms, compute_execution_time: 1 ms}
+  x: {processor: q, compute_execution_time: 99 ms}
+  c: {executor: node, compute_execution_time: 21 ms}
+connections: {bx: {from: b, to: x}, xc: {from: x, to: c}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "threads", "ends_ms"),
+    [
+        *((kind, ONE_CHAIN, {"a": 18, "b": 21, "c": 18, "d": 7}) for kind in ("fifo", "callback_group", "wait_set")),
+        ("fifo", BESIDE_A_TIMER, {"a": 23, "b": 26, "c": 23, "d": 12, "t": 26}),
+        ("callback_group", BEGUN, {"u": 26, "b": 16, "c": 26}),
+    ],
+)
+def test_jobs_of_a_chain_do_not_wait_for_each_other(kind: str, threads: str, ends_ms: dict[str, int]) -> None:
+    """docs/semantics.md, section 4.6; and where c ends as b comes again: u has come three times by then."""
+    ((_, figures),) = evaluated(load_text(CHAIN.replace("KIND", kind).rstrip() + threads))
+    assert {name: figures["responses"][name] for name in ends_ms} == {
+        name: end * 10**6 for name, end in ends_ms.items()
+    }
+
+
 PIECES = """
 dse: 1
 name: pieces
@@ -838,7 +884,7 @@ def test_the_generator_covers_executors_that_are_chosen_and_may_move() -> None:
         *("process of a thread in an executor", "priority of a thread in an executor", "executors.reservation"),
         *("rule about core", "rule about executor", "rule about processor", "objective response time"),
     }
-    for seed in dict.fromkeys((*range(109, 119), 3, 5, 6, 16, 18, *range(40))):
+    for seed in dict.fromkeys((*range(109, 119), 3, 5, 6, 16, 18, 71, *range(40))):
         missing -= features(random_problem(seed, "hosted")) if missing else set()
     assert missing == set()
 

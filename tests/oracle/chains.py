@@ -1,0 +1,224 @@
+"""Chains of threads in executors: what never waits at the same time (docs/semantics.md, section 4.6).
+
+A chain begins with any thread; behind one are event-triggered ones with one trigger each. Of a hybrid thread it is the
+timer that may begin one; its callback is in none, and in no line.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING
+
+from .pieces import Work, distance, piece_of
+from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play
+
+if TYPE_CHECKING:
+    from .scheduling import Job, Scheduling
+
+
+class Chains:
+    """Who is before whom in the chains of a design, and what follows for jobs that do not preempt each other."""
+
+    def __init__(self, scheduling: Scheduling) -> None:
+        self.known = scheduling
+        self._before = {name: self._sender(name) for name in scheduling.threads}
+
+    def _sender(self, name: str) -> tuple[str, Fraction] | None:
+        """The thread whose end alone releases this one, and the longest time on the way."""
+        reading = self.known.reading
+        triggers = reading.triggers(name)
+        if reading.protocol(name) != "aperiodic" or len(triggers) != 1 or reading.states_rate(triggers[0]):
+            return None
+        sender = reading.problem.component(triggers[0]).get("from")
+        if sender not in self._names or reading.logical_ns(sender) is not None:
+            return None
+        if reading.segments(name) or reading.segments(sender):
+            return None
+        return sender, sum((Fraction(row[3]) for row in reading.connection_rows(triggers[0])), Fraction(0))
+
+    @property
+    def _names(self) -> list[str]:
+        return self.known.threads
+
+    def _chain(self, name: str) -> list[str]:
+        """All that is before a thread, the first of all first, and the thread."""
+        before = self._before[name]
+        return [name] if before is None else [*self._chain(before[0]), name]
+
+    def _ends_before(self, first: str, last: str) -> bool:
+        """Whether a chain from one thread to another has ended whenever it begins again."""
+        chain = self._chain(last)
+        if first not in chain:
+            return False
+        part = chain[chain.index(first) :]
+        responses = [self.known.of(name) for name in part]
+        releases = self.known.releases((first, "timer"))
+        if None in responses or releases is None:
+            return False
+        ways = [before[1] for before in map(self._before.get, part[1:]) if before is not None]
+        most = distance(releases)
+        return most is None or sum((each or 0 for each in responses), sum(ways, Fraction(0))) <= most
+
+    def never_meet(self, one: Job, other: Job) -> bool:
+        """Whether two jobs never wait at the same time; of one thread that and the next one."""
+        if (one[1], other[1]) != ("timer", "timer"):
+            return False
+        return self._ends_before(one[0], other[0]) or self._ends_before(other[0], one[0])
+
+    # What is over
+
+    def behind_the_rest(
+        self, job: Job, first: Sequence[Job], rest: Sequence[Job], outside: Sequence[Work], *, in_order: bool
+    ) -> Fraction | None:
+        """The response time where what never waits while a job does is over; None without a bound.
+
+        `first` goes before it inside (all that comes no later where they go `in_order`), of the `rest` one job may have
+        begun, and what is `outside` preempts.
+        """
+        if not any(self.never_meet(other, job) for other in (job, *first, *rest)):
+            return None
+        times = self.known.times
+        begun = max((times(other)[1] for other in rest if not self.never_meet(other, job)), default=0)
+        over = max((times(other)[1] for other in rest if self.never_meet(other, job)), default=0)
+        found = [self._behind(job, first, outside, (begun, 0), in_order=in_order)]
+        if over:
+            found.append(self._behind(job, first, outside, (0, over), in_order=in_order))
+        return None if None in found else max(each for each in found if each is not None)
+
+    def _behind(
+        self, job: Job, first: Sequence[Job], outside: Sequence[Work], begun: tuple[int, int], *, in_order: bool
+    ) -> Fraction | None:
+        """The same where something has `begun`, of another chain or of its own."""
+        jobs = (job, *first)
+        given = [(self.known.releases(other), self.known.times(other)[1]) for other in jobs]
+        inside = [(releases, work) for releases, work in given if releases is not None]
+        if len(inside) < len(given) or has_no_end([*inside, *outside], sum(begun)):
+            return None
+        over = [True, *(self.never_meet(other, job) for other in first)]  # its own earlier job is, with any other
+        return Meanwhile(inside, over, outside, begun, in_order=in_order).longest()
+
+    # Lines
+
+    def in_lines(self, job: Job, fellows: Sequence[Job], outside: Sequence[Work]) -> Fraction | None:
+        """The response time in the order of arrival where each thread is in a line; None where one is in none."""
+        lines = self._lines([job, *(other for other in fellows if self.known.times(other)[1])])
+        if lines is None:
+            return None
+        own = None if piece_of(job) is None else job[0]
+        work = Fraction(self.known.times(job)[1])
+        for line in lines:
+            waiting = [other for other in line if other[0] != own and not self.never_meet(other, job)]
+            work += max((self.known.times(other)[1] for other in waiting), default=0)
+        alone = Releases(())
+        return None if has_no_end([(alone, work), *outside], 0) else play(alone, work, outside)
+
+    def _lines(self, jobs: Sequence[Job]) -> list[list[Job]] | None:
+        """Of all of which at most one job waits when another comes."""
+        here = {job[0] for job in jobs if job[1] == "timer"}
+        groups: dict[str, list[Job]] = {}
+        for job in jobs:
+            if job[1] == "callback" or self.known.releases(job) is None:
+                return None
+            chain = [name for name in self._chain(job[0]) if name in here]
+            groups.setdefault(job[0] if piece_of(job) is not None else chain[0], []).append(job)
+        found: list[list[Job]] = []
+        for group in groups.values():
+            pairs = [] if piece_of(group[0]) is not None else list(combinations_with_replacement(group, 2))
+            if all(self.never_meet(*pair) for pair in pairs):
+                found.append(group)
+            elif all(self.never_meet(job, job) for job in group):
+                found += [[job] for job in group]
+            else:
+                return None
+        return found
+
+
+class Meanwhile:
+    """What a job waits for that comes so long after a busy period has begun; the first of `inside` is its own."""
+
+    def __init__(
+        self,
+        inside: Sequence[Work],
+        over: Sequence[bool],
+        outside: Sequence[Work],
+        begun: tuple[int, int],
+        *,
+        in_order: bool,
+    ) -> None:
+        self.inside, self.over, self.outside, self.in_order = inside, over, outside, in_order
+        self.begun_over = begun[1]
+        self.sooner = MOMENT if begun[0] else Fraction(0)
+        self.begun = begun[0] - self.sooner
+        self._known: dict[Releases, tuple[list[Fraction], Iterator[Fraction]]] = {}
+
+    def longest(self) -> Fraction | None:
+        """Over all times of the busy period at which the job may come."""
+        end = self._end()
+        if end is None:
+            return None
+        starts = sorted({time for work in self.inside for time in self._until(work, end)})
+        found: list[Fraction | None] = []
+        for start, following in zip(starts, [*starts[1:], end], strict=True):
+            found.append(self._waits(start, start))
+            most = self._over_by(start)
+            if start < most:  # the later it comes the longer what is over may have run
+                found.append(self._waits(start, most if most < following else following - MOMENT / 1000))
+        if None in found:
+            return None
+        return max(each for each in found if each is not None) + self.sooner
+
+    def _until(self, work: Work, end: Fraction) -> list[Fraction]:
+        """When jobs come before a time."""
+        known, times = self._known.setdefault(work[0], ([], work[0].densest()))
+        while not known or known[-1] < end:
+            following = next(times, None)
+            if following is None:
+                break
+            known.append(following)
+        return known[: bisect_left(known, end)]
+
+    def _count(self, work: Work, time: Fraction, *, closed: bool) -> int:
+        """Jobs that come before a time, or no later than it."""
+        return len(self._until(work, time + MOMENT / 10**6 if closed else time))
+
+    def _end(self) -> Fraction | None:
+        """When all is done for the first time."""
+        return self._least(self.begun + self.begun_over, [*self.inside, *self.outside], closed=False)
+
+    def _least(self, work: Fraction, coming: Sequence[Work], *, closed: bool) -> Fraction | None:
+        """The first time at which so much work is done, and what comes until then."""
+        now = max(work, MOMENT / 10**5)
+        for _ in range(MOST_PLAYED):
+            need = work + sum(cost * self._count((each, cost), now, closed=closed) for each, cost in coming)
+            if need <= now:
+                return need
+            now = need
+        return None
+
+    def _over_by(self, start: Fraction) -> Fraction:
+        """All work until a time of what is over when a job comes then."""
+        own, *others = zip(self.inside, self.over, strict=True)
+        found = Fraction(self.begun_over)
+        if own[1]:
+            found += own[0][1] * (self._count(own[0], start, closed=True) - 1)
+        return found + sum(work[1] * self._count(work, start, closed=True) for work, over in others if over)
+
+    def _waits(self, start: Fraction, comes: Fraction) -> Fraction | None:
+        """From its release to its end, of a job that `comes` when nothing else has come since `start`."""
+        own, *others = self.inside
+        work = self.begun + min(self._over_by(start), comes)
+        if not self.over[0]:
+            work += own[1] * (self._count(own, start, closed=True) - 1)
+        waiting = [each for each, over in zip(others, self.over[1:], strict=True) if not over]
+        if self.in_order:
+            work += sum(each[1] * self._count(each, start, closed=True) for each in waiting)
+        else:
+            begins = self._least(work, [*waiting, *self.outside], closed=True)
+            if begins is None:
+                return None
+            work += sum(each[1] * self._count(each, begins, closed=True) for each in waiting)
+        ends = self._least(work + own[1], self.outside, closed=False)
+        return None if ends is None else ends - comes
