@@ -72,7 +72,7 @@ Where the documents leave something open, this is how they are read here:
     That counts where a budget, wanted at the start of a period, is had by its end. Its decisions are always there.
 28. A thread with segments is one in its flows and connections, which know its own processor and process; its pieces
     use the processors where they run (`pieces`). What is more urgent than one of them but less than another does not
-    exist: all have the priority of the thread. One without a bound stands for as much as its last piece alone would.
+    exist: all have the priority of the thread. Where one has no bound what stands for that is its end.
     Two releases that streams of two senders bring may come at once: what they release has no bound.
 29. Not judged: `priority: any`, priority levels, non-preemptive sections, context switches, interrupts, throttling,
     groups of cores (``tests/thread_systems.py`` has an own reading of each of these).

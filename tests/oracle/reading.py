@@ -388,9 +388,8 @@ class Reading:
         """Best and worst processing time of a component."""
         if self.segments(name):
             best, worst = self.piece_times(name)
-            response = self.scheduling.of(name) if self.problem.counts_responses else worst
-            before = self.piece_times(name, len(self.segments(name)) - 1, before=True)[1]
-            return best, before + NO_BOUND_NS if response is None else min(response, before + NO_BOUND_NS)
+            response = self.scheduling.of(name) if self.problem.counts_responses else Fraction(worst)
+            return best, self._counted(response)
         stated = self.get(name, "compute_execution_time") or self.get(name, "latency")
         best, worst = quantities.time_range(stated) if stated is not None else (0, 0)
         response = self.get(name, "response_time")
