@@ -152,9 +152,11 @@ class Chains:
 
 
 def longest_of_each(tasks: Sequence[tuple[Task, int | None]]) -> list[Task] | None:
-    """The task of each line that takes longest, the first of several; None where one is in no line."""
+    """The task of each line that takes longest, the first of several; None where one that takes time is in no line."""
     longest: dict[int, Task] = {}
     for task, line in tasks:
+        if not task.worst_ns:
+            continue
         if line is None:
             return None
         if line not in longest or task.worst_ns > longest[line].worst_ns:

@@ -1,7 +1,7 @@
 """Chains of threads in executors: what never waits at the same time (docs/semantics.md, section 4.6).
 
-A chain begins with any thread; behind one are event-triggered ones with one trigger each. Of a hybrid thread it is the
-timer that may begin one; its callback is in none, and in no line.
+A chain begins with any thread or device; behind one are event-triggered ones with one trigger each. Of a hybrid thread
+it is the timer that may begin one; its callback is in none, and in no line.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ class Chains:
 
     def __init__(self, scheduling: Scheduling) -> None:
         self.known = scheduling
-        self._before = {name: self._sender(name) for name in scheduling.threads}
+        self._names = [*scheduling.problem.sections["devices"], *scheduling.threads]
+        self._before = {name: self._sender(name) for name in self._names}
 
     def _sender(self, name: str) -> tuple[str, Fraction] | None:
         """The thread whose end alone releases this one, and the longest time on the way."""
@@ -39,28 +40,26 @@ class Chains:
             return None
         return sender, sum((Fraction(row[3]) for row in reading.connection_rows(triggers[0])), Fraction(0))
 
-    @property
-    def _names(self) -> list[str]:
-        return self.known.threads
-
     def _chain(self, name: str) -> list[str]:
         """All that is before a thread, the first of all first, and the thread."""
         before = self._before[name]
         return [name] if before is None else [*self._chain(before[0]), name]
 
     def _ends_before(self, first: str, last: str) -> bool:
-        """Whether a chain from one thread to another has ended whenever it begins again."""
+        """Whether a chain that begins with one thread, or before it, has ended at another whenever it begins again."""
         chain = self._chain(last)
-        if first not in chain:
-            return False
-        part = chain[chain.index(first) :]
+        begins = chain[: chain.index(first) + 1] if first in chain else []
+        return any(self._takes_no_longer(chain[chain.index(name) :]) for name in begins)
+
+    def _takes_no_longer(self, part: list[str]) -> bool:
+        """Whether part of a chain has always ended when its first is released again."""
         responses = [self.known.of(name) for name in part]
-        releases = self.known.releases((first, "timer"))
+        releases = self.known.releases((part[0], "timer"))
         if None in responses or releases is None:
             return False
         ways = [before[1] for before in map(self._before.get, part[1:]) if before is not None]
         most = distance(releases)
-        return most is None or sum((each or 0 for each in responses), sum(ways, Fraction(0))) <= most
+        return most is not None and sum((each or 0 for each in responses), sum(ways, Fraction(0))) <= most
 
     def never_meet(self, one: Job, other: Job) -> bool:
         """Whether two jobs never wait at the same time; of one thread that and the next one."""
@@ -78,7 +77,7 @@ class Chains:
         `first` goes before it inside (all that comes no later where they go `in_order`), of the `rest` one job may have
         begun, and what is `outside` preempts.
         """
-        if not any(self.never_meet(other, job) for other in (job, *first, *rest)):
+        if not any(self.never_meet(other, job) for other in (*first, *rest)):
             return None
         times = self.known.times
         begun = max((times(other)[1] for other in rest if not self.never_meet(other, job)), default=0)
