@@ -20,6 +20,8 @@ from dse.records import dataclass
 T = TypeVar("T")
 GRACE = 0.1
 """A limit is kept to this share of it, or to a second where that is more."""
+A_MOMENT_S = 0.5
+"""So long may take what an answer is nothing without, also where a short limit was over before it began."""
 
 
 class OutOfTime(DseError):
@@ -78,6 +80,14 @@ class TimeLimit:
             return self
         more = max(1.0, GRACE * self.seconds) / 2
         return TimeLimit(self.seconds + more, self.deadline + more)
+
+    def for_what_is_needed(self) -> TimeLimit:
+        """The same, and a moment from now at least: libraries alone may take longer to load than a short limit."""
+        last = self.for_the_last_steps()
+        if last.seconds is None or last.deadline is None:
+            return last
+        more = max(0.0, time.monotonic() + A_MOMENT_S - last.deadline)
+        return TimeLimit(last.seconds + more, last.deadline + more)
 
     def sparing(self, seconds: float) -> TimeLimit:
         """The same, sooner by so many seconds or a quarter of it, for what is written when the answer is there."""

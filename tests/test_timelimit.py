@@ -8,6 +8,7 @@ import pytest
 from support import space_of
 
 from dse.analysis.evaluate import Evaluator
+from dse.pareto.front import Budget, search_front
 from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067, 10069, 10079, 10091, 10093, 10099, 10103)
@@ -58,6 +59,20 @@ def test_what_was_long_to_read_has_time_to_be_told() -> None:
     late = TimeLimit(100.0, time.monotonic() + 5.0)
     assert round((late.deadline or 0) - (late.sparing_for_the_answer().deadline or 0)) == 25
     assert TimeLimit().sparing_for_the_answer() == TimeLimit()
+
+
+def test_todays_design_is_an_answer_however_late_it_is() -> None:
+    """A short limit can be over, and seconds ago, before anything is asked: libraries take that long to load."""
+    listed = "requirements: [response time of t0 <= 1 s]\nobjectives: [minimise price]\n"
+    space = space_of(COPRIME[: COPRIME.index("  t4:")] + "connections: {}\n" + listed)
+    late = TimeLimit(0.001, time.monotonic() - 5)
+    search = search_front(Evaluator(space), Budget(late), start=())
+    assert list(search.points.values()) == [()]
+    assert not search.is_complete and search.not_first
+    assert (late.for_what_is_needed().deadline or 0) > time.monotonic()
+    future = TimeLimit.after(1000)
+    assert future.for_what_is_needed() == future.for_the_last_steps()
+    assert TimeLimit().for_what_is_needed() == TimeLimit()
 
 
 def test_the_sooner_of_two_limits_holds() -> None:

@@ -201,7 +201,7 @@ def search_front(
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
     if start is not None:
-        with until(budget.limit.for_the_last_steps()), suppress(OutOfTime):
+        with until(budget.limit.for_what_is_needed()), suppress(OutOfTime):
             state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)

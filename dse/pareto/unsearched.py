@@ -24,7 +24,7 @@ def started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None,
     known = replace(known, floors=_floors(evaluator, known, limit))
     if start is None or known.points:
         return known
-    with until(limit.for_the_last_steps()), suppress(OutOfTime):
+    with until(limit.for_what_is_needed()), suppress(OutOfTime):
         found = evaluator.evaluate(start)
         if found.is_feasible:
             evaluator.weigh(start)
