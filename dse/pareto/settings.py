@@ -31,7 +31,8 @@ class Settings:
     decides in that order, but starts anew and goes on as it likes where that says no more. With `from_below` it proves
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
     (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a
-    design made before. Long calls get simpler clauses on the way where it `simplifies`.
+    design made before. Long calls get simpler clauses on the way where it `simplifies`. With `only_finds` the solver
+    presolves and repairs the hint: what it finds counts, that there is none does not (see `sound_solver`).
     """
 
     linearization_level: int
@@ -45,6 +46,7 @@ class Settings:
     lowest: bool = False
     builds: bool = False
     simplifies: bool = True
+    only_finds: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
         """How much work a call can be expected to take at least."""
@@ -57,6 +59,7 @@ class Settings:
         parameters.use_objective_lb_search = self.from_below
         parameters.use_sat_inprocessing = self.simplifies and work >= INPROCESSING_FROM and not self.in_order
         parameters.max_deterministic_time = work / self.weight
+        parameters.cp_model_presolve = parameters.repair_hint = self.only_finds
         if self.options_first:
             parameters.search_branching = type(parameters.search_branching).PARTIAL_FIXED_SEARCH
         if self.in_order:
@@ -81,6 +84,8 @@ FROM_BELOW = Settings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
 CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False)
 """A relaxation of what holds without conditions: who is on which core, and at which rate."""
+FINDING = Settings(1, has_cuts=False, weight=2.0, only_finds=True)
+"""For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = Settings(1, has_cuts=False, weight=1.0, narrows=True)
 """Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 19)."""
 WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
@@ -101,7 +106,7 @@ BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 WHOLE_BRIEFLY = (BARE, 0.02)
 """The first attempt at a question about cores as a whole: small ones are answered sooner than their parts are read."""
-ANY = (BRIEF, (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
+ANY = (BRIEF, (FINDING, 1.0), (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before.
 
 Where a design keeps limits with nothing to spare, one relaxation may take a hundred times as long as the other.

@@ -319,7 +319,7 @@ class Solver:
         solver = self.limited(settings, work)
         with valued(self.encoded.model, *((None, None) if self.weights is None else (self.least, top))):
             status = self.solved(solver, self.encoded.model, settings)
-        if status == cp_model.INFEASIBLE:
+        if status == cp_model.INFEASIBLE and not settings.only_finds:
             return refuted, best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
             return self._judged(solver, status == cp_model.OPTIMAL, best)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,9 +16,9 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode import corelimits
 from dse.encode.model import encode
 from dse.pareto import canonical
-from dse.pareto.answer import Answer, Found, Unfinished
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.canonical import InOrder
-from dse.pareto.settings import BARE_IN_ORDER, CUTTING_IN_ORDER, RELAXED_IN_ORDER, Settings
+from dse.pareto.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, Settings
 from dse.pareto.subproblem import Solver
 
 CROWD = """
@@ -35,6 +36,7 @@ objectives: [minimise latency of f]
 """
 
 ENDLESS = 1e9
+STARTER = Path(__file__).parents[2] / "problems" / "starter.yaml"
 
 
 class Answering(Solver):
@@ -135,3 +137,24 @@ def test_first_designs_by_relaxation_where_threads_wait(
     problem = dse.loads(waiting(seed))
     found = dse.solve(problem, workers=1)
     assert dse.verify(found, problem=problem, method="exhaustion").status == "verified"
+
+
+def test_a_design_that_presolve_finds_counts_and_that_there_is_none_does_not() -> None:
+    """Presolve may lose solutions (`sound_solver`), and makes none; settings after it do without again."""
+    evaluator = Evaluator(dse.load(STARTER).space)
+    solver = Solver(encode(evaluator))
+    points = [point.objectives for point in dse.solve(STARTER).front]
+    offsets = [(objective.offset, objective.step) for objective in solver.encoded.objectives]
+    for values in points:
+        pairs = zip(values.values(), offsets, strict=True)
+        solver.set_point(tuple((value - offset) // step for value, (offset, step) in pairs))
+        answer = solver.run(FINDING, 1.0)
+        assert isinstance(answer, Found)
+        assert evaluator.evaluate(answer.design).objectives == tuple(values.values())
+    solver.set_point((0,) * len(offsets))
+    assert isinstance(solver.run(FINDING, 1.0), Unfinished)
+    assert isinstance(solver.run(BARE, 1.0), NoSuchDesign)
+    parameters = solver.limited(FINDING, 1.0).parameters
+    assert parameters.cp_model_presolve and parameters.repair_hint
+    BARE.apply(parameters, 1.0)
+    assert not parameters.cp_model_presolve and not parameters.repair_hint
