@@ -173,7 +173,7 @@ class _Run:
 
     def _narrowed(self, search: FrontSearch) -> FrontSearch:
         """What a search found, its designs that are not proved robust left out."""
-        with until(self.limit.for_the_last_steps()):
+        with until(self.limit.for_what_is_needed()):
             return narrowed(search, self.senses, self._keeps)
 
     def _keeps(self, design: Design) -> bool:
