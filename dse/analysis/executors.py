@@ -125,7 +125,7 @@ def executor_worst_job(
     >>> from dse.analysis.response_time import periodic
     >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
     >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
-    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False)
+    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False, chain_ns=None, lines=None)
     """
     counted = [item.task for item in fellows if item.task.worst_ns and (item.goes_first or kind != "callback_group")]
     behind: Exact = 0

@@ -93,6 +93,8 @@ class Chains:
 
     def __init__(self, space: Space, numbers: Sequence[int], known: Mapping[TaskKey, Exact | None], view: View) -> None:
         self.space, self.numbers, self.known, self.view = space, numbers, known, view
+        self._apart: dict[int, Exact | None] = {}
+        """The least time between two releases of a component; None of one release, or of any lateness."""
         self._first: dict[int, int] = {}
         """The first of each thread's chain in the executor."""
         self._pairs: set[tuple[int, int]] = set()
@@ -127,8 +129,10 @@ class Chains:
 
     def _is_apart(self, number: int, span: Exact) -> bool:
         """Whether so long a time is over when a component is released again."""
-        released = thread_releases(self.space, number, self.known, self.view)
-        apart = None if released[0] is None else apart_ns(released[0], released[1])
+        if number not in self._apart:
+            released = thread_releases(self.space, number, self.known, self.view)
+            self._apart[number] = None if released[0] is None else apart_ns(released[0], released[1])
+        apart = self._apart[number]
         return apart is not None and span <= apart
 
     def follow(self, one: int, other: int) -> bool:
