@@ -20,7 +20,7 @@ Turn: TypeAlias = tuple[int, float, int]
 class Callback:
     """A thread: its executor (None: it is an OS thread itself), its times in ms, and what releases it.
 
-    One that is `elsewhere` has a processor of its own.
+    One that is `elsewhere` has a processor of its own; nothing interrupts the jobs of one that `holds` its core.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Callback:
     period: int
     before: str | None
     elsewhere: bool = False
+    holds: bool = False
 
 
 @dataclass
@@ -119,6 +120,7 @@ def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
         fields.append("dispatch_protocol: aperiodic" if item.before else f"period: {item.period} ms")
         fields.append(f"compute_execution_time: {item.best} ms .. {item.worst} ms")
         fields += [] if item.priority is None else [f"priority: {item.priority}"]
+        fields += [f"non_preemptive: {item.worst} ms"] if item.holds else []
         lines.append(f"  {item.name}: {{{', '.join(fields)}}}")
     wires = [f"  w{item.name}: {{from: {item.before}, to: {item.name}}}" for item in core.callbacks if item.before]
     return "\n".join([*lines, *(["connections:", *wires] if wires else []), more, ""])
@@ -160,10 +162,13 @@ def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[s
 
 
 def _running(units: list[Unit], rng: random.Random) -> list[Unit]:
-    """Whatever runs now: all that is elsewhere, and one of the most urgent OS threads of the core."""
+    """Whatever runs now: all that is elsewhere, and what holds the core, else one of its most urgent OS threads."""
     busy = [unit for unit in units if unit.is_busy]
     here = [unit for unit in busy if not unit.is_elsewhere]
     found = [unit for unit in busy if unit.is_elsewhere]
+    held = [unit for unit in here if unit.running is not None and unit.running.of.holds]
+    if held:
+        return [*found, *held]
     if here:
         first = min(unit.turn for unit in here)
         equal = [unit for unit in here if unit.turn == first or (first[0] == 0 and unit.turn[:2] == first[:2])]
