@@ -55,15 +55,39 @@ def _made_later(cls: type, options: dict[str, Any]) -> type:
         with _lock:
             if vars(cls).get("__init__") is not waiting:
                 return
-            for name in ("__init__", *LOOKED_AT):
+            for name in ("__match_args__", "__signature__"):
                 delattr(cls, name)
-            _compared_later(cls, options)
+            _compared_later(cls, {**options, "init": False})
+            cls.__init__ = _init_of(cls)  # type: ignore[misc]  # at last: until then another thread waits for the lock
 
     waiting = _stand_in("__init__", cls, make)
     cls.__init__ = waiting  # type: ignore[misc]
     for name in LOOKED_AT:
         setattr(cls, name, _Look(name, make))
     return cls
+
+
+def _init_of(cls: type) -> Any:
+    """The `__init__` that `dataclasses` makes for a frozen class with the same fields."""
+    same = [
+        (
+            found.name,
+            object,
+            dataclasses.field(
+                default=found.default, default_factory=found.default_factory, init=found.init, kw_only=found.kw_only
+            ),
+        )
+        for found in dataclasses.fields(cls)
+    ]
+    after = {"__post_init__": None} if hasattr(cls, "__post_init__") else {}
+    made = dataclasses.make_dataclass(
+        cls.__name__, same, namespace=after, frozen=True, repr=False, eq=False, match_args=False
+    )
+    method: Any = vars(made)["__init__"]
+    method.__qualname__ = f"{cls.__qualname__}.__init__"
+    method.__annotations__ = {found.name: found.type for found in dataclasses.fields(cls) if found.init}
+    method.__annotations__["return"] = None
+    return method
 
 
 def _compared_later(cls: type, options: dict[str, Any]) -> type:

@@ -6,7 +6,10 @@ import copy
 import dataclasses
 import inspect
 import pickle
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, field
+from threading import Barrier
 from typing import Any
 
 import pytest
@@ -46,6 +49,24 @@ def test_a_class_that_is_made_later_does_what_the_library_does(options: dict[str
         with pytest.raises(TypeError, match="missing 1 required positional argument: 'x'"):
             point()
     assert told[0] == told[1]
+
+
+def test_threads_that_make_the_first_objects_of_a_class_together_have_them() -> None:
+    """Before, another thread found a class without a constructor for a moment: "Point() takes no arguments"."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        for _ in range(60):
+            point, start = _pair(frozen=True)[1], Barrier(4)
+
+            def make(point: type = point, start: Barrier = start) -> Any:
+                start.wait()
+                return point(1, name="q").name
+
+            with ThreadPoolExecutor(4) as pool:
+                assert [item.result() for item in [pool.submit(make) for _ in range(4)]] == ["q"] * 4
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def test_a_frozen_object_stays_as_it_is() -> None:
