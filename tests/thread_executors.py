@@ -44,28 +44,11 @@ def supplied(supply: tuple[int, int] | None, time: int) -> int:
     return max(0, (count - 1) * budget)
 
 
-def in_executor(
-    number: int,
-    threads: Any,
-    rivals: list[int],
-    first: Any,
-    figures: Any,
-    supply: tuple[int, int] | None,
-    chains: Chains,
-) -> int:
-    """By looking at every ms of the busy period at which a job may come; all figures are whole ms.
+class InExecutor:
+    """A thread of an executor, what goes before its jobs, and what may have begun before them; all in whole ms.
 
     `first` is what goes before all: work, period and jitter. Of a `supply` there is a budget in each period.
     """
-    here = _Executor(number, threads, rivals, first, figures, supply)
-    if here.has_no_end():
-        return LATE
-    busy = here.busy()
-    return min([here.among_strangers(busy), *here.in_chain(busy, chains), *here.in_lines(chains)], default=LATE)
-
-
-class _Executor:
-    """A thread of an executor, what goes before its jobs, and what may have begun before them."""
 
     def __init__(
         self,
@@ -76,6 +59,7 @@ class _Executor:
         figures: Any,
         supply: tuple[int, int] | None,
     ) -> None:
+        """`figures` are periods, jitters and times of all threads, the longest section, and the executor's kind."""
         self.number, self.first, self.supply = number, first, supply
         self.period, self.jitter, self.cost, self.section, self.kind = figures
         executor = threads[number]["executor"]
@@ -85,6 +69,15 @@ class _Executor:
         self.less = [item for item in self.fellows if item not in self.urgent]
         self.is_held = any(threads[item]["section"] for item in (*self.fellows, number))
 
+    def response(self, chains: Chains) -> int:
+        """By looking at every ms of the busy period at which a job may come; `LATE` without a bound."""
+        every = [*self.urgent, self.number, *self.others]
+        found = [LATE, *([] if self.has_no_end(self.others, strictly=True) else self.in_lines(chains))]
+        if not self.has_no_end(every, self.blocked):
+            busy = self.busy()
+            found += [self.among_strangers(busy), *self.in_chain(busy, chains)]
+        return min(found)
+
     def _is_urgent(self, threads: Any, item: int) -> bool:
         mine, theirs = threads[self.number]["priority"], threads[item]["priority"]
         return _goes_first(theirs, mine, (self.period[item], item), (self.period[self.number], self.number))
@@ -93,16 +86,18 @@ class _Executor:
     def blocked(self) -> int:
         return max([self.section, *(self.cost[item] for item in self.less)])
 
-    def has_no_end(self) -> bool:
-        """Whether a busy period may go on for ever, or releases may be late for ever."""
-        every = [*self.urgent, self.number, *self.others]
+    def has_no_end(self, every: list[int], blocked: int = 0, *, strictly: bool = False) -> bool:
+        """Whether a busy period of these may go on for ever, or releases may be late for ever.
+
+        With `strictly` also where they take all the time there is, and nothing is late.
+        """
         load = sum((Fraction(self.cost[item], self.period[item]) for item in every), Fraction(0))
         load += sum((Fraction(*item[:2]) for item in self.first), Fraction(0))
-        latest = max(self.blocked, *(self.jitter[item] for item in every), *(item[2] for item in self.first))
+        latest = max([blocked, *(self.jitter[item] for item in every), *(item[2] for item in self.first)])
         if self.supply is not None:
             load += Fraction(self.supply[1] - self.supply[0], self.supply[1])
             latest = max(latest, int(self.supply[0] < self.supply[1]))
-        return load > 1 or latest >= LATE // 2 or (load == 1 and latest > 0)
+        return load > 1 or latest >= LATE // 2 or (load == 1 and (strictly or latest > 0))
 
     def came(self, items: list[int], until: int) -> int:
         """The work of jobs that are released in [0, until]."""

@@ -12,7 +12,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from thread_executors import LATE, MOST_MS, Chains, draw_executors, in_executor, supplied
+from thread_executors import LATE, MOST_MS, Chains, InExecutor, draw_executors, supplied
 
 KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
          "unequal", "mixed")  # fmt: skip
@@ -407,7 +407,7 @@ def _response(
     if threads[number]["executor"]:
         what = kind["kinds"][threads[number]["executor"]["name"]]
         figures = (period, jitter, cost, blocked, what)
-        return in_executor(number, threads, rivals, first, figures, supply, kind["chains"])
+        return InExecutor(number, threads, rivals, first, figures, supply).response(kind["chains"])
     load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
     load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
     latest = max(blocked, *(jitter[item] for item in (*rivals, number)), *(item[2] for item in first))

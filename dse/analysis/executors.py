@@ -24,7 +24,7 @@ time, a job that runs as it comes waits for one of each. (docs/semantics.md, sec
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from heapq import merge
 from operator import attrgetter
@@ -127,27 +127,33 @@ def executor_worst_job(
     >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
     WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False, chain_ns=None, lines=None)
     """
-    counted = [item.task for item in fellows if item.task.worst_ns and (item.goes_first or kind != "callback_group")]
-    behind: Exact = 0
-    if kind == "callback_group":  # a less urgent job may have begun
-        behind = max((item.task.worst_ns for item in fellows if not item.goes_first), default=0)
-    begun_ns = max(blocked_ns, behind)
+    inside = [item for item in fellows if item.task.worst_ns]
+    urgent = [item for item in inside if item.goes_first or kind != "callback_group"]
+    less = [item for item in inside if kind == "callback_group" and not item.goes_first]  # one may have begun
     outside = [item for item in higher if item.worst_ns]
-    if kind == "fifo" and fellows and load(outside) < 1:
-        waiting = longest_of_each([(item.task, item.line) for item in fellows if not item.is_kin])
-        if waiting is not None:
-            return _in_lines(Work(task, waiting, outside, blocked_ns))
-    used = load((task, *counted, *outside))
-    if used > 1 or (used == 1 and (begun_ns or not task.streams or any(map(is_late, (task, *counted, *outside))))):
-        return None
-    work = Work(task, counted, outside, begun_ns)
     found: list[WorstJob] = []
     with suppress(EndlessError):
+        if kind == "fifo" and fellows and load(outside) < 1:
+            waiting = longest_of_each([(item.task, item.line) for item in inside if not item.is_kin])
+            if waiting is not None:
+                return _in_lines(Work(task, waiting, outside, blocked_ns))
+    behind = _longest(less)
+    begun = max(blocked_ns, behind)
+    counted = [item.task for item in urgent]
+    used = load((task, *counted, *outside))
+    if used > 1 or (used == 1 and (begun or not task.streams or any(map(is_late, (task, *counted, *outside))))):
+        return None
+    with suppress(EndlessError):
+        work = Work(task, counted, outside, begun)
         found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
-    if any(item.is_kin for item in fellows):
-        with suppress(EndlessError):
-            found.append(_in_chain(kind, task, fellows, outside, blocked_ns))
+    with suppress(EndlessError):
+        if any(item.is_kin for item in fellows):
+            found.append(_in_chain(kind, task, (urgent, less), outside, blocked_ns))
     return min(found, key=attrgetter("response_ns"), default=None)
+
+
+def _longest(fellows: Iterable[Fellow]) -> Exact:
+    return max((item.task.worst_ns for item in fellows), default=0)
 
 
 def jobs_before(
@@ -205,28 +211,32 @@ def _in_lines(work: Work) -> WorstJob:
 
 
 def _in_chain(
-    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], outside: Sequence[Task], blocked_ns: Exact
+    kind: ExecutorKind,
+    task: Task,
+    fellows: tuple[Sequence[Fellow], Sequence[Fellow]],
+    outside: Sequence[Task],
+    blocked_ns: Exact,
 ) -> WorstJob:
     """A job of a chain, whose other jobs in the busy period were over when it was released.
 
-    They, and its own earlier ones, ran until then at most; of less urgent jobs that had begun it may have been one of
-    theirs. When it is released counts: with each job that may come, and at the last moment by which they all ran.
+    They, and its own earlier ones, ran until then at most; of the less urgent `fellows`, the second ones, that had
+    begun may have been one of theirs. When it is released counts: with each job that may come, and at the last moment
+    by which they all ran.
     """
-    is_urgent = {id(item): item.goes_first or kind != "callback_group" for item in fellows}
-    given = [item for item in fellows if item.task.worst_ns]
-    chain = [item.task for item in given if item.is_kin and is_urgent[id(item)]]
-    others = [item.task for item in given if not item.is_kin and is_urgent[id(item)]]
-    behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and not item.is_kin), default=0)
-    own_behind = max((item.task.worst_ns for item in given if not is_urgent[id(item)] and item.is_kin), default=0)
-    ways = [(Work(task, others, outside, max(blocked_ns, behind)), 0, behind)]
+    urgent, less = fellows
+    chain = [item.task for item in urgent if item.is_kin]
+    others = [item.task for item in urgent if not item.is_kin]
+    behind = _longest(item for item in less if not item.is_kin)
+    own_behind = _longest(item for item in less if item.is_kin)
+    ways: list[tuple[Work, Exact, Exact]] = [(Work(task, others, outside, max(blocked_ns, behind)), 0, behind)]
     if own_behind:
         ways.append((Work(task, others, outside, 0), own_behind, 0))
     busy = Work(task, [*chain, *others], outside, max(blocked_ns, behind, own_behind)).busy_ns(repeats=False)
     worst = WorstJob(0, 0, 0, chain_ns=0)
-    for work, began, less in ways:
+    for work, began, before in ways:
         for release, ran in _moments(work, began, chain, others if kind == "fifo" else (), busy):
             work.step()
-            found = _after(work, kind, release, ran, less)
+            found = _after(work, kind, release, ran, before)
             if found.response_ns > worst.response_ns:
                 worst = found
     return worst
@@ -257,10 +267,7 @@ def _moments(
 def _after(work: Work, kind: ExecutorKind, release: Exact, ran: Exact, behind: Exact) -> WorstJob:
     """The job of a chain that is released then, after its chain has run for some time."""
     before = work.blocked_ns + ran
+    comes_late = kind != "fifo" and work.comes_late
     until = release if kind == "fifo" else work.start(before)
-    if kind == "fifo":
-        waits: Exact = sum(jobs_by(item, release) * item.worst_ns for item in work.fellows)
-    else:
-        waits = work.before_start(until)
-    end = work.end(before + waits + work.task.worst_ns)
-    return WorstJob(release, end, until, behind, kind != "fifo" and work.comes_late, ran)
+    waits = sum((most_jobs if comes_late else jobs_by)(item, until) * item.worst_ns for item in work.fellows)
+    return WorstJob(release, work.end(before + waits + work.task.worst_ns), until, behind, comes_late, ran)

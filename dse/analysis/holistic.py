@@ -82,7 +82,7 @@ def one_response_ns(space: Space, turns: Sequence[Turn], turn: Turn, view: View)
     """The response time of a task of a core where no release depends on one, and none is of a thread with segments."""
     work = _Rounds(space, [turns], view)
     tasks = [bounded_task(space, other.key, work.known, view) for other in turns]
-    return work.found(turn, turns, tasks, work.interrupts[0], Succession(space, turns, tasks, work.known, view))
+    return work.found(turn, turns, tasks, work.interrupts[0], Succession(space, turns, work.known, view))
 
 
 class _Rounds:
@@ -121,7 +121,7 @@ class _Rounds:
                 continue  # as in the round before
             self.before_that[place] = tasks
             together = None if self.asked is None or before else _on_core(turns, tasks)
-            succession = Succession(space, turns, tasks, known, view)
+            succession = Succession(space, turns, known, view)
             for number, turn in enumerate(turns):
                 key = turn.key
                 found = together[number] if together is not None else self.found(turn, turns, tasks, before, succession)

@@ -15,7 +15,7 @@ from dse.analysis.releases import job_of
 from dse.analysis.reservations import blocking_ns
 from dse.analysis.response_time import PLAIN, Task, is_plain, response_time_ns
 from dse.analysis.segments import single
-from dse.analysis.succession import Succession, is_whole, longest_of_each
+from dse.analysis.succession import Succession, longest_of_each
 from dse.analysis.turns import Turn
 from dse.analysis.views import View
 from dse.space.hosts import ExecutorKind
@@ -81,20 +81,14 @@ def around(
         else:
             higher.append(found)
     chains = succession.chains(turn.executor)
-    lines = chains.lines if kind == "fifo" else {}
-    own = turn.key[0] if is_whole(turn) else None
-    sections = (space.components[turns[item].key[0]].section_ns for item in (*beside, turns.index(turn)))
-    if not turn.pieces and own not in lines:
-        lines = {}  # earlier jobs of its own may wait
-    elif higher and any(item is not None for item in sections):
-        lines = {}  # one that has ended may have held up what preempts it
+    sections = [space.components[turns[item].key[0]].section_ns for item in (*beside, turns.index(turn))]
+    # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
+    is_in_line = kind == "fifo" and chains.line(turn) is not None and (not higher or not any(sections))
     fellows = {}
     for position, task in beside.items():
         other = turns[position]
-        number = other.key[0] if is_whole(other) else None
-        is_kin = number is not None and own is not None and chains.follow(own, number)
-        line = other.pieces[0] if other.pieces else None if number is None else lines.get(number)
-        fellows[position] = Fellow(task, turn.goes_first_inside(other), is_kin, line)
+        line = chains.line(other) if is_in_line else None
+        fellows[position] = Fellow(task, turn.goes_first_inside(other), chains.never_meet(turn, other), line)
     return kind, fellows, higher
 
 

@@ -248,7 +248,7 @@ def _before(
     tasks = [task_of(space, other.key, known, view) for other in turns]
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
-        beside = around(space, turns, tasks, first, turn, Succession(space, turns, tasks, known, view))
+        beside = around(space, turns, tasks, first, turn, Succession(space, turns, known, view))
         return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:
@@ -257,7 +257,7 @@ def _before(
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
         return NOTHING
-    return _delays((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None
+    return delays_of((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None
 
 
 def _in_executor(
@@ -268,8 +268,9 @@ def _in_executor(
     found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
     if found is None:
         return NOTHING
-    return _delays(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind
+    return delays_of(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind
 
 
-def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
+def delays_of(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
+    """What so many jobs of tasks delay, without what takes no time."""
     return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns and count)

@@ -59,31 +59,21 @@ def _found_link(space: Space, number: int, view: View) -> Link | None:
 
 
 class Succession:
-    """The chains in the executors of a core, as response times are `known` when an executor is first asked about.
+    """The chains in the executors of a core of `turns`, as response times are `known` when one is first asked about."""
 
-    `turns` and `tasks` are those of the core.
-    """
-
-    def __init__(
-        self,
-        space: Space,
-        turns: Sequence[Turn],
-        tasks: Sequence[Task | None],
-        known: Mapping[TaskKey, Exact | None],
-        view: View,
-    ) -> None:
-        self.space, self.turns, self.tasks, self.known, self.view = space, turns, tasks, known, view
+    def __init__(self, space: Space, turns: Sequence[Turn], known: Mapping[TaskKey, Exact | None], view: View) -> None:
+        self.space, self.turns, self.known, self.view = space, turns, known, view
         self._chains: dict[int, Chains] = {}
 
     def chains(self, executor: int) -> Chains:
         """Those of one executor."""
         if executor not in self._chains:
-            numbers = [turn.key[0] for turn in self.turns if turn.executor == executor and is_whole(turn)]
+            numbers = [turn.key[0] for turn in self.turns if turn.executor == executor and _is_whole(turn)]
             self._chains[executor] = Chains(self.space, numbers, self.known, self.view)
         return self._chains[executor]
 
 
-def is_whole(turn: Turn) -> bool:
+def _is_whole(turn: Turn) -> bool:
     """Whether a task is all of a thread, but for a hybrid one's callback."""
     return turn.key[1] == "thread" and not turn.pieces
 
@@ -135,23 +125,31 @@ class Chains:
         apart = self._apart[number]
         return apart is not None and span <= apart
 
-    def follow(self, one: int, other: int) -> bool:
-        """Whether two threads are of one chain, and never wait at the same time; one alone with its next job."""
+    def never_meet(self, one: Turn, other: Turn) -> bool:
+        """Whether two tasks are of one chain, and never wait at the same time; one alone with its next job."""
+        return _is_whole(one) and _is_whole(other) and self._follow(one.key[0], other.key[0])
+
+    def _follow(self, one: int, other: int) -> bool:
         return (one, other) in self._pairs or (other, one) in self._pairs
 
-    @cached_property
-    def lines(self) -> Mapping[int, int]:
-        """The lines of threads: of those of one at most one job waits at a time; none of one that may wait twice.
+    def line(self, turn: Turn) -> int | None:
+        """A line of tasks of which at most one job waits at a time; None of one that may wait twice.
 
-        A line has all that follow its first thread in the executor, or one thread.
+        It has all that follow its first thread in the executor, or one thread, or the pieces of one.
         """
+        if turn.pieces:
+            return turn.pieces[0]
+        return self._lines.get(turn.key[0]) if _is_whole(turn) else None
+
+    @cached_property
+    def _lines(self) -> Mapping[int, int]:
         members: dict[int, list[int]] = {}
         for number, first in self._first.items():
             members.setdefault(first, []).append(number)
         found: dict[int, int] = {}
         for first, line in members.items():
-            is_one = all(self.follow(one, other) for index, one in enumerate(line) for other in line[index:])
-            found |= {number: first if is_one else number for number in line if self.follow(number, number)}
+            is_one = all(self._follow(one, other) for index, one in enumerate(line) for other in line[index:])
+            found |= {number: first if is_one else number for number in line if self._follow(number, number)}
         return found
 
 

@@ -21,7 +21,7 @@ from dse.analysis.releases import bounded_task, task_of, thread_releases
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
-from dse.analysis.scheduling import Delay
+from dse.analysis.scheduling import Delay, delays_of
 from dse.analysis.segments import Segments, single
 from dse.analysis.succession import Succession, longest_of_each
 from dse.analysis.tasks import TaskKey, task_name
@@ -92,7 +92,7 @@ class Place:
     @property
     def succession(self) -> Succession:
         """The chains of its core."""
-        return Succession(self.schedule.space, self.turns, self.tasks, self.known, self.schedule.view)
+        return Succession(self.schedule.space, self.turns, self.known, self.schedule.view)
 
     @property
     def is_served(self) -> bool:
@@ -162,10 +162,6 @@ class _Found:
     over_ns: Exact = 0
 
 
-def _delays(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
-    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns and count)
-
-
 def _before(task: Task, delays: tuple[Delay, ...], blocked_ns: Exact, release_ns: Exact, end_ns: Exact) -> _Found:
     """What goes before a job that is released and ends then, after the beginning of a busy period."""
     earlier = end_ns - blocked_ns - sum(item.work_ns for item in delays) - task.worst_ns
@@ -180,7 +176,7 @@ def _preempted(task: Task, given: Sequence[Task], blocked_ns: Exact) -> _Found |
     found = worst_job_ns(task, given, blocked_ns)
     if found is None:
         return None
-    return _before(task, _delays((item, most_jobs(item, found[1])) for item in given), blocked_ns, *found)
+    return _before(task, delays_of((item, most_jobs(item, found[1])) for item in given), blocked_ns, *found)
 
 
 def _executed(
@@ -194,7 +190,7 @@ def _executed(
         return None
     jobs = jobs_before(kind, found, fellows, higher, blocked_ns)
     blocked_ns = blocked_ns if blocked_ns >= found.behind_ns else 0  # the longer of the two counts
-    delays = _delays(jobs)
+    delays = delays_of(jobs)
     if found.chain_ns is None:
         return _before(task, delays, blocked_ns, found.release_ns, found.end_ns)
     blocked_ns = found.end_ns - task.worst_ns - found.chain_ns - sum(item.work_ns for item in delays)
@@ -241,11 +237,11 @@ def _served(
     if kind == "fifo" and not higher:
         longest = longest_of_each([(item.task, item.line) for item in fellows])
         if longest is not None:
-            return _Found(_delays((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
+            return _Found(delays_of((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
         queued = queued_job(task, own, [item.task for item in fellows])
         if queued is None:
             return None
-        came = _delays((item.task, jobs_by(item.task, queued.until_ns)) for item in fellows)
+        came = delays_of((item.task, jobs_by(item.task, queued.until_ns)) for item in fellows)
         return _Found(came, blocked_ns=turn.blocked_ns, over_ns=queued.ran_ns)
     if kind != "callback_group" or higher or turn.shares_turn(turns):
         return _executed(kind, task, [*fellows, *(Fellow(item, True) for item in own)], higher, blocked)

@@ -40,14 +40,15 @@ def _most_cases(board: Board) -> int:
 
 def is_short(board: Board, formula: Callable[[View], object]) -> bool:
     """Whether a figure is a table of so few cases that nothing else pays."""
-    return not _is_clearly_long(board, formula) and tabulate(board.space, formula, _most_cases(board)) is not None
+    most = _most_cases(board)
+    return not _is_clearly_long(board, formula, most) and tabulate(board.space, formula, most) is not None
 
 
-def _is_clearly_long(board: Board, formula: Callable[[View], object]) -> bool:
-    """Whether the decisions that a figure looks at, one after the other, have far more combinations than a table."""
+def _is_clearly_long(board: Board, formula: Callable[[View], object], most: int) -> bool:
+    """Whether the decisions that a figure looks at, one after the other, have far more combinations than `most`."""
     partial: dict[int, int] = {}
     ways = 1
-    while ways <= CLEARLY_MORE * _most_cases(board):
+    while ways <= CLEARLY_MORE * most:
         try:
             formula(PartialView(partial))
         except Undecided as question:
@@ -74,8 +75,8 @@ def scheduled_form(board: Board, measure: Measure, term: Term, rounded: Callable
 
 
 def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fraction], int]) -> Form:
-    is_long = _is_clearly_long(board, term.value)
-    table = None if is_long else board.short_table(term.value, _most_cases(board))
+    most = _most_cases(board)
+    table = None if _is_clearly_long(board, term.value, most) else board.short_table(term.value, most)
     if table is not None:
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
     assert term.ends is not None

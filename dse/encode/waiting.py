@@ -78,7 +78,7 @@ class Waiting:
             look_at_the_clock()
             if number not in self._rows:
                 self._add_first(number)
-                add_hosted_rows(board, self.places, self.combined, number, self.scale, self.waiting)
+                add_hosted_rows(board, self, number)
         self._add_deadlines(board)
         for number in sorted({other.number for thread in self.variables for other in self._rivals(thread)}):
             self._add_jitter(board, number, frozenset())
@@ -109,7 +109,7 @@ class Waiting:
         variables = [self.combined.variable(index) for index in form.coefficients]
         return cp_model.LinearExpr.weighted_sum(variables, list(form.coefficients.values())) + form.constant
 
-    def _work(self, thread: Thread) -> Any:
+    def work(self, thread: Thread) -> Any:
         """The longest time of a thread's job in the model's unit."""
         literals = [self.combined.literal(index) for index, _ in thread.worst]
         return cp_model.LinearExpr.weighted_sum(literals, [self.scale * worst for _, worst in thread.worst])
@@ -146,7 +146,7 @@ class Waiting:
         thread = self.places.threads[number]
         self._rows[number] = []
         rivals = {other.number for other in self._rivals(number)}
-        if not rivals or not self._executes(number):
+        if not rivals or not self.executes(number):
             return
         if not all(worst for _, worst in thread.worst):  # a job without work ends at its release
             return
@@ -177,7 +177,7 @@ class Waiting:
 
     def _first_end(self, thread: Thread) -> Any:
         """When the first job of a busy period ends."""
-        return self.combined.variable(self.firsts[thread.number]) + self._work(thread)
+        return self.combined.variable(self.firsts[thread.number]) + self.work(thread)
 
     def _add_deadlines(self, board: Board) -> None:
         """A response time is no longer than a limit on it."""
@@ -196,12 +196,13 @@ class Waiting:
             self._deadlines.add(position)
             if item.guard is None:
                 self._latest[number] = max(bound for _, bound in bounds)
-            end = self.waiting(number) + self._work(self.places.threads[number])
+            end = self.waiting(number) + self.work(self.places.threads[number])
             row = self.model.add(end <= self._expression(board.form(bounds)))
             if item.guard is not None:
                 row.only_enforce_if(self.combined.literal(item.guard))
 
-    def _executes(self, number: int) -> bool:
+    def executes(self, number: int) -> bool:
+        """Whether a thread executes something in every design."""
         return all(leaf is not None for leaf in leaves(self.space.components[number].execution_ns))
 
     def _add_jitter(self, board: Board, number: int, below: frozenset[int]) -> cp_model.IntVar | None:
@@ -234,7 +235,7 @@ class Waiting:
                 return self.scale * (longest_alone_ns(self.space, number, "thread", view) - shortest)
 
             parts.append(self._expression(board.form(board.table(varying))))
-            if wire.source in self.places.threads and self._executes(wire.source):
+            if wire.source in self.places.threads and self.executes(wire.source):
                 parts.append(self.waiting(wire.source))
             further = self._add_jitter(board, wire.source, below | {number})
             if further is not None:
