@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
 from dse.report.page import Page, Section
 from dse.report.solve import written_page
+from dse.results.answer import json_text
 from dse.results.solve import Result
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def report_json(document: Document) -> str:
     data: dict[str, Any] = document.result.to_dict()
     for point, alternative in zip(data["front"], document.alternatives, strict=True):
         point["reasons"] = {sentence.label: sentence.text for sentence in alternative.sentences}
-    return json.dumps(data, ensure_ascii=False, indent=1) + "\n"
+    return json_text(data)
 
 
 def write_report(
