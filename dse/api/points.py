@@ -116,6 +116,11 @@ class Bench:
             self.find(place, f"is stated as {_shown(stated)}; it is {_shown(expected)}")
 
     @property
+    def under_way(self) -> bool:
+        """Whether the result was written while its search went on: it has what that needs, and no more."""
+        return self.data.get("under_way") is True
+
+    @property
     def space(self) -> Space:
         """The space of the question as it was asked."""
         assert self.asked is not None
@@ -233,6 +238,8 @@ def recomputed(
         _hear(bench, bench.witness, evaluation.design, place, called)
     objectives = dict(zip(bench.names, evaluation.objectives, strict=True))
     bench.compare(f"{place}.objectives", figures_of(objectives), point["objectives"])
+    if bench.under_way and not point["metrics"]:
+        return evaluation if evaluation.is_feasible else None
     metrics = evaluator.metric_values(evaluation.design)
     bench.compare(f"{place}.metrics", figures_of(metrics), point["metrics"])
     _sample_again(bench, evaluator, evaluation.design, f"{place}.metrics")
@@ -306,7 +313,7 @@ def check_ranks(bench: Bench) -> None:
     choices = unused_choices(bench.space, ((point["id"], point["decisions"]) for point in data["front"]))
     bench.compare("unused", choices, data.get("unused", []))
     leaders = find_variants(vectors, [point["decisions"] for point in data["front"]])
-    for at, (leader, point) in enumerate(zip(leaders, data["front"], strict=True)):
+    for at, (leader, point) in enumerate(zip(leaders, data["front"], strict=True) if not bench.under_way else ()):
         expected = None if leader is None else data["front"][leader]["id"]
         bench.compare(f"front[{at}].variant_of", expected, point.get("variant_of"))
     stated = [(point["rank"], point["id"]) for point in data["front"]]

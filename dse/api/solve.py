@@ -82,8 +82,8 @@ def solve(
 class Watcher:
     """Who is told how a solve goes.
 
-    `progress` is called after every solver call, `checkpoint` now and then with the result so far: every second, or as
-    rarely as it takes to cost a few per cent of the time.
+    `progress` is called after every solver call, `checkpoint` now and then with the result so far (`Result.under_way`):
+    every second, or as rarely as it takes to cost a few per cent of the time.
     """
 
     progress: Callable[[Progress], None] | None = None
@@ -105,7 +105,7 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     watch = Watch(watcher.progress)
     if watcher.checkpoint is not None:
         write = watcher.checkpoint
-        watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget)))
+        watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget, under_way=True)))
     search = search_front(evaluator, searched, watch, earlier, baseline_design(space))
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
@@ -117,8 +117,10 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
     return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
 
 
-def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget) -> Result:
-    """What a search, finished or not, amounts to."""
+def result_of(
+    asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget, *, under_way: bool = False
+) -> Result:
+    """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be."""
     space = evaluator.space
     status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
     return Result(
@@ -131,7 +133,7 @@ def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget:
         ),
         metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
         rounded=evaluator.rounded,
-        front=_points(evaluator, search),
+        front=_points(evaluator, search, under_way=under_way),
         unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
         refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
         potential=_potential(evaluator, search),
@@ -146,6 +148,7 @@ def result_of(asked: Problem, evaluator: Evaluator, search: FrontSearch, budget:
             workers=budget.workers,
             seed=budget.seed,
         ),
+        under_way=under_way,
     )
 
 
@@ -156,17 +159,25 @@ def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
     return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
 
 
-def _points(evaluator: Evaluator, search: FrontSearch) -> tuple[Point, ...]:
+def _points(evaluator: Evaluator, search: FrontSearch, *, under_way: bool) -> tuple[Point, ...]:
+    """The points, ranked; those of a search that is under way as the solver claims them, without further figures.
+
+    Where figures are slow to find they were found when the design was, and tell what is unbounded.
+    """
     space = evaluator.space
     names = [measure.metric.name for measure in evaluator.objectives]
-    found = [(evaluator.evaluate(design).objectives, design) for design in search.points.values()]
+    is_claimed = under_way and not evaluator.is_slow
+    found = [
+        (vector if is_claimed else evaluator.evaluate(design).objectives, design)
+        for vector, design in search.points.items()
+    ]
     rows = ranked(found, [objective.sense for objective in space.objectives])
     return tuple(
         Point(
             id=number,
             rank=rank,
             objectives=dict(zip(names, vector, strict=True)),
-            metrics=evaluator.metric_values(design),
+            metrics={} if under_way else evaluator.metric_values(design),
             decisions=decisions_of(space, design),
             design=design,
             is_first=vector not in search.not_first,

@@ -14,15 +14,15 @@ from dataclasses import field, replace
 from functools import cached_property, partial
 
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
 from dse.encode.model import EncodedSpace, encode
-from dse.errors import UsageError
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.best import claimed_by, counted, minimise_in, signed
 from dse.pareto.canonical import InOrder, canonical_design
 from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
 from dse.pareto.pool import SolverPool, stop_on_interrupt
-from dse.pareto.referee import accepted, confirmed, may_refuse
+from dse.pareto.referee import accepted, checked, confirmed, may_refuse
 from dse.pareto.regions import (
     Bound,
     Question,
@@ -69,7 +69,10 @@ class Budget:
 
 @dataclass(frozen=True)
 class Watch:
-    """Who is told how the search goes: `progress` after every call, `checkpoint` now and then with the state so far."""
+    """Who is told how the search goes: `progress` after every call, `checkpoint` now and then with the state so far.
+
+    The points of that state are as the solver claims them; the referee sees those that the search ends with.
+    """
 
     progress: Callable[[Progress], None] | None = None
     checkpoint: Callable[[FrontSearch], None] | None = None
@@ -87,6 +90,7 @@ class _State:
     pool: SolverPool[Question, Answer] = field(default_factory=SolverPool)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
+    bare: dict[Design, Design] = field(default_factory=dict)
     incumbent: Found | None = None
     hint: Design | None = None
     calls_before: int = 0
@@ -134,8 +138,14 @@ class _State:
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
         )
 
-    def snapshot(self) -> FrontSearch:
-        """The state in counted units, every point refereed."""
+    def _bare(self, design: Design) -> Design:
+        """The design without decisions that it does not use."""
+        if design not in self.bare:
+            self.bare[design] = canonical(self.evaluator.space, design)
+        return self.bare[design]
+
+    def snapshot(self, *, is_refereed: bool = True) -> FrontSearch:
+        """The state in counted units, every point refereed unless it is only kept for the case that the run is lost."""
         objectives = self.encoded.objectives
         designs = self.designs
         if not designs and self.regions.open and self.incumbent is not None:
@@ -143,7 +153,7 @@ class _State:
         points = {}
         for point, design in sorted(designs.items()):
             claimed = claimed_by(self.evaluator, self.encoded, point)
-            points[claimed] = confirmed(self.evaluator, design, claimed)
+            points[claimed] = confirmed(self.evaluator, design, claimed) if is_refereed else self._bare(design)
         regions = sorted(self.regions.open)
         return FrontSearch(
             points=points,
@@ -206,19 +216,29 @@ def search_front(
     if earlier is not None:
         _restore(state, earlier)
     state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
+    keep = _keeping(state, watch)
     with stop_on_interrupt(state.interrupt):
-        _explore(state, budget, watch)
-        _make_canonical(state)
+        _explore(state, budget, watch, keep)
+        _make_canonical(state, keep)
     if not state.regions.open:
         regions = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_CERTIFYING)
         state.regions.refuted = RefutedRegions(regions) if regions is not None else state.regions.refuted
     return state.snapshot()
 
 
-def _explore(state: _State, budget: Budget, watch: Watch) -> None:
+def _keeping(state: _State, watch: Watch) -> Callable[[], None]:
+    """Hands out the state of a search when it is time, so that little is lost with the run; the solvers work on."""
+    pace, checkpoint = Pace(state.started), watch.checkpoint
+    if checkpoint is None:
+        return lambda: None
+    return lambda: pace.keep(
+        len(state.designs) + len(state.regions.open), lambda: checkpoint(state.snapshot(is_refereed=False))
+    )
+
+
+def _explore(state: _State, budget: Budget, watch: Watch, keep: Callable[[], None]) -> None:
     """Search regions until none is open, or time is up; each solver of the pool has a region of its own."""
     pool, search = state.pool, state.regions
-    pace = Pace(state.started)
     while search.open and not pool.stopped:
         now = time.monotonic()
         if len(pool.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
@@ -228,9 +248,7 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
             if question is not None:
                 job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
                 pool.start(solver, question, partial(_in_time, state, solver, job))
-        size = len(state.designs) + len(search.open)
-        if watch.checkpoint is not None and pace.is_due(size):
-            pace.spend(size, partial(_hand_out, state, watch.checkpoint))  # while the solvers work
+        keep()
         question, answer = pool.wait()
         if isinstance(answer, Unfinished):
             pool.stop()
@@ -241,10 +259,6 @@ def _explore(state: _State, budget: Budget, watch: Watch) -> None:
         pool.stop()
     for question, answer in pool.drain():
         state.take(question, answer)
-
-
-def _hand_out(state: _State, checkpoint: Callable[[FrontSearch], None]) -> None:
-    checkpoint(state.snapshot())
 
 
 def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer:
@@ -266,7 +280,7 @@ def _another(solver: Solver) -> Solver:
     return Solver(solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts)
 
 
-def _make_canonical(state: _State) -> None:
+def _make_canonical(state: _State, keep: Callable[[], None]) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
     if state.regions.open:
         return
@@ -286,6 +300,7 @@ def _make_canonical(state: _State) -> None:
                     solver.encoded = state.untaught.copy()
                 way = order.elsewhere() if is_known else order
                 pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known, way))
+        keep()
         chain, designs = pool.wait()
         is_known = True
         for point, (design, is_first) in zip(chain, designs, strict=True):
@@ -311,25 +326,6 @@ def _canonical_designs(
             found = known.design, False
         designs.append(found)
     return designs
-
-
-def checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
-    """A stopped search, after the referee has looked at its points.
-
-    Raises
-    ------
-    UsageError
-        when it has a point that is none of this space.
-    OutOfTime
-        when there was no time to look at them all.
-    """
-    points: dict[tuple[int, ...], Design] = {}
-    for vector, design in earlier.points.items():
-        evaluation = evaluator.evaluate(design)
-        if not evaluation.is_feasible or evaluation.objectives != vector:
-            raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
-        points[vector] = evaluation.design
-    return replace(earlier, points=points)
 
 
 def _restore(state: _State, earlier: FrontSearch) -> None:

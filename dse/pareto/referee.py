@@ -8,11 +8,13 @@ ends the run with both sides of it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.limits import Limit, judge
 from dse.analysis.views import View
-from dse.errors import RefereeError
+from dse.errors import RefereeError, UsageError
+from dse.pareto.outcome import FrontSearch
 from dse.space.types import Design
 
 
@@ -74,6 +76,25 @@ def confirmed(evaluator: Evaluator, design: Design, claimed: Sequence[int]) -> D
     if evaluation is None:
         raise RefereeError(f"the solver claims {tuple(claimed)}, the analysis finds {evaluator.evaluate(design)}")
     return evaluation.design
+
+
+def checked(evaluator: Evaluator, earlier: FrontSearch) -> FrontSearch:
+    """A stopped search, after the referee has looked at its points.
+
+    Raises
+    ------
+    UsageError
+        when it has a point that is none of this space.
+    OutOfTime
+        when there was no time to look at them all.
+    """
+    points: dict[tuple[int, ...], Design] = {}
+    for vector, design in earlier.points.items():
+        evaluation = evaluator.evaluate(design)
+        if not evaluation.is_feasible or evaluation.objectives != vector:
+            raise UsageError(f"the search to go on with has a design with the figures {vector}; it has others")
+        points[vector] = evaluation.design
+    return replace(earlier, points=points)
 
 
 def _blame(reasons: Sequence[str]) -> None:

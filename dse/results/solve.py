@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
@@ -58,7 +59,8 @@ class Result(Answer):
     each objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
     `contended` says by id what each design keeps when response times count, where the question leaves them out
     (`dse.analysis.contention`); designs that are missing there were not checked. `insisting` has the front with each
-    option fixed, where that was asked for.
+    option fixed, where that was asked for. `under_way`: the search goes on, and this is kept in case the run is lost:
+    points are as the solver claims them, with their objectives and decisions and nothing else.
 
     Examples
     --------
@@ -91,6 +93,11 @@ class Result(Answer):
     interrupted: bool = False
     contended: Mapping[str, Contended] = field(default_factory=dict)
     insisting: Insisting | None = None
+    under_way: bool = False
+
+    def to_json(self) -> str:
+        """`to_dict` as text; on one line, which is made soonest, while the search is under way."""
+        return f"{json.dumps(self.to_dict(), ensure_ascii=False)}\n" if self.under_way else super().to_json()
 
     @property
     def exit_code(self) -> int:
@@ -105,6 +112,8 @@ class Result(Answer):
     @cached_property
     def variants(self) -> Mapping[int, int]:
         """Near-identical points by id: the better-ranked point that each is a variant of (`dse.results.variants`)."""
+        if self.under_way:
+            return {}
         vectors = [tuple(point.objectives[item.name] for item in self.objectives) for point in self.front]
         leaders = find_variants(vectors, [point.decisions for point in self.front])
         pairs = zip(self.front, leaders, strict=True)
@@ -139,7 +148,7 @@ class Result(Answer):
 
     def _said_of(self, item: Point | FurtherDesign) -> dict[str, Any]:
         """The core of each thread that has several to choose from, and what the design keeps with contention."""
-        chosen = cores_of(self.space, item.design)
+        chosen = {} if self.under_way else cores_of(self.space, item.design)
         return {
             "cores": {self.space.components[thread].name: core for thread, core in chosen.items()},
             "core_use": core_use(self.space, item.design) if chosen else {},

@@ -19,8 +19,9 @@ from dse.api.contention import with_verdicts
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.api.solve import result_of
-from dse.pareto.front import Budget, FrontSearch, Progress, Watch, checked, search_front
+from dse.pareto.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.pareto.outcome import narrowed
+from dse.pareto.referee import checked
 from dse.records import dataclass
 from dse.results.order import ranked_by
 from dse.results.robust import RobustResult
@@ -122,7 +123,7 @@ class _Run:
             with until(self.limit):
                 nominal = checked(self.question.nominal(), earlier.nominal)
                 earlier = RobustSearch(nominal, checked(self.question.evaluator(), earlier.robust))
-        if earlier is not None and earlier.nominal.is_complete:
+        if earlier is not None and _has_ended(earlier.nominal):
             nominal = earlier.nominal
         else:
             half = self.limit.at_most(self.limit.left_s / 2)
@@ -139,8 +140,8 @@ class _Run:
 
     def _robust(self, nominal: FrontSearch, known: FrontSearch) -> FrontSearch:
         """Search what is open, until all that is found is robust, or time is up."""
-        interrupted = nominal.interrupted
-        while not known.is_complete and not interrupted and not self.limit.is_over:
+        interrupted, is_open = nominal.interrupted, not _has_ended(known)
+        while is_open and not interrupted and not self.limit.is_over:
             search = self._search(known, self.limit, nominal)
             known, interrupted = self._narrowed(search), search.interrupted
             if not search.is_complete:
@@ -148,6 +149,7 @@ class _Run:
             for design in search.points.values():
                 if self.question.is_judged(design):
                     self.question.learn(design)
+            is_open = not known.is_complete
         return replace(known, interrupted=interrupted)
 
     def _search(
@@ -164,7 +166,7 @@ class _Run:
 
             def checkpoint(state: FrontSearch) -> None:
                 assert write is not None
-                write(self._result(nominal or state, self._narrowed(state)))
+                write(self._result(nominal or state, self._narrowed(state), under_way=True))
 
         evaluator = self.question.nominal() if is_nominal else self.question.evaluator()
         start = baseline_design(self.question.space) if is_nominal else None
@@ -184,14 +186,20 @@ class _Run:
         except OutOfTime:
             return False
 
-    def _result(self, nominal: FrontSearch, robust: FrontSearch) -> RobustResult:
+    def _result(self, nominal: FrontSearch, robust: FrontSearch, *, under_way: bool = False) -> RobustResult:
+        """What both searches amount to; while they are under way nothing is said of what is not robust."""
         asked, question = self.question.inputs.problem, self.question
         fronts: list[Result] = []
         for search, is_robust in ((nominal, False), (robust, True)):
             evaluator = question.evaluator() if is_robust else question.nominal()
-            found = result_of(replace(asked, robust=is_robust), evaluator, search, self.budget)
-            fronts.append(ranked_by(found, "ideal"))
-        judged = [point for point in fronts[0].front if question.is_judged(point.design)]
+            found = result_of(replace(asked, robust=is_robust), evaluator, search, self.budget, under_way=under_way)
+            fronts.append(found if under_way else ranked_by(found, "ideal"))
+        judged = [point for point in fronts[0].front if not under_way and question.is_judged(point.design)]
         failures = tuple(failure for point in judged for failure in question.failures(point.id, point.design))
         unjudged = tuple(point.id for point in fronts[0].front if point not in judged)
         return RobustResult(fronts[1], fronts[0], question.words, len(question.demands), failures, unjudged)
+
+
+def _has_ended(search: FrontSearch) -> bool:
+    """Whether the front is proved, and each point has the first of its designs."""
+    return search.is_complete and not search.not_first

@@ -133,7 +133,7 @@ class RobustWitness:
         nominal = self._check_nominal(bench, method, deadline)
         stated = bench.data["robust"]
         unjudged = stated.get("unjudged", [])
-        if unjudged and bench.data["status"] != "incomplete":
+        if unjudged and bench.data["status"] != "incomplete" and not bench.under_way:
             bench.find("robust.unjudged", "there is none where the search was not stopped")
         lost = [
             written(Lost, failure)

@@ -25,7 +25,12 @@ from dse.results.forms.writing import written as write
 Data = dict[str, Any]
 UNSEEN = {
     "result": {
-        *("Point.is_first", "Member.looked_for", "Robust.unjudged"),  # only where a search was stopped
+        *(
+            "Point.is_first",
+            "Member.looked_for",
+            "Robust.unjudged",
+            "ResultForm.under_way",
+        ),  # only where one was stopped
     },
     "explanation": {"Demand.kind", "Demand.text", "Demand.origin"},
     "sensitivity": {"SensitivityForm.left_out", "Uncertain.unbounded"},

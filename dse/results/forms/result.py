@@ -282,6 +282,11 @@ class ResultForm(Form):
         "`complete`: the front is proved; `incomplete`: the search was stopped, points may be missing in `unexplored`; "
         "`infeasible`: proved that there is no design."
     )
+    under_way: bool = field(
+        "True where the search went on when this was written, in case the run is lost: points are as the solver "
+        "claims them, with objectives and decisions and no other figure; `--resume` looks at them first.",
+        default=False,
+    )
     ranking: Ranking = field("How the points are ranked.")
     objectives: list[Objective] = field("The objectives, in the order of the question.")
     metric_units: dict[str, Unit] = field("What the figures of each metric count.")

@@ -179,4 +179,6 @@ def _dict(write: Writer, values: Any) -> dict[str, Any]:
     """Entries by name; things that have one are entries, too."""
     if not isinstance(values, Mapping):
         return {item.name: write(item) for item in values}
+    if write is _same:
+        return dict(values)
     return {name: write(value) for name, value in values.items()}
