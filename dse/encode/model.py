@@ -112,15 +112,17 @@ class EncodedSpace:
 
     def design(self, solution: Sequence[int]) -> Design:
         """The design of a solution, which has the value of each variable of the model."""
-        return tuple(
-            next((option for option, index in enumerate(indices) if solution[index]), INACTIVE)
-            for indices in self._indices
-        )
+        return tuple(_chosen(indices, solution) for indices in self._indices)
 
     @cached_property
     def _indices(self) -> list[list[int]]:
         """The variable of each option of each decision."""
         return [[literal.index for literal in literals] for literals in self.options]
+
+    @cached_property
+    def _idle_indices(self) -> list[int | None]:
+        """The variable of each decision's being inactive, where it may be."""
+        return [None if literal is None else literal.index for literal in self.inactive]
 
     def differs_from(self, design: Design) -> list[Any]:
         """Literals of which at least one is true in any other design; cores count where figures depend on them."""
@@ -146,12 +148,12 @@ class EncodedSpace:
         if design is None:
             return
         values: dict[int, int] = {}
-        for literals, inactive, chosen in zip(self.options, self.inactive, design, strict=True):
-            if len(literals) > 1:
-                for option, literal in enumerate(literals):
-                    values.setdefault(literal.index, int(option == chosen))
-            if inactive is not None:
-                values.setdefault(inactive.index, int(chosen < 0))
+        for indices, idle, chosen in zip(self._indices, self._idle_indices, design, strict=True):
+            if len(indices) > 1:
+                for option, index in enumerate(indices):
+                    values.setdefault(index, int(option == chosen))
+            if idle is not None:
+                values.setdefault(idle, int(chosen < 0))
         suggestion = self.model.proto.solution_hint
         suggestion.vars.extend(values.keys())
         suggestion.values.extend(values.values())
@@ -208,6 +210,14 @@ class EncodedSpace:
             assert inactive is not None
             return inactive
         return self.options[decision][option]
+
+
+def _chosen(indices: Sequence[int], solution: Sequence[int]) -> int:
+    """The option whose variable is true; a loop, as every solution has many decisions."""
+    for option, index in enumerate(indices):
+        if solution[index]:
+            return option
+    return INACTIVE
 
 
 def encode(evaluator: Evaluator) -> EncodedSpace:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
@@ -72,10 +73,14 @@ class Apart:
         self.weights = weights
         self.regions = regions
         self.best = solver.parts.best(weights, regions)
-        self.waiting = [
-            (int(number in solver.relaxed_first), weighted(weights, part.floor(open_regions)), number)
-            for number, part in enumerate(solver.parts.all)
-            if (open_regions := part.open(regions))
+
+    @cached_property
+    def waiting(self) -> list[tuple[int, int, int]]:
+        """Turn, bound and number of each part that may hold something; most questions are answered as a whole."""
+        return [
+            (int(number in self.solver.relaxed_first), weighted(self.weights, part.floor(open_regions)), number)
+            for number, part in enumerate(self.solver.parts.all)
+            if (open_regions := part.open(self.regions))
         ]
 
     def attempt(self, work: float) -> Answer:
