@@ -8,7 +8,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedObjective, EncodedSpace
 from dse.errors import RefereeError
-from dse.pareto.answer import Answer, Found
+from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.referee import accepted, may_refuse
 from dse.pareto.regions import (
     Bound,
@@ -51,6 +51,11 @@ def minimise_in(
     is_refereed = may_refuse(evaluator)
     while True:
         answer = _lexicographic(solver, regions, axis, hint)
+        if isinstance(answer, Unfinished) and answer.best is not None and is_refereed:
+            if accepted(evaluator, answer.best.design, claimed_by(evaluator, solver.encoded, answer.best.point)):
+                return answer
+            solver.exclude(answer.best.design)
+            return Unfinished(answer.bound)
         if not isinstance(answer, Found):
             return answer
         if not any(strictly_inside(answer.point, region) for region in regions):

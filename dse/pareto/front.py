@@ -138,6 +138,14 @@ class _State:
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
         )
 
+    def _come_across(self) -> Found | None:
+        """A design that meets what is required, while nothing better is known."""
+        known = [
+            self.incumbent,
+            *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.solvers)),
+        ]
+        return next((found for found in known if found is not None), None)
+
     def _bare(self, design: Design) -> Design:
         """The design without decisions that it does not use."""
         if design not in self.bare:
@@ -148,8 +156,8 @@ class _State:
         """The state in counted units, every point refereed unless it is only kept for the case that the run is lost."""
         objectives = self.encoded.objectives
         designs = self.designs
-        if not designs and self.regions.open and self.incumbent is not None:
-            designs = {self.incumbent.point: self.incumbent.design}
+        if not designs and self.regions.open and (incumbent := self._come_across()) is not None:
+            designs = {incumbent.point: incumbent.design}
         points = {}
         for point, design in sorted(designs.items()):
             claimed = claimed_by(self.evaluator, self.encoded, point)
@@ -249,7 +257,7 @@ def _explore(state: _State, budget: Budget, watch: Watch, keep: Callable[[], Non
                 job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
                 pool.start(solver, question, partial(_in_time, state, solver, job))
         keep()
-        question, answer = pool.wait()
+        question, answer = pool.wait(keep)
         if isinstance(answer, Unfinished):
             pool.stop()
         state.take(question, answer)
@@ -301,7 +309,7 @@ def _make_canonical(state: _State, keep: Callable[[], None]) -> None:
                 way = order.elsewhere() if is_known else order
                 pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known, way))
         keep()
-        chain, designs = pool.wait()
+        chain, designs = pool.wait(keep)
         is_known = True
         for point, (design, is_first) in zip(chain, designs, strict=True):
             state.designs[point] = design

@@ -64,14 +64,15 @@ class SolverPool(Generic[Tag, Outcome]):
         self._threads = [*(other for other in self._threads if other.is_alive()), thread]
         thread.start()
 
-    def wait(self) -> tuple[Tag, Outcome]:
-        """The next finished job; raises what it raised."""
+    def wait(self, meanwhile: Callable[[], None] = lambda: None) -> tuple[Tag, Outcome]:
+        """The next finished job; raises what it raised. Now and then `meanwhile` is called until there is one."""
         while True:
             try:
                 solver, answer = self._answers.get(timeout=STEP_S)
             except queue.Empty:
                 if self.stopped:
                     self.stop()  # again, for a call that was about to begin the first time
+                meanwhile()
                 continue
             tag = self.busy.pop(solver)
             if isinstance(answer, BaseException):

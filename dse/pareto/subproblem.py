@@ -378,6 +378,7 @@ class Solver:
             return Found(point, settled), best
         if settled is not None and not is_loose:  # what is not the least may be larger than the design has it
             best = Found(point, settled)
+            keep(self, best)
         return Unfinished(self._bound(solver), best), best
 
     def _other(self, design: Design, point: Bound) -> Design | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -14,7 +15,9 @@ from dse.api.solve import Watcher, solve_asked
 from dse.errors import UsageError
 from dse.generator import random_problem
 from dse.pareto import pace
+from dse.pareto.answer import Answer, Found, Unfinished
 from dse.pareto.front import Budget
+from dse.pareto.subproblem import Solver
 from dse.results.robust import RobustResult
 from dse.results.solve import Result
 from dse.study.corners import RobustQuestion
@@ -96,3 +99,28 @@ def test_what_is_kept_of_a_robust_search_is_a_result(tmp_path: Path) -> None:
         assert found.status in ("verified", "unfinished"), found.findings
         assert dse.reopen_robust(kept).robust.status == state.robust.status
         assert comparable(dse.resume(kept)) == comparable(expected)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_design_is_kept_while_the_first_question_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first question may take as long as all others; what it comes across is kept before it ends."""
+    asked = dse.load(BY_NAME["types"])
+    point = dse.solve(asked).front[0]
+    states: list[Result] = []
+    is_kept = Event()
+
+    def watching(state: Result) -> None:
+        states.append(state)
+        if state.front:
+            is_kept.set()
+
+    def answering(self: Solver, *_: object, **__: object) -> Answer:
+        counted = zip(point.objectives.values(), self.encoded.objectives, strict=True)
+        self.incumbent = Found(tuple((value - item.offset) // item.step for value, item in counted), point.design)
+        assert is_kept.wait(60)
+        return Unfinished()
+
+    assert all(item.sense == "minimise" for item in asked.space.objectives)
+    monkeypatch.setattr(Solver, "minimise", answering)
+    solve_asked(asked, Budget(), Watcher(checkpoint=watching))
+    assert states[-1].front[0].decisions == point.decisions
