@@ -124,6 +124,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         *too_large(evaluator, ends),
         *_remarks(space),
         *_setting_remarks(asked, space),
+        *_costs_of_nothing(asked),
         *changed_meanings(asked),
         *_rounded(asked),
     )
@@ -271,3 +272,13 @@ def _uncounted_changes(space: Space) -> Iterator[str]:
         item = space.decisions[index]
         if item.is_open and index not in space.baseline:
             yield f"the cost of changing {item.name} is not counted: the baseline does not state it"
+
+
+def _costs_of_nothing(problem: Problem) -> Iterator[str]:
+    """Costs of changing what the file fixes."""
+    space = problem.space
+    for part, fields in problem.loaded.spec.cost_of_change.items():
+        for name in (f"{part}.{field}" for field in fields):
+            index = space.decision_index(name)
+            if index is None or not space.decisions[index].is_open:
+                yield f"the cost of changing {name} is not counted: it is no open decision"

@@ -89,6 +89,12 @@ def test_what_falls_away_is_no_change(fix: list[str], count: int) -> None:
     assert vectors(result) == {(count,)}
 
 
+def test_the_cost_of_changing_what_is_fixed_is_told() -> None:
+    fixed = dse.loads(HAND + "cost_of_change: {t1: {compute_execution_time: 2}, t3: {period: 2}}")
+    [told] = [remark for remark in dse.check(fixed).remarks if "cost of changing" in remark]
+    assert told == "the cost of changing t1.compute_execution_time is not counted: it is no open decision"
+
+
 def test_what_the_baseline_leaves_out_is_no_change(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     partly = HAND.replace("  right: {type: none}\n", "").replace("  t3: {processor: left, period: 20 ms}\n", "")
     assert vectors(dse.solve(dse.loads(partly))) == {(500_000, 0), (400_000, 1), (325_000, 2)}
