@@ -31,7 +31,9 @@ from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.api.problem import Problem, changed, load, loads
 from dse.api.question import Changes
+from dse.api.solve import Watcher, solve_asked
 from dse.errors import DseError, TooLargeError, UsageError
+from dse.pareto import pace
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.front import Budget
 from dse.pareto.subproblem import Solver
@@ -41,7 +43,7 @@ from dse.space.criteria import Metric
 from dse.space.settings import SETTINGS
 from dse.space.types import Design, Space
 from dse.study.inputs import InputSpace
-from dse.study.robust import robust_asked
+from dse.study.robust import RobustWatcher, robust_asked
 from dse.study.uncertainty import read_uncertainties
 from dse.study.worst_place import Box
 from tests.properties.scheduled import with_scheduling
@@ -262,6 +264,19 @@ def solved(asked: Asked) -> Result | RobustResult:
     return dse.solve(asked.problem, workers=1)
 
 
+def kept_by_the_way(asked: Asked, monkeypatch: pytest.MonkeyPatch) -> list[Result | RobustResult]:
+    """What a search hands out while it goes on, after every call."""
+    kept: list[Result | RobustResult] = []
+    with monkeypatch.context() as patch:
+        for name, value in (("CHECKPOINT_S", 0.0), ("SHARE", 1e9), ("SECOND", 1e9)):
+            patch.setattr(pace, name, value)
+        if asked.robust:
+            robust_asked(asked.problem, Budget(), RobustWatcher(checkpoint=kept.append))
+        else:
+            solve_asked(asked.problem, Budget(), Watcher(checkpoint=kept.append))
+    return kept
+
+
 def front_of(result: Result | RobustResult) -> Result:
     return result.robust if isinstance(result, RobustResult) else result
 
@@ -355,7 +370,10 @@ def test_executors_that_are_chosen_and_may_move(
 def held_stopped_or_not(
     asked: Asked, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, record_property: Any
 ) -> None:
-    """A search that is stopped at random calls and goes on from its file ends like the whole one, which is true."""
+    """A search that is stopped at random calls and goes on from its file ends like the whole one, which is true.
+
+    So does one that goes on from what was kept while it was under way.
+    """
     try:
         whole = solved(asked)
     except (TooLargeError, UsageError) as error:
@@ -380,6 +398,10 @@ def held_stopped_or_not(
             assert comparable(stopped) == comparable(whole)
         else:  # it was stopped before it could say which design of a vector is the first
             assert vectors(stopped) == vectors(whole)
+    kept = rng.choice(kept_by_the_way(asked, monkeypatch))
+    check(kept, asked, seed)
+    out.write_text(kept.to_json(), encoding="utf-8")
+    assert vectors(dse.resume(out, workers=1)) == vectors(whole)
     record_property("kind", dict(kind))
     assert space.decisions is not None
 
