@@ -135,8 +135,9 @@ class Pool:
         return numbers
 
 
+@cache
 def environment() -> Environment:
-    """The templates of pages; every text in them is escaped."""
+    """The templates of pages, each compiled once; every text in them is escaped."""
     found = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
@@ -159,8 +160,9 @@ def breakable(text: str) -> Markup:
 
 def asset(name: str) -> str:
     """The text of a file beside the templates."""
-    loader = PackageLoader("dse.report", "templates")
-    text, _, _ = loader.get_source(Environment(autoescape=True), name)
+    templates = environment()
+    assert templates.loader is not None
+    text, _, _ = templates.loader.get_source(templates, name)
     return text
 
 
