@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,11 @@ TAKES_SECONDS = (
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what belongs to a quick run."""
     folders = [ROOT / name for name in QUICK]
+
+    @cache
+    def is_near(path: Path) -> bool:
+        return any(path.is_relative_to(folder) for folder in folders)
+
     for item in items:
-        name = item.nodeid
-        near = any(item.path.is_relative_to(folder) for folder in folders)
-        if near and not any(part in name for part in TAKES_SECONDS):
+        if is_near(item.path) and not any(part in item.nodeid for part in TAKES_SECONDS):
             item.add_marker("quick")
