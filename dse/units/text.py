@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 
 from dse.units.table import UNITS, Exact, Money, SizeRange, TimeRange, Total
 
@@ -31,12 +32,19 @@ def format_number(value: Fraction | int) -> str:
 
 def _format(value: Fraction | int, *units: str) -> str:
     """Text in the first of `units` (largest first, value in the last) in which the number is at least 1."""
-    base = UNITS[units[-1]][0]
-    for unit in units:
-        number = Fraction(value) * base / UNITS[unit][0]
-        if abs(number) >= 1 or unit == units[-1]:
-            return f"{format_number(number)} {unit}"
-    raise AssertionError("no units")
+    number = Fraction(value)
+    above, below = abs(number.numerator), number.denominator
+    sizes = _sizes(units)
+    unit, size = next(((unit, size) for unit, size in sizes if above >= size * below), sizes[-1])
+    return f"{format_number(number / size)} {unit}"
+
+
+@cache
+def _sizes(units: tuple[str, ...]) -> tuple[tuple[str, int], ...]:
+    """How many of the last unit each is: whole numbers."""
+    sizes = [UNITS[unit][0] / UNITS[units[-1]][0] for unit in units]
+    assert all(size.denominator == 1 for size in sizes)
+    return tuple((unit, int(size)) for unit, size in zip(units, sizes, strict=True))
 
 
 def format_duration(value_ns: Exact) -> str:
