@@ -111,7 +111,7 @@ def test_a_module_says_one_thing() -> None:
     assert [names for names in named.values() if len(names) > 1] == []
 
 
-HOOKS = {"on_broken_pipe", "get_command", "list_commands", "format_commands"}
+HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands"}
 """What others call by its name; so are the handlers of events (`dse/importers/ros2/trace.py`)."""
 
 

@@ -16,6 +16,7 @@ from itertools import count
 
 from ortools.sat.python import cp_model
 
+from dse.encode.linear import Model
 from dse.pareto.feasibility import Oracle
 from dse.pareto.settings import sound_solver
 from dse.records import dataclass
@@ -67,7 +68,7 @@ class _Map:
     """The sets of members that are neither known to have a design nor known to contain a conflict."""
 
     def __init__(self, count: int, seed: int) -> None:
-        self.model = cp_model.CpModel()
+        self.model = Model()
         self.chosen = [self.model.new_bool_var("") for _ in range(count)]
         self.model.maximize(sum(self.chosen))
         self.seed = seed
