@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,16 @@ class Peak:
 
     def keeps(self, compare: Callable[[Fraction, Fraction], bool], limit: Fraction) -> bool:
         """Whether some way to put the threads on cores keeps an upper limit on each; all are tried if need be."""
+        if (compare, limit) not in self._kept:
+            self._kept[compare, limit] = self._keeps(compare, limit)
+        return self._kept[compare, limit]
+
+    @cached_property
+    def _kept(self) -> dict[tuple[Any, Fraction], bool]:
+        """What is known of it: many designs share one."""
+        return {}
+
+    def _keeps(self, compare: Callable[[Fraction, Fraction], bool], limit: Fraction) -> bool:
         loads = list(self.taken)
         for way in self.ways:
             core, share = min(way, key=lambda item: loads[item[0]])

@@ -59,8 +59,9 @@ def in_common(method: Method) -> Method:
         if not self.complete:
             return method(self, *given)
         alike = self.problem.in_common.setdefault((method.__qualname__, given), {})
+        option = self.design.get
         for names, found in alike.items():
-            chosen = tuple([self.design.get(name) for name in names])
+            chosen = tuple(map(option, names))
             if chosen in found:
                 self.looked_at[-1].update(names)
                 return found[chosen]
