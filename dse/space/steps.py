@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Literal
 
 from dse.records import dataclass
@@ -30,8 +31,8 @@ class Step:
     index: int
     via: int | None = None
     sender: int | None = None
-    since: tuple[Step, ...] = ()
-    figures: StepFigures | None = None
+    since: tuple[Step, ...] = field(default=(), hash=False)  # which have their own
+    figures: StepFigures | None = field(default=None, hash=False)
     only_reads: bool = False
     unlinked: bool = False
 
