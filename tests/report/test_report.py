@@ -11,6 +11,7 @@ from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 
+import effort
 import pytest
 from results.hostile import NAMES, hostile_result
 from rich.console import Console
@@ -97,13 +98,14 @@ def test_the_same_result_gives_the_same_files(robot: Result, files: dict[str, st
 
 
 def test_a_front_of_200_points_stays_below_2_mb(robot: Result) -> None:
+    points = 200 if effort.LONG else 120  # from 100 on the library is packed
     many = [
         replace(point, id=number, objectives={name: value + number for name, value in point.objectives.items()})
-        for number, point in enumerate((robot.front * 6)[:200], start=1)
+        for number, point in enumerate((robot.front * 6)[:points], start=1)
     ]
     large = replace(robot, front=tuple(many))
     # points that differ more, of problems three times as large, take twice as much
-    assert len(html_report(Document(large)).encode()) < 1_000_000
+    assert len(html_report(Document(large)).encode()) < 600_000 + 2_000 * points
 
 
 def test_markdown_has_every_alternative(robot: Result) -> None:
