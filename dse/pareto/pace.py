@@ -9,7 +9,7 @@ from dse.records import dataclass
 
 CHECKPOINT_S = 1.0
 """The least seconds from the end of one checkpoint to the next; a quarter of it to the first, which is small."""
-SHARE = 0.03
+SHARE = 0.02
 """Of the time, so much is meant for checkpoints; it stays below 5 %, as one may cost more than was expected."""
 SECOND = 0.25
 """The second checkpoint waits until the first one is no larger share of the time."""
