@@ -11,6 +11,8 @@ CHECKPOINT_S = 1.0
 """The least seconds from the end of one checkpoint to the next; a quarter of it to the first, which is small."""
 SHARE = 0.02
 """Of the time, so much is meant for checkpoints; it stays below 5 %, as one may cost more than was expected."""
+WAIT_S = 0.04
+"""So much waiting in a checkpoint is other work of the machine, or of the thread that searches; what is more counts."""
 SECOND = 0.25
 """The second checkpoint waits until the first one is no larger share of the time."""
 
@@ -52,10 +54,10 @@ class Pace:
 
     def spend(self, size: int, checkpoint: Callable[[], None]) -> None:
         """Make a checkpoint of so many points and regions."""
-        began = time.monotonic()
+        began, worked = time.monotonic(), time.thread_time()
         checkpoint()
         is_first, self.ended = self.ended is None, time.monotonic()
-        cost_s = self.ended - began
+        cost_s = max(time.thread_time() - worked, self.ended - began - WAIT_S)
         if not is_first:
             more = size - self.last_size
             per_unit_s = (cost_s - self.last_s) / more if more > 0 else self.per_unit_s or 0.0

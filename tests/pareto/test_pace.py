@@ -27,6 +27,7 @@ class Clock:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 1000.0
         monkeypatch.setattr(pace.time, "monotonic", lambda: self.now)
+        monkeypatch.setattr(pace.time, "thread_time", lambda: self.now)
 
     def passing(self, seconds: float) -> Callable[[], None]:
         def checkpoint() -> None:
@@ -77,6 +78,16 @@ def test_the_clock_starts_when_the_writing_ends(monkeypatch: pytest.MonkeyPatch)
         clock.now += CHECKPOINT_S
     clock.now = affordable + CHECKPOINT_S
     assert ours.is_due(50)
+
+
+def test_waiting_counts_where_it_is_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Clock(monkeypatch)
+    monkeypatch.setattr(pace.time, "thread_time", lambda: 0.0)  # a slow disk, or other work
+    ours = Pace(clock.now)
+    ours.spend(5, clock.passing(pace.WAIT_S))
+    assert not ours.spent_s
+    ours.spend(5, clock.passing(1.0))
+    assert ours.spent_s == pytest.approx(1.0 - pace.WAIT_S)
 
 
 def test_a_checkpoint_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
