@@ -8,7 +8,7 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.timelimit import look_at_the_clock
-from dse.verification.diagrams import Diagram, Node, leaves
+from dse.verification.diagrams import Diagram, Node
 
 
 class Lookups:
@@ -18,6 +18,7 @@ class Lookups:
         self.model = model
         self.position = position
         self._known: dict[int, tuple[Node, Any]] = {}
+        self._ends: dict[int, tuple[int, int]] = {}
 
     def value(self, diagram: Diagram) -> Any:
         """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only."""
@@ -26,8 +27,10 @@ class Lookups:
         if id(diagram) not in self._known:
             look_at_the_clock()
             branches = [self.value(branch) for branch in diagram.branches]
-            ends = [int(item) for item in leaves(diagram)]
-            target = self.model.new_int_var(min(ends), max(ends), "")
+            ends = [self._ends.get(id(branch), (branch, branch)) for branch in diagram.branches]
+            low, high = int(min(end for end, _ in ends)), int(max(end for _, end in ends))
+            self._ends[id(diagram)] = low, high
+            target = self.model.new_int_var(low, high, "")
             self.model.add_element(self.position(diagram.decision), branches, target)
             self._known[id(diagram)] = diagram, target  # with the node, so that its id stays its own
         return self._known[id(diagram)][1]
