@@ -47,6 +47,8 @@ WAYS: Ways = (
 )
 IN_ORDER: Ways = (Way(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
 """Those where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
+BY_ROWS: Ways = (Way(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True), *WAYS)
+"""Those where rows mostly refute a question at once."""
 WAITING: Ways = (
     Way(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
     Way(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),

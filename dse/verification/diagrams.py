@@ -6,7 +6,7 @@ shared. This is done apart from `dse.analysis.views.tabulate`, from which the se
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -154,6 +154,21 @@ def leaves(diagram: Diagram) -> list[Any]:
         for item in node.branches
         if not isinstance(item, Node) and item is not NO_DESIGN
     ]
+
+
+def reached(diagram: Diagram, left: Sequence[Sequence[int]] | Mapping[int, Sequence[int]]) -> set[Any]:
+    """The leaves that some of the options that are `left` lead to: their positions, for each decision."""
+    seen: set[Node] = set()
+    found: set[Any] = set()
+    stack = [diagram]
+    while stack:
+        item = stack.pop()
+        if not isinstance(item, Node):
+            found.add(item)
+        elif item not in seen:
+            seen.add(item)
+            stack += [item.branches[position] for position in left[item.decision]]
+    return found
 
 
 def as_fraction(value: Any) -> Any:

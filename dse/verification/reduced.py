@@ -9,7 +9,7 @@ refuted, while a solution says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from operator import add
 from typing import Any
@@ -18,17 +18,21 @@ from ortools.sat.python import cp_model
 
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
-from dse.verification.calls import PACKING, WAYS, attempted
+from dse.verification.calls import BY_ROWS, PACKING, WAYS, attempted
+from dse.verification.crowds import crowd
 from dse.verification.diagrams import Diagram, Node, changed
 from dse.verification.levels import Levels, add_levels, add_pools
-from dse.verification.reduced_model import reduced_model
-from dse.verification.remainders import Remainder, is_deep, remainder
+from dse.verification.reduced_model import Options, reduced_model
+from dse.verification.remainders import Left, Remainder, is_deep, remainder
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 
 SHARE_OF_CORES = 2
 """The rows of cores may take so many times the limit of a smaller question without them."""
 
+
+MOST_LESSONS = 40
+"""So often a smaller question that has a solution is asked again with a row that refuses it."""
 
 PATIENCE = 4
 """After so many attempts at pooled cores each core is asked for by itself; without cores after one."""
@@ -77,14 +81,38 @@ class Reduction:
 
     def __init__(self, tables: Tables) -> None:
         self.tables = tables
-        self.rows = [Row((_negated(diagram),), 0) for _, diagram in tables.conditions]
+        self.rows = [holds(diagram) for _, diagram in tables.conditions]
         for bound in tables.bounds:
             self.rows += rows_of(bound.sum, 0)
         self.left = [list(range(len(options))) for options in tables.allowed]
-        self.is_empty = not narrow(self.rows, self.left, self.rows)
+        self.using = by_decision(self.rows)
+        """The rows that look at each decision."""
+        self.is_empty = not narrow(self.rows, self.left, self.rows, self.using)
+
+    def lesson(self, chosen: Left) -> Row | None:
+        """A row that these positions break, for their threads do not fit on cores; all designs keep it from then on."""
+        for table in self.tables.cores:
+            found = crowd(table, chosen, self.left)
+            if found is not None:
+                row = Row(*found)
+                self.rows, self.using = [*self.rows, row], by_decision([row], self.using)
+                return row
+        return None
 
     def region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> ReducedRegion:
         """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound)."""
+        more = self.rows_in(below, from_on)
+        rows, left = [*self.rows, *more], [list(options) for options in self.left]
+        is_empty = self.is_empty or not narrow(rows, left, more, by_decision(more, self.using))
+        return self.part(rows, left, is_empty=is_empty)
+
+    def part(self, rows: Sequence[Row], left: list[list[int]], *, is_empty: bool = False) -> ReducedRegion:
+        """The smaller question with these rows, and with what is left."""
+        levels = self.tables.levels
+        return ReducedRegion(rows, left, is_empty, levels, self.lesson if levels is None else None)
+
+    def rows_in(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> list[Row]:
+        """The rows of a region beside those that every design keeps."""
         more = []
         for (total, divisor), bound in zip(self.tables.objectives, below, strict=True):
             if bound is not None:
@@ -92,9 +120,7 @@ class Reduction:
         for (total, divisor), bound in zip(self.tables.objectives, from_on or (), strict=False):
             if bound is not None and not total.extremes and not total.is_open:
                 more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
-        left = [list(options) for options in self.left]
-        is_empty = self.is_empty or not narrow([*self.rows, *more], left, more)
-        return ReducedRegion([*self.rows, *more], left, is_empty, self.tables.levels)
+        return more
 
 
 class ReducedRegion:
@@ -104,13 +130,22 @@ class ReducedRegion:
     never better by the other rows may be so. Where types of processors are open, one after the other is.
     """
 
-    def __init__(self, rows: Sequence[Row], left: list[list[int]], is_empty: bool, levels: Levels | None) -> None:
-        self.rows, self.left, self.is_empty, self.levels = rows, left, is_empty, levels
+    def __init__(
+        self,
+        rows: Sequence[Row],
+        left: list[list[int]],
+        is_empty: bool,
+        levels: Levels | None,
+        lesson: Callable[[Left], Row | None] | None = None,
+    ) -> None:
+        self.rows, self.left, self.is_empty, self.levels, self.lesson = rows, left, is_empty, levels, lesson
+        self._lessons = 0
         self._attempts = 0
         self._model: cp_model.CpModel | None = None
+        self._options: Options | None = None
         self._has_solution = False
         self._parts: list[ReducedRegion] = []
-        self._ways = WAYS
+        self._ways = BY_ROWS if levels is None else WAYS
         self._forms = [] if levels is None else [add_pools, add_levels]  # those that were not asked yet
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
@@ -120,9 +155,9 @@ class ReducedRegion:
         if self._parts:
             return self._are_refuted(limit, deadline)
         if self._model is None:
-            left = [list(options) for options in self.left]
-            leave_out_dominated(self.rows, left)
-            self._model = reduced_model(self.rows, left)
+            rows, left = [row for row in self.rows if may_break(row, self.left)], [list(item) for item in self.left]
+            leave_out_dominated(rows, left)
+            self._model, self._options = reduced_model(rows, left)
         most = limit * SHARE_OF_CORES if self._ways is PACKING else limit
         status, solver = attempted(self._model, deadline, most, self._attempts, self._ways)
         self._attempts += 1
@@ -130,11 +165,23 @@ class ReducedRegion:
         if self._goes_on(status):
             self._parts = [] if self.levels is None else self._by_type(self.levels)
             if not self._parts:
-                self._model, self._attempts = reduced_model(self.rows, self.left, self.levels, self._forms.pop(0)), 0
+                self._model, _ = reduced_model(self.rows, self.left, self.levels, self._forms.pop(0))
+                self._attempts = 0
                 self._ways = PACKING
             return self.is_refuted(limit, deadline)
+        if solver is not None and self.lesson and self._options and self._lessons < MOST_LESSONS:
+            row = self.lesson(self._options.chosen(solver))
+            if row is not None:
+                self._learn(row)
+                return self.is_refuted(limit, deadline)
         self._has_solution = solver is not None
         return self.is_empty
+
+    def _learn(self, row: Row) -> None:
+        """A row more, with what it leaves."""
+        self.rows, self._model = [*self.rows, row], None
+        self._lessons, self._attempts = self._lessons + 1, 0
+        self.is_empty = not narrow(self.rows, self.left, [row])
 
     def _goes_on(self, status: Any) -> bool:
         """Whether the next form is asked: what the one before has refuted it would refute, too."""
@@ -177,9 +224,17 @@ def rows_of(total: Sum, most: int) -> list[Row]:
     return found
 
 
-def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> bool:
-    """Leave out what breaks a row by itself, `fresh` ones first; whether each decision has an option left."""
-    using = _by_decision(rows)
+def narrow(
+    rows: Sequence[Row],
+    left: list[list[int]],
+    fresh: Sequence[Row],
+    using: Mapping[int, Sequence[Row]] | None = None,
+) -> bool:
+    """Leave out what breaks a row by itself, `fresh` ones first; whether each decision has an option left.
+
+    `using` are the rows that look at each decision, where that is known.
+    """
+    using = by_decision(rows) if using is None else using
     waiting = {id(row): row for row in fresh}
     while waiting:
         look_at_the_clock()
@@ -190,6 +245,8 @@ def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> 
         if room < 0:
             return False
         for decision, using_it in row.scope.items():
+            if len(left[decision]) == 1:
+                continue  # with it there is room
             added = _added(row, [deep[at] for at in using_it], decision, left)
             most = room + lowest.get(decision, 0)
             kept = [option for option, value in zip(left[decision], added, strict=True) if value <= most]
@@ -201,6 +258,12 @@ def narrow(rows: Sequence[Row], left: list[list[int]], fresh: Sequence[Row]) -> 
     return True
 
 
+def may_break(row: Row, left: Left) -> bool:
+    """Whether a row is too large with some of the options that are left: else it says nothing of them."""
+    alone = sum(max(values[option] for option in left[decision]) for decision, values in row.alone.items())
+    return row.constant + alone + sum(remainder(part, left).greatest for part in row.deep) > row.most
+
+
 def _added(row: Row, deep: Sequence[Remainder], decision: int, left: Sequence[Sequence[int]]) -> list[int]:
     """What each option that is left of a decision adds to a row at least, in their order."""
     values = row.alone.get(decision)
@@ -210,18 +273,18 @@ def _added(row: Row, deep: Sequence[Remainder], decision: int, left: Sequence[Se
     return added
 
 
-def _by_decision(rows: Sequence[Row]) -> dict[int, list[Row]]:
-    """The rows that look at each decision."""
-    using: dict[int, list[Row]] = {}
+def by_decision(rows: Sequence[Row], known: Mapping[int, Sequence[Row]] | None = None) -> dict[int, Sequence[Row]]:
+    """The rows that look at each decision, with those that are `known`."""
+    using: dict[int, Sequence[Row]] = {} if known is None else dict(known)
     for row in rows:
         for decision in row.scope:
-            using.setdefault(decision, []).append(row)
+            using[decision] = [*using.get(decision, ()), row]
     return using
 
 
 def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
     """Leave out each option for which there is another that is nowhere larger."""
-    for decision, here in _by_decision(rows).items():
+    for decision, here in by_decision(rows).items():
         look_at_the_clock()
         for option in list(left[decision]):
             others = (other for other in left[decision] if other != option)
@@ -237,9 +300,14 @@ def _is_no_larger(row: Row, decision: int, one: int, other: int, left: Sequence[
     return difference + sum(remainder(part, left).difference(decision, one, other) for part in deep) <= 0
 
 
-def _negated(diagram: Diagram) -> Diagram:
-    """0 where a condition is true, 1 elsewhere."""
-    return changed(diagram, lambda leaf: int(not leaf))
+def holds(diagram: Diagram) -> Row:
+    """The row of a condition."""
+    return Row((changed(diagram, lambda leaf: int(not leaf)),), 0)
+
+
+def fails(diagram: Diagram) -> Row:
+    """The row of its contrary."""
+    return Row((changed(diagram, lambda leaf: int(bool(leaf))),), 0)
 
 
 def _times(diagram: Diagram, factor: int) -> Diagram:

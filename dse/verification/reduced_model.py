@@ -23,11 +23,11 @@ def reduced_model(
     left: Sequence[Sequence[int]],
     levels: Levels | None = None,
     add: Callable[[cp_model.CpModel, Sequence[Mapping[Demand, Any]]], None] = add_levels,
-) -> cp_model.CpModel:
+) -> tuple[cp_model.CpModel, Options]:
     """The rows with what is left: what one decision adds to a row is one figure. With what is added for `levels`."""
     model = cp_model.CpModel()
     small: dict[tuple[Any, ...], Diagram] = {}
-    options = _Options(model, left)
+    options = Options(model, left)
     for row in rows:
         look_at_the_clock()
         alone: dict[int, list[int]] = {}
@@ -58,7 +58,7 @@ def reduced_model(
             model.add(total <= row.most)
     if levels is not None:
         add(model, [_uses(levels, number, left, small, options) for number in sorted(levels.demands)])
-    return model
+    return model, options
 
 
 def _add_in_steps(
@@ -78,7 +78,7 @@ def _add_in_steps(
         model.add(total + chosen <= most - low)
 
 
-class _Options:
+class Options:
     """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
 
     def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
@@ -102,6 +102,15 @@ class _Options:
             self._bind(decision)
         return self._literals[decision]
 
+    def chosen(self, solver: cp_model.CpSolver) -> list[list[int]]:
+        """The position that a solution has of each decision; of one that no row looks at the first that is left."""
+        found = [[options[0]] for options in self.left]
+        for decision, variable in self._positions.items():
+            found[decision] = [self.left[decision][solver.value(variable)]]
+        for decision, literals in self._literals.items():
+            found[decision] = [self.left[decision][[solver.value(literal) for literal in literals].index(1)]]
+        return found
+
     def equal(self, variable: Any, values: Iterable[int]) -> list[Any]:
         """A literal for each of the values that a variable may have."""
         literals = []
@@ -119,7 +128,7 @@ class _Options:
 
 
 def _uses(
-    levels: Levels, number: int, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram], options: _Options
+    levels: Levels, number: int, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram], options: Options
 ) -> dict[Demand, Any]:
     """Whether a thread has each of its demands that are left: a sum of literals of which at most one is true."""
     listed, diagram = levels.demands[number], _restricted(levels.positions[number], left, known)

@@ -7,9 +7,10 @@ stays with the diagram.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TypeAlias
 
-from dse.verification.diagrams import Diagram, Node
+from dse.verification.diagrams import Diagram, Node, reached
 
 Left: TypeAlias = Sequence[Sequence[int]]
 """For each decision the positions of the options that are left."""
@@ -25,6 +26,11 @@ class Remainder:
         """The least leaf that these options lead to."""
         self._with: dict[int, list[int]] = {}
         self._differences: dict[tuple[int, int, int], int] = {}
+
+    @cached_property
+    def greatest(self) -> int:
+        """The greatest leaf that they lead to."""
+        return max(int(leaf) for leaf in reached(self.diagram, self.left))
 
     def least_with(self, decision: int) -> list[int]:
         """The least leaf with each of the options that are left of a decision, in their order."""
