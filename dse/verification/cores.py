@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
 from typing import Any
@@ -13,12 +14,13 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
+from dse.analysis.partition import Room, Work, partition
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.trees import leaves as leaves_of
 from dse.space.types import Space
-from dse.verification.diagrams import NO_DESIGN, Diagram, leaves
+from dse.verification.diagrams import NO_DESIGN, Diagram, leaves, reached
 
 OPEN, ELSEWHERE = 0, -1
 """What stands for the core of a thread that has none yet, or runs on another processor."""
@@ -159,6 +161,22 @@ def fitting(
     verdicts = np.array([keeps_cores(table.limit, view_of(int(hard[row]))) for row in first], dtype=bool)
     found[hard] = verdicts[back.reshape(-1)]
     return found
+
+
+def may_fit(table: CoreTable, left: Sequence[Sequence[int]]) -> bool:
+    """Whether threads may fit on the cores of a processor with the options that are `left`, by positions.
+
+    False is a proof that they never do: not even those that always run there, each with the least that it may use.
+    """
+    count = max(reached(table.count, left))
+    work = []
+    for item in table.threads:
+        stated = reached(item.core, left)
+        if ELSEWHERE not in stated:
+            cores = stated - {OPEN} | (item.may_have if OPEN in stated else frozenset())
+            least = sum(min(reached(part, left)) for part in item.parts)
+            work.append(Work(Fraction(least), [core - 1 for core in sorted(cores) if core <= count]))
+    return partition(work, [Fraction(0)] * count, Room(Fraction(table.room))).status != "none"
 
 
 def add_cores(model: cp_model.CpModel, table: CoreTable, value: Callable[[Diagram], Any]) -> None:

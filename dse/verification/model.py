@@ -21,9 +21,11 @@ from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification import calls
 from dse.verification.alike import Numbering
+from dse.verification.calls import FIRST_LIMIT
 from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.cores import add_cores
 from dse.verification.diagrams import Node, TooLarge, leaves
+from dse.verification.earlier import Claim, Earlier, Place, add_earlier, limit_options
 from dse.verification.lookups import Lookups
 from dse.verification.passing import add_passage
 from dse.verification.reduced import ReducedRegion, Reduction
@@ -31,6 +33,8 @@ from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 from dse.verification.waiting import Waiting
 
+EASY_LIMIT = 0.005
+"""Deterministic time for each claim of a question about all of them, where it is easy."""
 REPRESENTED = 2**62
 """The ends of what the solver adds stay below this."""
 
@@ -64,7 +68,7 @@ class SecondModel:
             for allowed in tables.allowed
         ]
         self.lookups = Lookups(self.model, self.chosen.__getitem__)
-        self._reduction: Reduction | None = None
+        self._reduction = Reduction(tables)
         for _, diagram in tables.conditions:
             self.model.add(self.lookups.value(diagram) == 1)
         self.waiting: Waiting | None = None
@@ -100,6 +104,8 @@ class SecondModel:
         self.moves_threads = bool(self.free_cores)
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
         self.numbering = Numbering(tables, self.model, self.chosen)
+        self._unproved: list[Claim] = []  # the last ones that were asked about together
+        self._earlier = Earlier(self._reduction, self.free_cores, deadline)
         problem = self.model.validate()
         assert not problem, problem
 
@@ -167,57 +173,44 @@ class SecondModel:
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
-        return self._ask(partial(self._add_earlier, vector=vector, design=design), exactly=True, ways=calls.IN_ORDER)
+        places = self._earlier.places(vector, design)
+        if not places:
+            return Reply("none")
+        ask = partial(self._add_earlier, claims=[(vector, design)], places=[places])
+        return self._ask(ask, partial(self._earlier.are_refuted, places), exactly=True, ways=calls.IN_ORDER)
 
-    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether one question proves that no design comes before any of `claims`: objectives, and a design with them.
-
-        Which claim a design would come before is a variable, the first that is branched on: each is refuted as it would
-        be by itself, while the model is read once. False where it takes long, or a solution has to be looked at.
-        """
-        model = self.model.clone()
-        which = model.new_int_var(0, len(claims) - 1, "")
-
-        def of_claim(values: Sequence[int]) -> Any:
-            if len(set(values)) == 1:
-                return values[0]
-            said = model.new_int_var(min(values), max(values), "")
-            model.add_element(which, list(values), said)
-            return said
-
-        vectors, designs = zip(*claims, strict=True)
-        self._add_earlier(
-            model,
-            [of_claim(values) for values in zip(*vectors, strict=True)],
-            [of_claim(options) for options in zip(*designs, strict=True)],
-            [which],
+    def _add_earlier(self, model: cp_model.CpModel, claims: Sequence[Claim], places: Sequence[Sequence[Place]]) -> None:
+        chosen, shown, objectives = (
+            [self._in(model, variable) for variable in variables]
+            for variables in (self.chosen, self.option, self.objectives)
         )
-        self.calls += 1
-        status, _ = calls.attempted(model, self.deadline, calls.FIRST_LIMIT * len(claims), ways=calls.IN_ORDER)
-        return bool(status == cp_model.INFEASIBLE)
+        limit_options(model, chosen, self.tables.allowed, places)
+        add_earlier(model, (objectives, shown), claims, places, self.free_cores)
 
-    def _add_earlier(
-        self, model: cp_model.CpModel, vector: Sequence[Any], design: Sequence[Any], first: Sequence[Any] = ()
-    ) -> None:
-        """The objectives are `vector`, and the design comes before `design`; branched on in the order of decisions."""
-        for axis, value in enumerate(vector):
-            model.add(self._in(model, self.objectives[axis]) == value)
-        same: Any = model.new_constant(1)
-        found, order = [], list(first)
-        for index, option in enumerate(design):
-            if index in self.free_cores:  # of threads that can be moved: no part of the order
-                continue
-            variable = self._in(model, self.option[index])
-            smaller, alike = model.new_bool_var(""), model.new_bool_var("")
-            model.add(variable <= option - 1).only_enforce_if(smaller)
-            model.add(variable == option).only_enforce_if(alike)
-            model.add_implication(smaller, same)
-            model.add_implication(alike, same)
-            found.append(smaller)
-            order.append(variable)
-            same = alike
-        model.add_bool_or(found)
-        model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MIN_VALUE)
+    def none_is_earlier(self, claims: Sequence[Claim]) -> bool:
+        """Whether it is proved that no design comes before any of `claims`: in one question where that is easy.
+
+        Else at each place of each claim by itself, and in one question about the places that stay open. False where
+        that takes long, or a solution has to be looked at.
+        """
+        if not all(map(self._earlier.knows, claims)):
+            is_late = bool(self.tables.late)  # there places say little
+            limit = FIRST_LIMIT * len(claims) if is_late else FIRST_LIMIT / 2 + EASY_LIMIT * len(claims)
+            if self._is_refuted(claims, [self._earlier.anywhere] * len(claims), limit):
+                return True
+        listed = [claim for claim in claims if self._earlier.places(*claim)]
+        if listed and listed != self._unproved:
+            self._unproved = listed
+            places = [self._earlier.places(*claim) for claim in listed]
+            return self._is_refuted(listed, places, FIRST_LIMIT * len(listed))
+        return not listed
+
+    def _is_refuted(self, claims: Sequence[Claim], places: Sequence[Sequence[Place]], limit: float) -> bool:
+        model = self.model.clone()
+        self._add_earlier(model, claims, places)
+        self.calls += 1
+        status, _ = calls.attempted(model, self.deadline, limit, ways=calls.IN_ORDER)
+        return bool(status == cp_model.INFEASIBLE)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
@@ -373,8 +366,6 @@ class SecondModel:
         def is_refuted(limit: float) -> bool:
             nonlocal region
             if region is None:
-                if self._reduction is None:
-                    self._reduction = Reduction(self.tables)
                 region = self._reduction.region(below, from_on)
             return region.is_refuted(limit, self.deadline)
 
