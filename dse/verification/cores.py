@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import ceil, floor, lcm
 from typing import Any
 
@@ -169,14 +169,20 @@ def may_fit(table: CoreTable, left: Sequence[Sequence[int]]) -> bool:
     False is a proof that they never do: not even those that always run there, each with the least that it may use.
     """
     count = max(reached(table.count, left))
-    work = []
+    least: list[tuple[int, frozenset[int]]] = []
     for item in table.threads:
         stated = reached(item.core, left)
         if ELSEWHERE not in stated:
-            cores = stated - {OPEN} | (item.may_have if OPEN in stated else frozenset())
-            least = sum(min(reached(part, left)) for part in item.parts)
-            work.append(Work(Fraction(least), [core - 1 for core in sorted(cores) if core <= count]))
-    return partition(work, [Fraction(0)] * count, Room(Fraction(table.room))).status != "none"
+            cores = frozenset(stated - {OPEN}) | (item.may_have if OPEN in stated else frozenset())
+            least.append((sum(min(reached(part, left)) for part in item.parts), cores))
+    return may_pack(tuple(least), count, table.room)
+
+
+@lru_cache(maxsize=1024)
+def may_pack(threads: tuple[tuple[int, frozenset[int]], ...], count: int, room: int) -> bool:
+    """Whether threads may fit on so many cores, each with its use and the cores that it may have; False is a proof."""
+    work = [Work(Fraction(use), [core - 1 for core in sorted(cores) if core <= count]) for use, cores in threads]
+    return partition(work, [Fraction(0)] * count, Room(Fraction(room))).status != "none"
 
 
 def add_cores(model: cp_model.CpModel, table: CoreTable, value: Callable[[Diagram], Any]) -> None:

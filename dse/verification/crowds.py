@@ -9,12 +9,10 @@ threads are left out as long as the others do not fit, then each may use as litt
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import TypeAlias
 
-from dse.analysis.partition import Room, Work, partition
 from dse.timelimit import look_at_the_clock
-from dse.verification.cores import ELSEWHERE, OPEN, CoreTable, ThreadUse
+from dse.verification.cores import ELSEWHERE, OPEN, CoreTable, ThreadUse, may_pack
 from dse.verification.diagrams import Diagram, Node, changed, leaves, reached
 from dse.verification.remainders import Left
 
@@ -35,11 +33,7 @@ def crowd(table: CoreTable, chosen: Left, every: Left) -> Crowd | None:
 
     def fits(least: Mapping[int, int]) -> bool:
         look_at_the_clock()
-        work = [
-            Work(Fraction(use), [core - 1 for core in sorted(cores[number]) if core <= count])
-            for number, use in least.items()
-        ]
-        return partition(work, [Fraction(0)] * count, Room(Fraction(table.room))).status != "none"
+        return may_pack(tuple((use, cores[number]) for number, use in least.items()), count, table.room)
 
     if fits(uses):
         return None

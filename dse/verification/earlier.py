@@ -97,6 +97,7 @@ class Earlier:
     def _if_open(self, decision: int, question: _Question) -> Iterator[Place]:
         if question.narrowed() and all(may_fit(table, question.left) for table in self.tables.cores):
             region = self.reduction.part(question.rows, question.left)
+            region.is_easy = True
             if not region.is_refuted(SHARE_OF_REFUTING * FIRST_LIMIT, self.deadline):
                 yield Place(decision, question.left, region)
 

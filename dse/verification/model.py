@@ -33,7 +33,7 @@ from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 from dse.verification.waiting import Waiting
 
-EASY_LIMIT = 0.005
+EASY_LIMIT = 0.004
 """Deterministic time for each claim of a question about all of them, where it is easy."""
 REPRESENTED = 2**62
 """The ends of what the solver adds stay below this."""

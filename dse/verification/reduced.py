@@ -139,6 +139,8 @@ class ReducedRegion:
         lesson: Callable[[Left], Row | None] | None = None,
     ) -> None:
         self.rows, self.left, self.is_empty, self.levels, self.lesson = rows, left, is_empty, levels, lesson
+        self.is_easy = False
+        """Whether it is asked first as it is: what is never better is not looked for."""
         self._lessons = 0
         self._attempts = 0
         self._model: cp_model.CpModel | None = None
@@ -156,12 +158,15 @@ class ReducedRegion:
             return self._are_refuted(limit, deadline)
         if self._model is None:
             rows, left = [row for row in self.rows if may_break(row, self.left)], [list(item) for item in self.left]
-            leave_out_dominated(rows, left)
+            if not self.is_easy:
+                leave_out_dominated(rows, left)
             self._model, self._options = reduced_model(rows, left)
         most = limit * SHARE_OF_CORES if self._ways is PACKING else limit
         status, solver = attempted(self._model, deadline, most, self._attempts, self._ways)
         self._attempts += 1
         self.is_empty = status == cp_model.INFEASIBLE
+        if self.is_easy and status == cp_model.UNKNOWN and self.levels is None:
+            self.is_easy, self._model = False, None
         if self._goes_on(status):
             self._parts = [] if self.levels is None else self._by_type(self.levels)
             if not self._parts:
