@@ -53,16 +53,17 @@ def find_variants(
     bounded = range_of(vectors, ["minimise"] * len(vectors[0]))
     vectors = finite(vectors)
     spans = ranges if ranges is not None else [high - low for low, high in bounded]
-    reach: list[Number] = [span * NEAR for span in spans]
+    most = [span * NEAR.numerator for span in spans]
+    reach = spans[0] * NEAR
     by_first = sorted(range(len(vectors)), key=lambda at: vectors[at][0])
     firsts = [vectors[at][0] for at in by_first]
     taken: set[int] = set()
     for leader, vector in enumerate(vectors):
         if leader in taken:
             continue
-        inside = by_first[bisect_left(firsts, vector[0] - reach[0]) : bisect_right(firsts, vector[0] + reach[0])]
+        inside = by_first[bisect_left(firsts, vector[0] - reach) : bisect_right(firsts, vector[0] + reach)]
         rest = [at for at in inside if at > leader and at not in taken and endless[at] == endless[leader]]
-        near = [at for at in rest if _is_near(vectors[at], vector, reach)]
+        near = [at for at in rest if _is_near(vectors[at], vector, most)]
         edge = [leader]
         while edge and near:
             here = edge.pop()
@@ -75,8 +76,9 @@ def find_variants(
     return found
 
 
-def _is_near(one: Vector, other: Vector, reach: Vector) -> bool:
-    return all(-most <= a - b <= most for a, b, most in zip(one, other, reach, strict=True))
+def _is_near(one: Vector, other: Vector, most: Vector) -> bool:
+    """Whether no difference is a larger share than `NEAR` of a range; `most` are the ranges times its numerator."""
+    return all(-share <= (a - b) * NEAR.denominator <= share for a, b, share in zip(one, other, most, strict=True))
 
 
 def is_one_choice(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
