@@ -6,7 +6,7 @@ both decisions is the sum of a table over each.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from fractions import Fraction
 from itertools import combinations
 from math import lcm, prod
@@ -21,19 +21,19 @@ from dse.space.types import Space
 MOST_CELLS = 20_000
 """Tables over more combinations of options than this are left whole."""
 MOST_VALUE = 2**60
+MOST_PAIRS = 250_000
+"""So many pairs of cases are looked at before a table is left whole."""
 
 
 def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[Case[Fraction]]]:
     """Tables over disjoint sets of decisions whose sum is the given table; the table itself where there are none.
 
     Two decisions belong together when the difference that one makes depends on the other (their mixed second
-    difference is not 0 everywhere). A table of which some case leaves out a decision that designs may not use stays
-    whole: a table over that decision would have each design use it.
+    difference is not 0 everywhere). A table stays whole where in one of the smaller ones a design would have no case,
+    or have to use a decision that it may leave out.
     """
     decisions = sorted({decision for case in cases for decision, _ in case.conditions})
     may_be_unused = {index for index in decisions if has_conditional_home(space.decisions[index], index)}
-    if may_be_unused and any(not may_be_unused <= {index for index, _ in case.conditions} for case in cases):
-        return [list(cases)]
     options = {decision: list(allowed_options(space, decision)) for decision in decisions}
     values = _values(options, cases)
     groups = _groups(decisions, values) if values is not None else []
@@ -48,9 +48,30 @@ def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[C
             for case in cases
             if all(item[0] in members or item in first for item in case.conditions)
         ]
+        if not _have_a_case(cases, part, may_be_unused & members):
+            return [list(cases)]
         if any(case.value for case in part):
             parts.append(part)
     return parts
+
+
+def _have_a_case(cases: Sequence[Case[Fraction]], part: Sequence[Case[Fraction]], may_be_unused: Set[int]) -> bool:
+    """Whether each design, which has one of the `cases`, has one in a table over some of their decisions.
+
+    What a case leaves out a design may leave undecided, where it `may_be_unused`: what fits the case must not ask it.
+    """
+    if all(may_be_unused <= {decision for decision, _ in case.conditions} for case in cases):
+        return True
+    if len(cases) * len(part) > MOST_PAIRS:
+        return False
+    asked = [(dict(one.conditions), [pair for pair in one.conditions if pair[0] in may_be_unused]) for one in part]
+    for case in cases:
+        taken = dict(case.conditions)
+        for conditions, uncertain in asked:
+            fits = all(taken.get(decision, option) == option for decision, option in conditions.items())
+            if fits and not all(decision in taken for decision, _ in uncertain):
+                return False
+    return True
 
 
 def _values(options: Mapping[int, Sequence[int]], cases: Sequence[Case[Fraction]]) -> npt.NDArray[np.int64] | None:

@@ -7,6 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.pareto.grid import EVERY
+from dse.pareto.parts import Part
 from dse.pareto.regions import Bound
 from dse.pareto.settings import (
     BARE,
@@ -46,6 +48,8 @@ WHOLE = -1
 """Stands for all parts together where misses are counted."""
 MANY_PARTS = 12
 """With fewer parts than this reading them is not what a question costs."""
+MANY_LEFT = 3
+"""So many parts that no settings were tried on are asked for something better than a known design at once."""
 MOST_MISSED_WHOLE = 2
 """Where the model has rows of cores, questions are asked part by part at once after so many misses as a whole."""
 
@@ -73,6 +77,7 @@ class Apart:
         self.weights = weights
         self.regions = regions
         self.best = solver.parts.best(weights, regions)
+        self._has_asked_rest = False
 
     @cached_property
     def waiting(self) -> list[tuple[int, int, int]]:
@@ -91,6 +96,8 @@ class Apart:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
+            if turn == 0 and self._is_rest_worth_it() and self._ask_rest():
+                break
             was_full = self._is_full
             answer = self._ask(number, turn, bound)
             solver.work += READING * len(solver.encoded.model.proto.variables)
@@ -101,9 +108,31 @@ class Apart:
                 self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
                 if self._is_full and not was_full:  # other settings are better from now on: their turns begin
                     self.waiting = [(min(turn, 1), bound, number) for turn, bound, number in self.waiting]
-                if solver.out_of_time() or (solver.work >= end and not self._is_full):
-                    return Unfinished(best=self.best)
+            if self.waiting and (solver.out_of_time() or (solver.work >= end and not self._is_full)):
+                return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
+
+    def _is_rest_worth_it(self) -> bool:
+        """Whether what is known limits parts that nothing was tried on, which are read once then, not one by one."""
+        if self.best is None or self._has_asked_rest or self.solver.encoded.contention is not None:
+            return False
+        return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= MANY_LEFT
+
+    def _ask_rest(self) -> bool:
+        """Ask for something better than the best design wherever it is; whether that gave an answer."""
+        self._has_asked_rest = True
+        solver, everywhere = self.solver, Part((), tuple(EVERY for _ in self.weights))
+        answer = solver.solve_part(everywhere, BRIEF, self.weights, self.regions, self.best)
+        solver.work += READING * len(solver.encoded.model.proto.variables)
+        if isinstance(answer, Unfinished):
+            self.best = answer.best or self.best
+            return False
+        self.best = answer if isinstance(answer, Found) else self.best
+        assert self.best is not None
+        least = weighted(self.weights, self.best.point)
+        for part in solver.parts.all:
+            part.learn(Unfinished(least), self.weights, part.open(self.regions), None)
+        return True
 
     @property
     def _is_full(self) -> bool:

@@ -12,7 +12,9 @@ INPROCESSING_FROM = 2.0
 """Work from which on simplifying the clauses in between pays."""
 
 HINTED_CONFLICTS = 100
-"""How many conflicts a solver may have while it completes the design that it is given to start from."""
+"""How many conflicts a solver may have while it completes the design that it is given to start from, ..."""
+HINTED_CONFLICTS_RELAXED = 10
+"""... and where each of them is followed by a linear program."""
 CONFLICTS_IN_ORDER = 200_000
 """The greatest number of conflicts of a depth-first search that are a unit of work.
 
@@ -56,6 +58,8 @@ class Settings:
         """Set the parameters of a solver that is to do so much work at most."""
         parameters.linearization_level = self.linearization_level
         parameters.cut_level = int(self.has_cuts)
+        if self.linearization_level and not self.only_finds:
+            parameters.hint_conflict_limit = HINTED_CONFLICTS_RELAXED
         parameters.use_objective_lb_search = self.from_below
         parameters.use_sat_inprocessing = self.simplifies and work >= INPROCESSING_FROM and not self.in_order
         parameters.max_deterministic_time = work / self.weight
