@@ -16,9 +16,9 @@ from typing import TypeAlias
 
 from dse.analysis.admission import Admission
 from dse.analysis.audsley import limits_of
+from dse.analysis.bin_packing import Room
 from dse.analysis.limits import Limit, judge, on_processor, thread_values
 from dse.analysis.packing import by_unit, ordered
-from dse.analysis.partition import Room
 from dse.analysis.tasks import members
 from dse.analysis.views import View
 from dse.records import dataclass

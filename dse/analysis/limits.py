@@ -12,6 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 from math import lcm
 
+from dse.analysis.bin_packing import Room
 from dse.analysis.measures import (
     PPM,
     SCALE_LIMIT,
@@ -23,7 +24,7 @@ from dse.analysis.measures import (
     exact_sum,
     scaled_term,
 )
-from dse.analysis.partition import Room, Spread, asks_for_first_fit, even_spread, spread
+from dse.analysis.partition import Spread, asks_for_first_fit, even_spread, spread
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.scheduling import UNBOUNDED_NS
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from

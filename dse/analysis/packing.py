@@ -12,8 +12,8 @@ from typing import TypeAlias
 
 from dse.analysis.admission import Admission
 from dse.analysis.audsley import limits_of, with_best_order
+from dse.analysis.bin_packing import Room
 from dse.analysis.limits import Limit, build_limit, judge
-from dse.analysis.partition import Room
 from dse.analysis.placement import core_of_each
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View

@@ -11,10 +11,21 @@ import operator
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache, partial
-from math import ceil, floor, lcm
-from typing import Any, Literal, TypeAlias, cast
+from functools import lru_cache
+from math import floor
+from typing import Any
 
+from dse.analysis.bin_packing import (
+    WHOLE,
+    Counted,
+    Found,
+    Room,
+    Search,
+    Status,
+    Work,
+    counted_in_parts,
+    largest_first,
+)
 from dse.analysis.binding import own_core
 from dse.analysis.filling import filled
 from dse.analysis.views import View
@@ -22,36 +33,12 @@ from dse.records import dataclass
 from dse.space.trees import at
 from dse.space.types import Space
 
-Status: TypeAlias = Literal["found", "none", "undecided"]
 MOST_STEPS = 20_000
 """Maximum number of times that the complete search puts a thread on a core."""
 FIRST_STEPS = 1_000
 """The same before cores are filled one after the other."""
 MOST_THREADS = 300
 """Maximum number of threads for the complete search; with more, only first-fit is tried."""
-
-
-@dataclass(frozen=True)
-class Room:
-    """The capacity of a core: at most `share` of it, or less than that where `is_strict`."""
-
-    share: Fraction
-    is_strict: bool = False
-
-    def fits(self, load: Fraction) -> bool:
-        """Whether a core may carry a load."""
-        return load < self.share if self.is_strict else load <= self.share
-
-
-WHOLE = Room(Fraction(1))
-
-
-@dataclass(frozen=True)
-class Work:
-    """A thread to be put on a core: the share of a core that it uses, and the cores that it may have, from 0."""
-
-    share: Fraction
-    cores: Collection[int]
 
 
 @dataclass(frozen=True)
@@ -95,8 +82,8 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Pa
     >>> partition([Work(F(6, 10), both)] * 3, [F(0), F(0)], WHOLE).status
     'none'
     """
-    counted = _counted(work, taken, room)
-    order = _largest_first(counted.work)
+    counted = counted_in_parts(work, taken, room)
+    order = largest_first(counted.work)
     status, cores, loads = _first_fit(counted, order)
     if status != "found" and _is_hopeless(counted):
         status = "none"
@@ -110,7 +97,7 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Pa
     return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
-def _filled(counted: _Counted) -> _Found | None:
+def _filled(counted: Counted) -> Found | None:
     """Cores filled one after the other, where that does."""
     if not counted.is_plain:
         return None
@@ -123,13 +110,13 @@ def _filled(counted: _Counted) -> _Found | None:
     for core, share in zip(cores, shares, strict=True):
         loads[core] += share
     assert all(map(counted.fits, loads)), (cores, loads)
-    return _Found("found", cores, tuple(loads), 0)
+    return Found("found", cores, tuple(loads), 0)
 
 
 def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
     """The partition whose fullest core is used least; `undecided` where effort ended before that was proved."""
-    counted = _counted(work, taken, WHOLE)
-    order = _largest_first(counted.work)
+    counted = counted_in_parts(work, taken, WHOLE)
+    order = largest_first(counted.work)
     cores, loads = _least_used(counted, order)
     total = sum((item.share for item in counted.work), Fraction(0)) + sum(counted.taken)
     least = max(total / len(taken), max(counted.taken), *(item.share for item in counted.work), Fraction(0))
@@ -145,45 +132,9 @@ def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
     return Partition(said, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
-@dataclass(frozen=True)
-class _Counted:
-    """The question in whole parts of a core, `scale` of them, where figures are plain numbers: they add up quickly.
-
-    Figures that remember how they were made stay as they are: these are not `is_plain`.
-    """
-
-    work: Sequence[Work]
-    taken: Sequence[Any]
-    room: Room
-    scale: Fraction
-    is_plain: bool
-
-    @property
-    def fits(self) -> Callable[[Any], bool]:
-        """Whether a core may carry a load."""
-        if not self.is_plain:
-            return self.room.fits
-        return partial(operator.gt if self.room.is_strict else operator.ge, self.room.share)  # by far quicker
-
-
-def _counted(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> _Counted:
-    figures = [*taken, *(item.share for item in work)]
-    if not all(type(figure) in (int, Fraction) for figure in figures):
-        return _Counted(work, taken, room, Fraction(1), is_plain=False)
-    scale = lcm(*(figure.denominator for figure in figures))
-    share = room.share * scale
-    most = ceil(share) - 1 if room.is_strict else floor(share)
-    whole = [Work(cast(Any, int(item.share * scale)), item.cores) for item in work]
-    return _Counted(whole, [int(load * scale) for load in taken], Room(cast(Any, most)), Fraction(scale), is_plain=True)
-
-
-def _is_hopeless(counted: _Counted) -> bool:
+def _is_hopeless(counted: Counted) -> bool:
     """Whether some core is too full already, or a thread may have none."""
     return not all(map(counted.fits, counted.taken)) or not all(item.cores for item in counted.work)
-
-
-def _largest_first(work: Sequence[Work]) -> list[int]:
-    return sorted(range(len(work)), key=lambda number: (-work[number].share, number))
 
 
 @dataclass(frozen=True)
@@ -294,12 +245,12 @@ def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
 
     `undecided` where a core carries more than all of it.
     """
-    counted = _counted(work, taken, WHOLE)
-    status, cores, loads = _first_fit(counted, _largest_first(counted.work))
+    counted = counted_in_parts(work, taken, WHOLE)
+    status, cores, loads = _first_fit(counted, largest_first(counted.work))
     return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
-def _first_fit(counted: _Counted, order: Sequence[int]) -> tuple[Status, list[int], list[Any]]:
+def _first_fit(counted: Counted, order: Sequence[int]) -> tuple[Status, list[int], list[Any]]:
     loads, cores, fits = list(counted.taken), [0] * len(counted.work), counted.fits
     status: Status = "found" if all(map(fits, counted.taken)) else "undecided"
     for number in order:
@@ -313,7 +264,7 @@ def _first_fit(counted: _Counted, order: Sequence[int]) -> tuple[Status, list[in
     return status, cores, loads
 
 
-def _least_used(counted: _Counted, order: Sequence[int]) -> tuple[list[int], list[Any]]:
+def _least_used(counted: Counted, order: Sequence[int]) -> tuple[list[int], list[Any]]:
     """Each thread on the core that is used least (R. L. Graham, SIAM Journal on Applied Mathematics 17, 1969)."""
     loads, cores = list(counted.taken), [0] * len(counted.work)
     for number in order:
@@ -323,20 +274,10 @@ def _least_used(counted: _Counted, order: Sequence[int]) -> tuple[list[int], lis
     return cores, loads
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What a complete search found, and how many of its steps were left."""
-
-    status: Status
-    cores: tuple[int, ...]
-    loads: tuple[Any, ...]
-    steps: int
-
-
-def _searched(counted: _Counted, order: Sequence[int], steps: int) -> _Found:
+def _searched(counted: Counted, order: Sequence[int], steps: int) -> Found:
     """The complete search; remembered, for designs that differ elsewhere use their cores alike."""
     if not counted.is_plain:
-        return _Search(counted, order, steps).run()
+        return Search(counted, order, steps).run()
     work = tuple((item.share, tuple(item.cores)) for item in counted.work)
     return _recalled(work, tuple(counted.taken), counted.room, steps)
 
@@ -345,49 +286,6 @@ _recalled_filling: Callable[..., tuple[int, ...] | None] = lru_cache(maxsize=409
 
 
 @lru_cache(maxsize=4096)
-def _recalled(work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int) -> _Found:
-    counted = _Counted([Work(*item) for item in work], taken, room, Fraction(1), is_plain=True)
-    return _Search(counted, _largest_first(counted.work), steps).run()
-
-
-class _Search:
-    """Depth first, the largest thread first; cores that are alike are tried once."""
-
-    def __init__(self, counted: _Counted, order: Sequence[int], steps: int) -> None:
-        self.work, self.order, self.fits, self.most = counted.work, order, counted.fits, counted.room.share
-        self.loads, self.cores, self.steps = list(counted.taken), [0] * len(counted.work), steps
-        self.left: list[Any] = [0] * (len(order) + 1)
-        for position in range(len(order) - 1, -1, -1):
-            self.left[position] = self.left[position + 1] + self.work[order[position]].share
-        self.alike = {core for core in range(len(self.loads)) if all(core in item.cores for item in self.work)}
-
-    def run(self) -> _Found:
-        """Whether there is a partition, and one where there is."""
-        found = self._place(0)
-        status: Status = "undecided" if found is None else "found" if found else "none"
-        return _Found(status, tuple(self.cores), tuple(self.loads), self.steps)
-
-    def _place(self, position: int) -> bool | None:
-        """Put the threads from `position` on; None when effort ends."""
-        if position == len(self.order):
-            return True
-        most = self.most
-        if sum(most - load for load in self.loads if most > load) < self.left[position]:
-            return False
-        number = self.order[position]
-        item = self.work[number]
-        tried = set()
-        for core in item.cores:
-            load = self.loads[core]
-            if (core in self.alike and load in tried) or not self.fits(load + item.share):
-                continue
-            tried |= {load} if core in self.alike else set()
-            self.steps -= 1
-            if self.steps < 0:
-                return None
-            self.loads[core], self.cores[number] = load + item.share, core
-            found = self._place(position + 1)
-            if found is not False:
-                return found
-            self.loads[core] = load
-        return False
+def _recalled(work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int) -> Found:
+    counted = Counted([Work(*item) for item in work], taken, room, Fraction(1), is_plain=True)
+    return Search(counted, largest_first(counted.work), steps).run()

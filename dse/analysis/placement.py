@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from dse.analysis.partition import WHOLE, Room, Spread, given_cores, spread
+from dse.analysis.bin_packing import WHOLE, Room
+from dse.analysis.partition import Spread, given_cores, spread
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.types import Space

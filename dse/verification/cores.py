@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 from ortools.sat.python import cp_model
 
+from dse.analysis.bin_packing import Room, Work
 from dse.analysis.limits import Limit, keeps_cores
 from dse.analysis.measures import Term
-from dse.analysis.partition import Room, Work, partition
+from dse.analysis.partition import partition
 from dse.analysis.views import View
 from dse.records import dataclass
 from dse.space.trees import at

@@ -9,8 +9,9 @@ from itertools import product
 import pytest
 from effort import cases
 
+from dse.analysis.bin_packing import Room, Work
 from dse.analysis.filling import filled
-from dse.analysis.partition import Room, Work, partition
+from dse.analysis.partition import partition, tightest
 
 
 def loads_of(shares: list[int], taken: list[int], cores: tuple[int, ...]) -> list[int]:
@@ -76,3 +77,40 @@ def test_no_threads_and_cores_that_are_too_full() -> None:
     assert filled([], [], [0, 100], 100) == ()
     assert filled([], [], [0, 101], 100) is None
     assert partition([], [Fraction(2)], Room(Fraction(1))).status == "none"
+
+
+def loads_that_can_be(shares: list[int], allowed: list[tuple[int, ...]], taken: list[int]) -> set[tuple[int, ...]]:
+    """The loads of all partitions."""
+    found = {tuple(taken)}
+    for share, cores in zip(shares, allowed, strict=True):
+        found = {
+            tuple(load + share * (core == chosen) for core, load in enumerate(loads))
+            for loads in found
+            for chosen in cores
+        }
+    return found
+
+
+@pytest.mark.parametrize("seed", cases(8, 72_000))
+def test_nearly_full_cores_are_decided_as_all_partitions_say(seed: int) -> None:
+    """Cores that are cut into threads, some of which then are a little larger or smaller."""
+    source, seen = random.Random(seed), set()
+    for _ in range(15):
+        count, most = source.randint(2, 3), source.choice((60, 500))
+        shares = []
+        for _ in range(count):
+            cuts = sorted(source.sample(range(1, most), 3 if count == 3 else 4))
+            shares += [high - low for low, high in zip((0, *cuts), (*cuts, most), strict=True)]
+        shares = [max(0, share + source.choice((0, 0, 0, 0, 1, -1, -2))) for share in shares]
+        every = tuple(range(count))
+        allowed = [every if source.random() < 0.9 else (source.randrange(count),) for _ in shares]
+        taken = [source.choice((0, 0, 0, 1)) for _ in every]
+        there = loads_that_can_be(shares, allowed, taken)
+        threads = [Work(Fraction(share, most), item) for share, item in zip(shares, allowed, strict=True)]
+        before = [Fraction(load, most) for load in taken]
+        for is_strict in (False, True):
+            is_there = any(max(loads) + is_strict <= most for loads in there)
+            assert partition(threads, before, Room(Fraction(1), is_strict)).status == ("found" if is_there else "none")
+            seen.add(is_there)
+        assert max(tightest(threads, before).loads) == Fraction(min(map(max, there)), most)
+    assert seen == {False, True}
