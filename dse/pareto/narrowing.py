@@ -32,10 +32,10 @@ WIDEST, NARROWEST = 1, 256
 """One part in so many of the gap is asked for at once: the narrower the easier, and all of it once that is not hard."""
 FIRST = 16
 """The same at first."""
-QUICK = 0.3
-"""Work in which a range of values is asked for without relaxation first, which takes far longer than it counts."""
-MOST_MISSED_QUICKLY = 2
-"""After so many misses in a row that is not tried any more."""
+QUICK = 1.2
+"""Work at first in which a range of values is asked for without relaxation, which takes far longer than it counts ..."""
+MOST_QUICK, LEAST_QUICK = 2.4, 0.075
+"""... and at most, twice as much after each answer; half as much after each miss, down to nothing."""
 AT_ONCE = 0.1
 """Work in which a range of values should be refuted or have a design, before one is built."""
 
@@ -44,12 +44,12 @@ AT_ONCE = 0.1
 class Narrowing:
     """What the questions so far have shown: of how many slices the lowest is asked for, and what was in vain.
 
-    `missed_quickly` counts ranges in a row for which clause learning alone was not enough; `bounded` has the parts (by
-    their literals) of the question as it stands whose bound it does not raise any more.
+    `quick` is how much work clause learning alone is given for a range; `bounded` has the parts (by their literals) of
+    the question as it stands whose bound it does not raise any more.
     """
 
     slices: int = FIRST
-    missed_quickly: int = 0
+    quick: float = QUICK
     bounded: set[tuple[int, ...]] = field(default_factory=set)
 
     def begin(self) -> None:
@@ -77,9 +77,9 @@ def narrowed(solver: Solver, work: float) -> Answer:
             return solver.run(CLOSING, left)
         middle = least + (most - least) // known.slices if is_single else most
         answer = Unfinished(best=best)
-        if known.missed_quickly < MOST_MISSED_QUICKLY:
-            answer = solver.run(BARE, min(left, QUICK), best, middle)
-            known.missed_quickly = known.missed_quickly + 1 if isinstance(answer, Unfinished) else 0
+        if known.quick >= LEAST_QUICK:
+            answer = solver.run(BARE, min(left, known.quick), best, middle)
+            known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(MOST_QUICK, 2 * known.quick)
         if isinstance(answer, Unfinished):
             answer = solver.run(CLOSING, left, answer.best or best, middle)
         if isinstance(answer, NoSuchDesign):

@@ -32,9 +32,10 @@ class Settings:
     With `in_order` the search is depth first in the order of the model's decision strategy; with `options_first` it
     decides in that order, but starts anew and goes on as it likes where that says no more. With `from_below` it proves
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
-    (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a
-    design made before. Long calls get simpler clauses on the way where it `simplifies`. With `only_finds` the solver
-    presolves and repairs the hint: what it finds counts, that there is none does not (see `sound_solver`).
+    (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a design made before. Long
+    calls get simpler clauses on the way where it `simplifies`; a model is probed as it is read where it `probes`. With
+    `only_finds` the solver presolves and repairs the hint: what it finds counts, that there is none does not (see
+    `sound_solver`).
     """
 
     linearization_level: int
@@ -49,6 +50,7 @@ class Settings:
     builds: bool = False
     simplifies: bool = True
     only_finds: bool = False
+    probes: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
         """How much work a call can be expected to take at least."""
@@ -58,6 +60,7 @@ class Settings:
         """Set the parameters of a solver that is to do so much work at most."""
         parameters.linearization_level = self.linearization_level
         parameters.cut_level = int(self.has_cuts)
+        parameters.cp_model_probing_level = 2 if self.probes else 0
         if self.linearization_level and not self.only_finds:
             parameters.hint_conflict_limit = HINTED_CONFLICTS_RELAXED
         parameters.use_objective_lb_search = self.from_below
@@ -86,8 +89,8 @@ CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 WAYS = (BARE, RELAXED, CUTTING)
 FROM_BELOW = Settings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
-CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False)
-"""A relaxation of what holds without conditions: who is on which core, and at which rate."""
+CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
+"""A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 19)."""
 FINDING = Settings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = Settings(1, has_cuts=False, weight=1.0, narrows=True)
