@@ -33,7 +33,7 @@ WIDEST, NARROWEST = 1, 256
 FIRST = 16
 """The same at first."""
 QUICK = 1.2
-"""Work at first in which a range of values is asked for without relaxation, which takes far longer than it counts ..."""
+"""Work at first in which a range of values is asked for without relaxation, which takes longer than it counts, ..."""
 MOST_QUICK, LEAST_QUICK = 2.4, 0.075
 """... and at most, twice as much after each answer; half as much after each miss, down to nothing."""
 AT_ONCE = 0.1
