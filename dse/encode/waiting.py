@@ -224,7 +224,7 @@ class Waiting:
             least, most, _ = transmission_ns(self.space, wire, view)
             return floor_int(Fraction(most - least) * self.scale)
 
-        parts: list[Any] = [self._expression(board.form(board.table(carrying)))]
+        forms, waits = [board.form(board.table(carrying))], list[Any]()
         if wire.source is not None and wire.rate_hz is None and wire.data_rate is None:
             source = self.space.components[wire.source]
             if "sporadic" in set(leaves(source.protocol)):
@@ -234,15 +234,19 @@ class Waiting:
                 shortest = shortest_alone_ns(self.space, number, "thread", view)
                 return self.scale * (longest_alone_ns(self.space, number, "thread", view) - shortest)
 
-            parts.append(self._expression(board.form(board.table(varying))))
+            forms.append(board.form(board.table(varying)))
             if wire.source in self.places.threads and self.executes(wire.source):
-                parts.append(self.waiting(wire.source))
+                waits.append(self.waiting(wire.source))
             further = self._add_jitter(board, wire.source, below | {number})
             if further is not None:
-                parts.append(further)
+                waits.append(further)
             self.upstream[number] = wire.source
-        variable = self.model.new_int_var(0, UNBOUNDED_NS * self.scale, "")
-        self.model.add(variable >= sum(parts)).only_enforce_if(self.combined.literal(eager))
+        most = sum(form.high for form in forms) + sum(
+            self.model.proto.variables[item.index].domain[1] for item in waits
+        )
+        variable = self.model.new_int_var(0, most, "")  # several on the way may have no bound
+        parts = [self._expression(form) for form in forms]
+        self.model.add(variable >= sum([*parts, *waits])).only_enforce_if(self.combined.literal(eager))
         self.jitters[number] = variable.index
         return variable
 
