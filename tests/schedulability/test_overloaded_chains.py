@@ -13,11 +13,13 @@ import pytest
 from effort import cases
 from support import brute_front
 
+import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
 from dse.encode import scheduled
 from dse.pareto.feasibility import Oracle
 from dse.pareto.front import search_front
+from dse.verification import tables
 
 
 def drawn(source: random.Random, overload: str) -> dict[str, Any]:
@@ -75,6 +77,14 @@ def test_the_front_is_that_of_all_designs(seed: int, limit: int, monkeypatch: py
     search = search_front(evaluator)
     assert search.is_complete
     assert search.points.keys() == brute_front(evaluator).keys() != set()
+
+
+@pytest.mark.parametrize("seed", cases(6, 75_000))
+def test_such_fronts_are_proved_again(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tables, "FEW_DECISIONS", -1)  # no response time is tabulated
+    problem = load(drawn(random.Random(seed), "allowed"))
+    result = dse.solve(problem, workers=1)
+    assert dse.verify(result, problem=problem, method="model").status == "verified"
 
 
 @pytest.mark.parametrize("seed", cases(10, 74_000))
