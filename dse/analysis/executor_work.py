@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, partial
 
-from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, last_to_look_at_ns, most_jobs
+from dse.analysis.response_time import MOST_STEPS, STEPS_A_LOOK, Task, is_plain, last_to_look_at_ns, most_jobs
 from dse.records import dataclass
 from dse.timelimit import look_at_the_clock
 from dse.units import Exact
@@ -50,23 +51,27 @@ class Work:
 
     def start(self, before: Exact, since: Exact = 0) -> Exact:
         """When a job starts that waits for so much work, and for all that comes until then; not before `since`."""
-        came = most_jobs if self.comes_late else jobs_by
-        urgent = (*self.fellows, *self.outside)
-        begin = max(before, since)
-        return self.least(begin, lambda time: before + sum(came(item, time) * item.worst_ns for item in urgent))
+        fellows, outside = self.before_start, self._outside_by
+        return self.least(max(before, since), lambda time: before + fellows(time) + outside(time))
 
-    def before_start(self, start: Exact) -> Exact:
+    @cached_property
+    def before_start(self) -> Callable[[Exact], Exact]:
         """The work of the fellows that go before a job that starts then."""
-        came = most_jobs if self.comes_late else jobs_by
-        return sum(came(item, start) * item.worst_ns for item in self.fellows)
+        return demand_of(self.fellows, until=not self.comes_late)
+
+    @cached_property
+    def _outside_by(self) -> Callable[[Exact], Exact]:
+        """The same of what preempts the executor."""
+        return demand_of(self.outside, until=not self.comes_late)
 
     def end(self, work: Exact, since: Exact = 0) -> Exact:
         """When so much work of the executor is done, and all that preempts it until then; not before `since`."""
         return self.least(max(work, since), lambda time: work + self.preempting(time))
 
-    def preempting(self, window_ns: Exact) -> Exact:
+    @cached_property
+    def preempting(self) -> Callable[[Exact], Exact]:
         """The work of what preempts the executor in a window."""
-        return sum(most_jobs(item, window_ns) * item.worst_ns for item in self.outside)
+        return demand_of(self.outside)
 
     def busy_ns(self, *, repeats: bool = True) -> Exact:
         """The longest busy period of the executor and all that goes before it.
@@ -75,10 +80,10 @@ class Work:
         hyperperiod does (`last_to_look_at_ns`), it may end after that release.
         """
         inside = (self.task, *self.fellows)
+        own, preempting = demand_of(inside), self.preempting
 
         def demand(window: Exact) -> Exact:
-            own = sum(most_jobs(item, window) * item.worst_ns for item in inside)
-            return self.blocked_ns + own + self.preempting(window)
+            return self.blocked_ns + own(window) + preempting(window)
 
         time, last = self.blocked_ns + self.task.worst_ns, None
         while (needed := demand(time)) > time:
@@ -102,6 +107,44 @@ def jobs_by(task: Task, time_ns: Exact) -> int:
         return 1
     jobs = sum((time_ns + stream.jitter_ns) // stream.period_ns + 1 for stream in task.streams)
     return jobs if task.separation_ns is None else min(jobs, time_ns // task.separation_ns + 1)
+
+
+def demand_of(tasks: Sequence[Task], *, until: bool = False) -> Callable[[Exact], Exact]:
+    """How much work tasks may release in a window of some length, or `until` a time, that time included.
+
+    >>> from dse.analysis.response_time import periodic
+    >>> tasks = [periodic("a", 1, 10, 3), periodic("b", 2, 5)]
+    >>> [demand_of(tasks)(time) for time in (1, 10)], [demand_of(tasks, until=True)(time) for time in (0, 7, 10)]
+    ([3, 6], [3, 6, 8])
+    """
+    if not all(map(is_plain, tasks)):
+        return partial(_demanded, tasks, jobs_by if until else most_jobs)
+    once = sum(item.worst_ns for item in tasks if not item.streams)
+    apart = [item for item in tasks if item.streams and item.separation_ns is not None]
+    streams = [
+        (stream.period_ns, stream.jitter_ns, item.worst_ns)
+        for item in tasks
+        for stream in (item.streams if item.separation_ns is None else ())
+    ]
+    further = partial(_demanded, apart, jobs_by if until else most_jobs)
+    if until:
+        once += sum(worst for *_, worst in streams)
+
+    def demand(time: Exact) -> Exact:
+        work: Exact = once
+        if until:
+            for period, jitter, worst in streams:
+                work += (time + jitter) // period * worst
+        else:
+            for period, jitter, worst in streams:
+                work -= -(time + jitter) // period * worst
+        return work + further(time) if apart else work
+
+    return demand
+
+
+def _demanded(tasks: Sequence[Task], jobs: Callable[[Task, Exact], int], time: Exact) -> Exact:
+    return sum(jobs(item, time) * item.worst_ns for item in tasks)
 
 
 def until_end(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
