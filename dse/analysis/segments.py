@@ -49,10 +49,14 @@ class Segments:
         self._blocked = {turn.key[0]: turn.blocked_ns for turns in cores for turn in turns if turn.pieces}
         self.spans: dict[int, Exact | None] = {}
         """How long after its own release each piece ends, as far as it is known."""
+        self._alone: dict[int, int] = {}
 
     def alone_ns(self, number: int) -> int:
         """What a thread takes until the end of a piece where nothing delays it."""
-        return elapsed_ns(self.space, number, self.view)[1]
+        found = self._alone.get(number)
+        if found is None:
+            found = self._alone[number] = elapsed_ns(self.space, number, self.view)[1]
+        return found
 
     def end_ns(
         self,

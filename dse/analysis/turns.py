@@ -41,18 +41,22 @@ class Turn:
     reservation: int | None = None
     inner_reach: int = 0
 
-    def rivals(self, order: Sequence[Turn]) -> Iterator[int]:
+    def rivals(self, order: Sequence[Turn]) -> list[int]:
         """The positions of what may delay the task where it runs, which is not a callback's own timer.
 
         In an executor that may do so as well. Of a task in a reservation those are in there, of others none is in one:
         reservations delay these as a whole (`reservations`).
         """
-        number, part = self.key
-        for position, turn in enumerate(order[: self.reach if self.reservation is None else self.inner_reach]):
-            is_own_timer = part == "callback" and turn.key[0] == number and self.executor is None
-            is_own = turn.key == self.key or is_own_timer or turn.key[0] in self.pieces
-            if not is_own and turn.reservation == self.reservation:
-                yield position
+        key, pieces, reservation = self.key, self.pieces, self.reservation
+        timer = key[0] if key[1] == "callback" and self.executor is None else None
+        return [
+            position
+            for position, turn in enumerate(order[: self.reach if reservation is None else self.inner_reach])
+            if turn.reservation == reservation
+            and (number := turn.key[0]) != timer
+            and number not in pieces
+            and turn.key != key
+        ]
 
     def goes_first_inside(self, other: Turn) -> bool:
         """Whether another task of the executor goes first where both wait; not a callback's own timer."""
