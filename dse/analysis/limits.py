@@ -335,11 +335,22 @@ def needed_share(limit: Limit, view: View, *, of_total: bool = False) -> tuple[F
         return needed, who
     for item in threads:
         if item.value / item.bound > needed:
-            needed, who = item.value / item.bound, item.thread
+            needed, who = item.value / item.bound, _sharing(limit, item.thread, view)
     space, processor = limit.cores.space, limit.cores.processor
     even = even_spread(space, processor, on_processor(space, processor, loads, view), view)
     peak = even.loads[even.fullest - 1] * PPM / limit.cores.most
     return (peak, core_words(even)) if peak > needed else (needed, who)
+
+
+def _sharing(limit: Limit, thread: str, view: View) -> str:
+    """A thread, or the executor in which it is with others, that needs a core for all of them; "" for none."""
+    if not thread or limit.cores is None:
+        return thread
+    space, loads = limit.cores.space, limit.alone[thread]
+    number = next(number for number, item in enumerate(space.components) if item.name == thread)
+    executor = at(space.components[number].executor, view)
+    is_shared = executor is not None and len({term.label for term in loads}) > 1
+    return f"executor {space.executors[executor].name}" if executor is not None and is_shared else thread
 
 
 def core_words(found: Spread) -> str:
@@ -367,7 +378,7 @@ def judge(limit: Limit, view: View, value: Exact | None = None) -> Verdict:
         whole.bound,
         limit.measure.unit,
         compare(decisive.value, decisive.bound),
-        worst_term=decisive.thread,
+        worst_term=_sharing(limit, decisive.thread, view),
         worst_core=decisive.core,
         spread=parts[-1].spread if parts else None,
     )

@@ -166,8 +166,10 @@ def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
 
 
 def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
+    count = len(give_up.members)
     say.line(
-        f"At least {len(give_up.members)} must give; these are enough (the limit of each when the others are given up):"
+        f"At least {count} must give; giving up all of these is enough, e.g. in {say.example(give_up.example)}. "
+        "How far each has to move while the others are given up:"
     )
     for item in give_up.members:
         if item.closest is None:  # a design without it alone is none without the others
@@ -175,7 +177,6 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
             say.item(f"{_demand(item.demand)}{said}")
         else:
             say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
-    say.item(f"then e.g. {say.example(give_up.example)}")
 
 
 def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
