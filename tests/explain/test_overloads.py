@@ -143,3 +143,24 @@ def test_a_check_tells_decimals() -> None:
     assert impossible_words(item, "EUR").endswith(said)
     [item] = dse.check(problem({"a": thread(10, 12)})).impossible
     assert impossible_words(item, "EUR").endswith("it is at least 120 %, the limit is 100 %")
+
+
+SHARED = """
+dse: 1
+name: callbacks that share a core
+processor_types: {duo: {cores: 2}}
+processors: {p: {type: duo}}
+executors: {main: {kind: callback_group, processor: p}}
+threads:
+  one: {executor: main, period: 10 ms, compute_execution_time: 5 ms}
+  two: {executor: main, period: 10 ms, compute_execution_time: 4 ms}
+  three: {executor: main, period: 10 ms, compute_execution_time: 3 ms}
+  beside: {processor: p, period: 10 ms, compute_execution_time: 1 ms}
+"""
+
+
+def test_an_executor_that_needs_more_than_a_core_is_named() -> None:
+    """Before, its first thread was: as if that alone needed what all of them do."""
+    [relaxation] = dse.explain(dse.loads(SHARED)).relaxations
+    assert relaxation.thread == "executor main"
+    assert relaxation.closest == 1_200_000
