@@ -34,7 +34,7 @@ class Waiting:
 
 @dataclass(frozen=True)
 class Delayed:
-    """A broken limit on what counts response times of flows: who waits in them, longest first.
+    """A broken limit on what counts response times of flows: who waits in them, longest first; nobody may.
 
     Each of `shorter` would keep it by itself.
     """
@@ -45,13 +45,14 @@ class Delayed:
 
 
 def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delayed]:
-    """The broken upper limits in which threads wait for others."""
+    """The broken upper limits in which threads wait for others, or a shorter time would do."""
     for verdict in _broken(teller, verdicts):
         keys = _threads(teller, verdict)
         found = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
-        if found:
-            found.sort(key=lambda item: -item.waited_ns)
-            yield Delayed(verdict.requirement.shown, tuple(found), tuple(_shorter(teller, verdict, keys)))
+        found.sort(key=lambda item: -item.waited_ns)
+        shorter = tuple(_shorter(teller, verdict, keys))
+        if found or shorter:
+            yield Delayed(verdict.requirement.shown, tuple(found), shorter)
 
 
 def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:

@@ -150,7 +150,8 @@ def delayed_words(delayed: Delayed) -> str:
     """Who waits how long for whom in what a requirement counts, and which single shorter time would keep it.
 
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
-    time``.
+    time``; or ``nothing waits in it: latency of f <= 27 ms holds with ...``; where no such time is known ``for latency
+    of f <= 27 ms nav waits ...``.
     """
     told = [
         f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(wait_words(item.waits, told=True))}"
@@ -159,7 +160,10 @@ def delayed_words(delayed: Delayed) -> str:
     left = delayed.waiting[MOST_WAITING:]
     told += [f"{len(left)} more wait {_time(sum(item.waited_ns for item in left))} in all"] if left else []
     enough = shorter_words(delayed.shorter)
-    return "; ".join([*told, *([f"{delayed.requirement} holds with {enough}"] if enough else [])])
+    if not enough:
+        return f"for {delayed.requirement} {'; '.join(told)}"
+    kept = f"{delayed.requirement} holds with {enough}"
+    return "; ".join([*told, kept]) if told else f"nothing waits in it: {kept}"
 
 
 def overload_words(overload: Overload) -> str:

@@ -45,6 +45,20 @@ def test_contention_in_a_latency() -> None:
             assert dse.explain(data).status == status
 
 
+def test_nothing_waits_in_a_latency() -> None:
+    """20 + 5 ms by itself: 1 ms less of it is enough."""
+    data = deepcopy(PROBLEM) | {"requirements": ["latency of f <= 24 ms"]}
+    del data["threads"]["fast"]
+    assert "nothing waits in it: latency of f <= 24 ms holds with 1 ms less of nav each time" in told(data)
+    [relaxation] = dse.explain(data).to_dict()["relaxations"]
+    assert relaxation["delayed"][0]["waiting"] == []
+
+
+def test_who_waits_is_told_of_a_limit_that_no_single_time_keeps() -> None:
+    data = deepcopy(PROBLEM) | {"requirements": ["latency of f <= 19 ms"]}
+    assert "for latency of f <= 19 ms nav waits 4 ms behind 1 x fast (4 ms) on core 1 of pc" in told(data)
+
+
 def test_a_thread_of_a_flow_without_a_bound() -> None:
     """Of 4 + 13 ms in 20 ms nothing is left for a third of 4 ms: it needs 105 %, and is bounded with 1 ms less."""
     data = deepcopy(PROBLEM)
