@@ -150,8 +150,7 @@ def delayed_words(delayed: Delayed) -> str:
     """Who waits how long for whom in what a requirement counts, and which single shorter time would keep it.
 
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
-    time``; or ``nothing waits in it: latency of f <= 27 ms holds with ...``; where no such time is known ``for latency
-    of f <= 27 ms nav waits ...``.
+    time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
     told = [
         f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(wait_words(item.waits, told=True))}"
@@ -163,7 +162,7 @@ def delayed_words(delayed: Delayed) -> str:
     if not enough:
         return f"for {delayed.requirement} {'; '.join(told)}"
     kept = f"{delayed.requirement} holds with {enough}"
-    return "; ".join([*told, kept]) if told else f"nothing waits in it: {kept}"
+    return "; ".join([*told, kept])
 
 
 def overload_words(overload: Overload) -> str:
