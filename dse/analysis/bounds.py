@@ -31,14 +31,26 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
+class Part:
+    """What a thread, connection or device adds to a figure."""
+
+    name: str
+    value: Fraction
+
+
+@dataclass(frozen=True)
 class Impossible:
-    """A requirement whose figure is at least (or at most, as `side` says) `value`, against `limit`, in `unit`."""
+    """A requirement whose figure is at least (or at most, as `side` says) `value`, against `limit`, in `unit`.
+
+    Of a sum `parts` are what each thread, connection or device adds to that, largest first.
+    """
 
     requirement: Requirement
     side: Side
     value: Fraction
     limit: Fraction
     unit: str
+    parts: tuple[Part, ...] = ()
 
 
 class Ends:
@@ -71,8 +83,21 @@ def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
             if requirement.operator[0] in (direction, "="):
                 found = _beyond(ends, limit, side, requirement.operator)
                 if found is not None:
-                    yield Impossible(requirement, side, *found, limit.measure.unit)
+                    parts = _parts(ends, limit, side) if found[0] else ()
+                    yield Impossible(requirement, side, *found, limit.measure.unit, parts)
                     break
+
+
+def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Part, ...]:
+    """What each thread, connection or device adds to the bound of a sum, largest first; nothing if not all is known."""
+    found: dict[str, Fraction] = {}
+    for term in limit.measure.terms:
+        bound = _bound(ends, term, side, nonnegative=False)
+        if bound is None or not term.label:
+            return ()
+        found[term.label] = found.get(term.label, ZERO) + bound
+    parts = [Part(name, value) for name, value in found.items() if value]
+    return tuple(sorted(parts, key=lambda part: -abs(part.value)))
 
 
 def _beyond(ends: Ends, limit: Limit, side: Side, operator: str) -> tuple[Fraction, Fraction] | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cached_property
 
 from dse.analysis.flow_terms import flow_figure_ns
-from dse.analysis.limits import Limit, Verdict, build_limit, judge
+from dse.analysis.limits import Limit, Reading, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.memo import Recall
 from dse.analysis.rates import active_cycle, rate_hz
@@ -50,11 +50,15 @@ class Evaluator:
     """The measures and limits of a space, built once; evaluates designs without a solver.
 
     `objectives` may stand in for the measures of the space's own objectives, one for each; `further` limits are held
-    beside those of its requirements.
+    beside those of its requirements, made limits by `reading`.
     """
 
     def __init__(
-        self, space: Space, objectives: tuple[Measure, ...] | None = None, further: Iterable[Limit] = ()
+        self,
+        space: Space,
+        objectives: tuple[Measure, ...] | None = None,
+        further: Iterable[Limit] = (),
+        reading: Reading = build_limit,
     ) -> None:
         self.space = space
         self.rulebook = Rulebook(space)
@@ -63,7 +67,7 @@ class Evaluator:
             if objectives is not None
             else tuple(build_measure(space, item.metric) for item in space.objectives)
         )
-        self.limits: tuple[Limit, ...] = (*(build_limit(space, item) for item in in_time(space.requirements)), *further)
+        self.limits: tuple[Limit, ...] = (*(reading(space, item) for item in in_time(space.requirements)), *further)
         self._verdicts: Recall[Verdict] = Recall(SHARED)
         self._integers: Recall[int] = Recall(SHARED)
         self._shares = not counts_responses(space)  # which consult nearly all of a design, and are found together

@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
+from typing import Protocol
 
 from dse.analysis.bin_packing import Room
 from dse.analysis.measures import (
@@ -99,6 +100,13 @@ class Limit:
             if name in stated:
                 groups.setdefault(stated[name], []).append(terms)
         return [[term for terms in group for term in terms] for group in groups.values() if len(group) > 1]
+
+
+class Reading(Protocol):
+    """How requirements are made limits: `build_limit`, or with other figures."""
+
+    def __call__(self, space: Space, requirement: Requirement, *, is_asked: bool = True) -> Limit:
+        """The limit of a requirement of a space; one that is not asked may be any."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from dse.analysis.admission import Admission
 from dse.analysis.audsley import limits_of, with_best_order
 from dse.analysis.bin_packing import Room
 from dse.analysis.limits import Limit, build_limit, judge
-from dse.analysis.placement import core_of_each
+from dse.analysis.placement import core_of_each, even_core_of_each
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.cores import without_cores
@@ -63,6 +63,21 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
 
     See `dse.analysis.placement.core_of_each`.
     """
+    return _with_cores(space, design, open_, core_of_each)
+
+
+def evenly(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design | None:
+    """The same with the fullest core used as little as is found soon."""
+    return _with_cores(space, design, open_, even_core_of_each)
+
+
+def _with_cores(
+    space: Space,
+    design: Design,
+    open_: Sequence[OpenCore],
+    core_of_each: Callable[[Space, int, View], Mapping[int, int]],
+) -> Design | None:
+    """The design with the cores of which a rule says how the threads of a processor have them."""
     view, without = View(design), without_cores(space, open_)
     chosen = list(design)
     given: dict[int, int] = {}

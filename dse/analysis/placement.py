@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.bin_packing import WHOLE, Room
-from dse.analysis.partition import Spread, given_cores, spread
+from dse.analysis.partition import Spread, even_spread, given_cores, spread
 from dse.analysis.tasks import members, utilisation
 from dse.analysis.views import View
 from dse.space.types import Space
@@ -33,14 +34,27 @@ def placement(space: Space, processor: int, view: View) -> Spread:
     It tells whether a partition was found that keeps all of them, proved absent, or left undecided.
     """
     here = members(space, processor, view)
-    used: dict[int, Fraction] = {}
-    for number in here:
-        unit = space.unit(number, view)
-        used[unit] = used.get(unit, Fraction(0)) + utilisation(space, number, view)
+    used = _used(space, here, view)
     found = spread(space, processor, used, view, core_room(space, processor))
     if found.status != "found":
         found = replace(spread(space, processor, used, view, WHOLE), status=found.status)
     return replace(found, cores={number: found.cores[space.unit(number, view)] for number in here})
+
+
+def even_core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
+    """The same with the fullest core used least, as far as that is found with some effort."""
+    here = members(space, processor, view)
+    found = even_spread(space, processor, _used(space, here, view), view)
+    return {number: found.cores[space.unit(number, view)] for number in here}
+
+
+def _used(space: Space, here: Iterable[int], view: View) -> dict[int, Fraction]:
+    """What threads use of a core, together with those that always share it."""
+    used: dict[int, Fraction] = {}
+    for number in here:
+        unit = space.unit(number, view)
+        used[unit] = used.get(unit, Fraction(0)) + utilisation(space, number, view)
+    return used
 
 
 def core_room(space: Space, processor: int) -> Room:

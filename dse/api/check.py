@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible
@@ -17,7 +16,6 @@ from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
 from dse.records import dataclass
 from dse.results.answer import Answer
-from dse.results.display import readable
 from dse.space.activation import exclusions
 from dse.space.implied import overload_needed
 from dse.space.metric_kinds import asks_for_changes
@@ -28,13 +26,11 @@ from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
-from dse.units import format_duration, format_number, format_ratio
 
 if TYPE_CHECKING:
     import pandas
 
 
-DIGITS = 6
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
 MOST_NAMES = 10
@@ -129,32 +125,6 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         *_rounded(asked),
     )
     return Description(space, decisions, space_size(space), remarks, found)
-
-
-def impossible_words(item: Impossible, currency: str) -> str:
-    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms``; for a deadline, what executes."""
-    requirement = item.requirement
-    where = f" ({requirement.origin})" if requirement.origin else ""
-    value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
-    said = f"no design meets {requirement.text}{where}"
-    if requirement.metric.key == "deadline":
-        return f"{said}: alone on its core it takes {value} at its longest, the deadline is {limit}"
-    return f"{said}: it is at {item.side} {value}, the limit is {limit}"
-
-
-def _figure(value: Fraction, unit: str, currency: str) -> str:
-    """A figure in full; one without finite decimals to six, and as a fraction behind that."""
-    text = _exact(value, unit, currency)
-    is_fraction = "/" in text.split()[0]
-    return f"{readable(value, unit, currency, DIGITS)} (exact {text})" if is_fraction else text
-
-
-def _exact(value: Fraction, unit: str, currency: str) -> str:
-    if unit == "ns":
-        return format_duration(value)
-    if unit == "ppm":
-        return format_ratio(value / 10**6)
-    return f"{format_number(value / 100)} {currency}" if unit == "ct" else f"{format_number(value)} {unit}".rstrip()
 
 
 def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:

@@ -16,6 +16,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit, build_limit
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.unbounded import unbounded_from, unbounded_in
+from dse.analysis.uncontended import uncontended_limit
 from dse.analysis.views import View
 from dse.api.points import Bench
 from dse.records import dataclass
@@ -61,6 +62,8 @@ def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> Non
     court = _Court(bench, method, deadline)
     for position, conflict in enumerate(listed):
         court.examine(f"conflicts[{position}]", conflict["members"])
+        if not conflict["by_waiting"]:
+            court.examine_alone(f"conflicts[{position}]", conflict["members"])
     court.examine_together("give_up", bench.data.get("give_up", []))
     bench.checked.append(
         f"{len(listed)} conflicts: impossible, minimal, and their limits exact ({court.asked} questions)"
@@ -95,6 +98,25 @@ class _Court:
             if without is not None and without.answer == "none":
                 self.bench.find(where, "may be left out: the others are impossible without it")
             self._check_limit(where, member, item, [member])
+
+    def examine_alone(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
+        """One conflict that is said to be one even if no thread waited for another."""
+        members = self._members(f"{place}.members", stated)
+        if members is None:
+            return
+        space = self.bench.space
+        least = {
+            item: limit
+            for item in members
+            if isinstance(item, Requirement) and (limit := uncontended_limit(space, item)).is_elsewhere
+        }
+        if not least:
+            return
+        found = self._ask(place, [item for item in members if item not in least], list(least.values()))
+        if found is not None and found.answer == "design":
+            self.bench.find(
+                f"{place}.by_waiting", "is not so: if no thread waited for another a design would meet all of it"
+            )
 
     def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
         """What is to be given up together: that it is enough, and none of it too much."""
@@ -137,7 +159,7 @@ class _Court:
         if not isinstance(member, Requirement) or item.get("looked_for") is False:
             self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))
             if item.get("looked_for") is False:
-                self.bench.remarks.append(f"{place} states no closest limit: there was no time to look for it")
+                self.bench.remarks.append(f"{place} states no closest limit: it was not looked for")
             return
         unit, own = _own_limit(self.bench.space, member)
         miss = None if stated is None else exact(abs(stated - own))

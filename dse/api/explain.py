@@ -6,42 +6,35 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 from fractions import Fraction
-from functools import cached_property
 from math import ceil
 from typing import Unpack
 
-from dse.analysis.boundaries import boundaries
-from dse.analysis.evaluate import Evaluator
-from dse.analysis.flow_waits import delayed_flows, unbounded_threads
-from dse.analysis.lateness import Teller
+from dse.analysis.bounds import Ends, Impossible, impossible
 from dse.analysis.limits import build_limit
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.overheads import safe_bounds
-from dse.analysis.overloads import KINDS, overloads
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.unbounded import rest_on_responses, unbounded_in
+from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
+from dse.api.named_designs import NamedDesigns
 from dse.api.offers import cheapest_offers, with_offers
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
+from dse.api.uncontended import Uncontended, limits_use
 from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
-from dse.pareto.feasibility import Fixed, Member, Oracle
+from dse.pareto.feasibility import Member, Oracle
 from dse.pareto.relaxations import Closest, closest_limit
 from dse.records import dataclass
 from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
-from dse.results.points import Clash, Conflict
-from dse.results.solve import decisions_of
 from dse.space.activation import exclusions
-from dse.space.criteria import Requirement, Rule
+from dse.space.criteria import Requirement
 from dse.space.implied import overload_needed
-from dse.space.metric_kinds import flows_in
 from dse.space.types import Design, Space
-from dse.timelimit import OutOfTime
+from dse.timelimit import OutOfTime, until
 from dse.units import Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
-UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
 
 
 @dataclass(frozen=True)
@@ -119,43 +112,6 @@ def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
     return found.with_(wall_s=round(time.monotonic() - started, 3))
 
 
-def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], tuple[Clash, ...]]:
-    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit.
-
-    Where no member alone mends the problem, also the fewest that do together. Figures for which there was no
-    time are left out.
-    """
-    explainer = Explainer.of(asked, wishes, time.monotonic())
-    explainer.is_brief = True
-    found = explainer.explanation()
-    alone = {(item.demand.text, item.demand.origin): item for item in found.relaxations}
-    conflicts = []
-    for conflict in found.conflicts:
-        clashes = []
-        for demand, _ in conflict.members:
-            item = alone.get((demand.text, demand.origin))
-            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin, is_sought=False))
-        conflicts.append(Conflict(tuple(clashes)))
-    together = found.give_up.members if found.give_up and not any(item.helps for item in found.relaxations) else ()
-    return tuple(conflicts), tuple(_clash(item) for item in together)
-
-
-def _clash(item: Relaxation) -> Clash:
-    if item.demand.kind != "requirement":
-        return Clash(item.demand.text, item.demand.origin)
-    return Clash(
-        item.demand.text,
-        item.demand.origin,
-        item.unit,
-        item.limit,
-        item.closest,
-        item.thread,
-        item.unbounded,
-        item.is_sought,
-        item.overload,
-    )
-
-
 @dataclass
 class Explainer:
     """One problem under explanation."""
@@ -163,15 +119,17 @@ class Explainer:
     asked: Problem
     wishes: Wishes
     oracle: Oracle = field(repr=False)
+    uncontended: Uncontended = field(repr=False)
+    designs: NamedDesigns = field(repr=False)
     left_open: list[str] = field(default_factory=list)
-    told: dict[Design, Example] = field(default_factory=dict, repr=False)
-    is_brief: bool = False
 
     @classmethod
-    def of(cls, asked: Problem, wishes: Wishes, started: float) -> Explainer:
-        """An explainer whose time limit began at `started`."""
+    def of(cls, asked: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
+        """An explainer whose time limit began at `started`; one that `is_brief` tells of no design."""
         deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
-        return cls(asked, wishes, Oracle(asked.space, seed=wishes.seed, deadline=deadline))
+        oracle = Oracle(asked.space, seed=wishes.seed, deadline=deadline)
+        uncontended = Uncontended(asked.space, wishes.seed, deadline)
+        return cls(asked, wishes, oracle, uncontended, NamedDesigns(asked.space, oracle, is_brief))
 
     @property
     def space(self) -> Space:
@@ -182,67 +140,112 @@ class Explainer:
         """Everything but the offers."""
         excluded = tuple(exclusions(self.space))
         blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False)
-        oracle = self.oracle
+        oracle, apart = self.oracle, self.uncontended
         try:
-            design = oracle.witness(oracle.everything)
+            design = None if apart.is_refuted else oracle.witness(oracle.everything)
             if design is not None:
-                shown = self.decisions(design)
-                return blank.with_(status="feasible", complete=True, design=shown, solver_calls=oracle.calls)
+                shown = self.designs.decisions(design)
+                return blank.with_(status="feasible", complete=True, design=shown, solver_calls=self.calls)
             if oracle.witness(frozenset()) is None:
-                return blank.with_(status="no structure", complete=True, solver_calls=oracle.calls)
+                return blank.with_(status="no structure", complete=True, solver_calls=self.calls)
         except OutOfTime:
-            return blank.with_(solver_calls=oracle.calls, left_open=("whether there is a design",))
-        found = find_conflicts(oracle, every=self.wishes.every, limit=self.wishes.limit)
-        return self._mended(blank.with_(status="infeasible"), found)
+            return blank.with_(solver_calls=self.calls, left_open=("whether there is a design",))
+        return self._explained(blank.with_(status="infeasible", impossible=self._impossible()))
+
+    @property
+    def calls(self) -> int:
+        """The questions that were solved."""
+        return self.oracle.calls + self.uncontended.oracle.calls
+
+    def _impossible(self) -> tuple[Impossible, ...]:
+        """What bounds alone show; nothing where these take more time than there is."""
+        try:
+            with until(self.oracle.deadline):
+                return tuple(impossible(self.designs.evaluator.limits, Ends(self.space)))
+        except OutOfTime:
+            return ()
+
+    def _explained(self, blank: Explanation) -> Explanation:
+        """The conflicts, those first in which no thread waits, and what would mend them.
+
+        Where threads need more than there is of a processor nothing is told of how they wait for each other because of
+        that, unless all conflicts are asked for, or a design is at hand that keeps all else.
+        """
+        every, limit, oracle = self.wishes.every, self.wishes.limit, self.oracle
+        if not self.uncontended.is_refuted:
+            return self._mended(blank, find_conflicts(oracle, every=every, limit=limit))
+        apart = self.uncontended.conflicts(every=every, limit=limit)
+        known = [frozenset(item.members) for item in apart.conflicts]
+        if not every and not self._holds_without(apart.smallest):
+            self.designs.unseen = self.uncontended.follow_from_overloads(known)
+        found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen)
+        return self._mended(blank.with_(without_waiting=True), found)
+
+    def _holds_without(self, smallest: Correction | None) -> bool:
+        """Whether a design is at hand that meets all but what must be given up even if no thread waited."""
+        if smallest is None:
+            return False
+        design = self.uncontended.whole(smallest.witness)
+        return self.oracle.everything - {*smallest.members} <= self.oracle.shown(design)
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
         members = self._overloads_first({number for item in found.conflicts for number in item.members})
-        relaxations = self._relaxations(members)
         give_up = self._give_up(found.smallest)
-        ordered = sorted(found.conflicts, key=lambda item: not all(map(self._is_overload, item.members)))
+        if found.smallest is None and not found.limited:
+            self.left_open.append("the fewest demands that must be given up")
+        if self.designs.unseen:
+            return self._told(blank.with_(least=give_up), found)
+        return self._told(blank.with_(relaxations=self._relaxations(members), give_up=give_up), found)
+
+    def _told(self, blank: Explanation, found: Conflicts) -> Explanation:
+        """The conflicts, and what was left open."""
+        ordered = sorted(found.conflicts, key=lambda item: not self.uncontended.is_overload(item.members))
         conflicts = tuple(self._conflict(item) for item in ordered)
         if found.reduced is not None:
             self.left_open.append("whether fewer of the demands that have no design together have none either")
         if found.stopped and self.wishes.every:
             self.left_open.append("further conflicts")
-        if found.smallest is None and not found.limited:
-            self.left_open.append("the fewest demands that must be given up")
         return blank.with_(
             conflicts=conflicts,
             every=found.all_conflicts,
             limited=found.limited,
-            relaxations=relaxations,
-            give_up=give_up,
             complete=not self.left_open,
             left_open=tuple(self.left_open),
-            reduced=tuple(self.demand(number) for number in sorted(found.reduced or ())),
-            solver_calls=self.oracle.calls,
-            safe_bounds=self._safe_bounds(
-                [*(item.members for item in found.conflicts), *filter(None, [found.reduced])]
-            ),
+            reduced=tuple(self.designs.demand(number) for number in sorted(found.reduced or ())),
+            solver_calls=self.calls,
+            safe_bounds=self._safe_bounds(conflicts, found.reduced),
         )
 
-    def _safe_bounds(self, conflicts: Sequence[Iterable[int]]) -> dict[str, tuple[str, ...]]:
+    def _safe_bounds(
+        self, conflicts: Sequence[MinimalConflict], reduced: frozenset[int] | None
+    ) -> dict[str, tuple[str, ...]]:
         """Why response times are safe bounds, where all conflicts rest on such; nothing else."""
-        texts = [[self.oracle.members[number].text for number in members] for members in conflicts]
-        if not rest_on_responses(self.space, texts):
+        by_waiting = [item.by_waiting for item in conflicts]
+        if reduced is not None:
+            by_waiting.append(self._takes_waiting(reduced))
+        if not by_waiting or not all(by_waiting):
             return {}
         return {why: names for why, names in safe_bounds(self.space).items() if names}
 
-    def _is_overload(self, number: int) -> bool:
-        """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
-        member = self.oracle.members[number]
-        return isinstance(member, Requirement) and (member.metric.kind, member.operator) in UPPER_LIMITS
+    def _takes_waiting(self, members: Iterable[int]) -> bool:
+        """Whether it takes that threads wait for each other; so, too, where there was no time to find out."""
+        try:
+            return self.uncontended.takes_waiting(members)
+        except OutOfTime:
+            return True
 
     def _overloads_first(self, members: Iterable[int]) -> list[int]:
         """Members in their order, but the limits on processors and cores first."""
-        return sorted(members, key=lambda number: (not self._is_overload(number), number))
+        return sorted(members, key=lambda number: (not limits_use(self.oracle.members[number]), number))
 
     def _conflict(self, found: ConflictSet) -> MinimalConflict:
         """Beside each member a design that meets the others, and as much else of the question as can be added."""
         return MinimalConflict(
-            tuple((self.demand(number), self.example(self._fullest(found, number))) for number in found.members)
+            tuple(
+                (self.designs.demand(number), self._example(self._fullest(found, number))) for number in found.members
+            ),
+            self._takes_waiting(found.members),
         )
 
     def _fullest(self, found: ConflictSet, left_out: int) -> Design:
@@ -251,7 +254,9 @@ class Explainer:
         Rules and fixed decisions are added before requirements: a design that breaks them is of the least use.
         """
         oracle, best = self.oracle, found.witnesses[left_out]
-        wanted = oracle.everything - {left_out}
+        if self.designs.is_brief:
+            return best
+        wanted = self.designs.seen - {left_out}
         kept = frozenset(found.members) - {left_out}
         try:
             whole = oracle.witness(wanted)
@@ -278,35 +283,39 @@ class Explainer:
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
         if smallest is None:
             return None
-        together, ordered = frozenset(smallest.members), self._overloads_first(smallest.members)
+        together, ordered = frozenset(smallest.members) | self.designs.unseen, self._overloads_first(smallest.members)
         try:
             members = tuple(self.relaxation(number, together) for number in ordered)
         except OutOfTime:
-            members = tuple(Relaxation(self.demand(number), True, is_sought=False) for number in ordered)
+            members = tuple(Relaxation(self.designs.demand(number), True, is_sought=False) for number in ordered)
             self.left_open.append("how far each of those that must be given up is from its limit")
-        return GiveUp(members, self.example(smallest.witness))
+        return GiveUp(members, self._example(smallest.witness))
+
+    def _example(self, design: Design) -> Example:
+        """A design as it is named; where it is overloaded, whatever is given up, as evenly so as may be."""
+        return self.designs.example(self.uncontended.evened(design) if self.designs.unseen else design)
 
     def relaxation(self, number: int, given_up: frozenset[int]) -> Relaxation:
         """What it takes of member `number`, while the others of `given_up` are given up and the rest holds."""
         oracle, member = self.oracle, self.oracle.members[number]
         witness = oracle.witness(oracle.everything - given_up)
-        demand = self.demand(number)
+        demand = self.designs.demand(number)
         if witness is None:
             return Relaxation(demand, False, Example({}), *_own_limit(self.space, member))
-        if not isinstance(member, Requirement):
-            return Relaxation(demand, True, self.example(witness))
+        if not isinstance(member, Requirement) or (self.designs.unseen and limits_use(member)):
+            return Relaxation(demand, True, self._example(witness))
         try:
             closest = closest_limit(oracle, oracle.everything - given_up, member)
         except OutOfTime:
             self.left_open.append(f"how far this must move: {member.text}")
-            return Relaxation(demand, True, self.example(witness), is_sought=False)
+            return Relaxation(demand, True, self._example(witness), is_sought=False)
         if closest is None:
-            return Relaxation(demand, True, self.example(witness), *_own_limit(self.space, member))
+            return Relaxation(demand, True, self._example(witness), *_own_limit(self.space, member))
         return self._moved(demand, member, closest)
 
     def _moved(self, demand: Demand, member: Requirement, closest: Closest) -> Relaxation:
         unit, limit = _own_limit(self.space, member)
-        example = self.example(closest.witness)
+        example = self._example(closest.witness)
         if unbounded := unbounded_in(self.space, member.metric, View(closest.witness)):
             return Relaxation(demand, True, example, unit, limit, unbounded=unbounded)
         return Relaxation(
@@ -321,49 +330,6 @@ class Explainer:
             text=_rewritten(member, closest.limit),
             overload=overload_needed(self.space, member, closest.limit),
         )
-
-    def demand(self, number: int) -> Demand:
-        """A member in the user's words."""
-        member: Member = self.oracle.members[number]
-        if isinstance(member, Fixed):
-            return Demand("fixed decision", member.text, member.origin)
-        return Demand("rule" if isinstance(member, Rule) else "requirement", member.text, member.origin)
-
-    @cached_property
-    def evaluator(self) -> Evaluator:
-        """The analysis of the question."""
-        return Evaluator(self.space)
-
-    def example(self, design: Design) -> Example:
-        """A design as it is named, with what it breaks; many demands have the same."""
-        if design not in self.told:
-            self.told[design] = self._example(design)
-        return self.told[design]
-
-    def _example(self, design: Design) -> Example:
-        if self.is_brief:  # nobody looks at it
-            return Example({})
-        broken = sorted(self.oracle.everything - self.oracle.met_by(design))
-        view = View(design)
-        verdicts, teller = self.evaluator.evaluate(design).verdicts, Teller(self.space, view)
-        late = tuple(teller.late_threads(verdicts))
-        late += tuple(
-            item for item in unbounded_threads(teller, verdicts) if item.thread not in {other.thread for other in late}
-        )
-        full = tuple(overloads(self.space, verdicts, view, late))
-        delayed = tuple(delayed_flows(teller, verdicts))
-        limited = [self.oracle.members[number] for number in broken]
-        flows = {
-            name for item in limited if isinstance(item, Requirement) for name in flows_in(self.space, item.metric)
-        }
-        read = tuple(item for item in boundaries(self.space, view) if item.flow in flows) if flows else ()
-        return Example(
-            self.decisions(design), tuple(self.demand(number) for number in broken), full, late, delayed, read
-        )
-
-    def decisions(self, design: Design) -> dict[str, str]:
-        """The active open decisions of a design."""
-        return decisions_of(self.space, design)
 
 
 def _own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:

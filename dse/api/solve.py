@@ -9,9 +9,10 @@ from importlib.metadata import version
 from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
+from dse.api.clashes import conflicts_of
 from dse.api.completing import baseline_design
 from dse.api.contention import with_verdicts
-from dse.api.explain import Wishes, conflicts_of
+from dse.api.explain import Wishes
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question

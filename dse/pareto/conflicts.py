@@ -11,7 +11,8 @@ correction. Because the largest unexplored set is always asked first, the first 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from itertools import count
 
 from ortools.sat.python import cp_model
@@ -67,9 +68,12 @@ class Conflicts:
 class _Map:
     """The sets of members that are neither known to have a design nor known to contain a conflict."""
 
-    def __init__(self, count: int, seed: int) -> None:
+    def __init__(self, count: int, among: frozenset[int], seed: int) -> None:
         self.model = Model()
         self.chosen = [self.model.new_bool_var("") for _ in range(count)]
+        for number, literal in enumerate(self.chosen):
+            if number not in among:
+                self.model.add_bool_or([literal.negated()])
         self.model.maximize(sum(self.chosen))
         self.seed = seed
 
@@ -101,23 +105,37 @@ class _Map:
         self.model.add_bool_or([literal for number, literal in enumerate(self.chosen) if number not in kept])
 
 
-def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> Conflicts:
+def find_conflicts(
+    oracle: Oracle,
+    *,
+    every: bool = False,
+    limit: int = 100,
+    known: Iterable[frozenset[int]] = (),
+    among: frozenset[int] | None = None,
+) -> Conflicts:
     """The conflicts of a problem that is infeasible although its structure has designs, and its smallest correction.
 
     With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes
-    across: at least one.
+    across: at least one. What is `known` are sets that have no design: the conflicts in these are found first. Of
+    members that are not `among` those that are asked about no conflict or correction has any.
     """
-    explored = _Map(len(oracle.members), oracle.seed)
+    asked = oracle.everything if among is None else among
+    explored = _Map(len(oracle.members), asked, oracle.seed)
     conflicts: list[ConflictSet] = []
     corrections: list[Correction] = []
     complete = limited = stopped = False
     reduced: frozenset[int] | None = None
+    first = deque(known)
+    for members in first:
+        oracle.refute(members)
     try:
         while not limited:
-            seed = explored.largest()
+            seed = first.popleft() if first else explored.largest()
             if seed is None:
                 complete = True
                 break
+            if any(seed >= frozenset(item.members) for item in conflicts):
+                continue
             witness = oracle.witness(seed)
             if witness is None:
                 reduced = seed
@@ -129,7 +147,7 @@ def find_conflicts(oracle: Oracle, *, every: bool = False, limit: int = 100) -> 
                 explored.without_conflict(frozenset(conflict.members))
                 limited = len(conflicts) >= limit
                 continue
-            corrections.append(Correction(tuple(sorted(oracle.everything - seed)), witness))
+            corrections.append(Correction(tuple(sorted(asked - seed)), witness))
             explored.beyond(seed)
             if not every:
                 break

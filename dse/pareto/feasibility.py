@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, judge
+from dse.analysis.limits import Limit, Reading, build_limit, judge
 from dse.analysis.measures import Measure
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
@@ -65,11 +65,16 @@ def demanding(space: Space, members: Iterable[Member]) -> Space:
 
 
 def find_design(
-    space: Space, measure: Measure | None = None, *, seed: int = 0, deadline: float | None = None
+    space: Space,
+    measure: Measure | None = None,
+    *,
+    seed: int = 0,
+    deadline: float | None = None,
+    reading: Reading = build_limit,
 ) -> Design | None:
     """A design of the space, or None where there is none; with `measure` one in which it is small.
 
-    The least is found exactly unless the measure is `rounded`.
+    The least is found exactly unless the measure is `rounded`. Requirements are made limits by `reading`.
 
     Raises
     ------
@@ -80,7 +85,7 @@ def find_design(
     """
     measures = () if measure is None else (measure,)
     objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
-    evaluator = Evaluator(replace(space, objectives=objectives), measures)
+    evaluator = Evaluator(replace(space, objectives=objectives), measures, reading=reading)
     encoded = encode(evaluator)
     solver = Solver(encoded, seed=seed, deadline=deadline)
     while True:
@@ -98,19 +103,22 @@ def find_design(
 class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
-    Sets are those of positions in `members`. The space is encoded once, with a switch for each member. `calls` counts
-    the questions that were solved. Ctrl-C is as if the deadline had come.
+    Sets are those of positions in `members`. The space is encoded once, with a switch for each member; requirements are
+    made limits by `reading`. `calls` counts the questions that were solved. Ctrl-C is as if the deadline had come.
     """
 
-    def __init__(self, space: Space, *, seed: int = 0, deadline: float | None = None) -> None:
+    def __init__(
+        self, space: Space, *, seed: int = 0, deadline: float | None = None, reading: Reading = build_limit
+    ) -> None:
         self.space = space
+        self.reading = reading
         self.members = members_of(space)
         self.everything = frozenset(range(len(self.members)))
         self.seed = seed
         self.deadline = deadline
         self.calls = 0
         self._structure = Evaluator(demanding(space, ()))
-        self._limits = Evaluator(replace(space, objectives=())).limits
+        self._limits = Evaluator(replace(space, objectives=()), reading=reading).limits
         self._switchboard: Switchboard | None = None
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
@@ -129,13 +137,24 @@ class Oracle:
             return None
         return self.solve(kept)
 
+    def shown(self, design: Design) -> frozenset[int]:
+        """Know a design that was found elsewhere; the members that it meets, none where it is no design."""
+        if self._structure.invalid(design):
+            return frozenset()
+        self._witnesses[design] = self.met_by(design)
+        return self._witnesses[design]
+
+    def refute(self, kept: frozenset[int]) -> None:
+        """Know that these members have no design together, for that was proved elsewhere."""
+        self._refuted.append(kept)
+
     def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
         """The same, always by solving; with a `seed` as a problem of its own, encoded for this question only."""
         if seed is None:
             found = self.find(kept)
         else:
             with self._spent():
-                found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline)
+                found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline, reading=self.reading)
         if found is None:
             self._refuted.append(kept)
         else:
@@ -151,7 +170,7 @@ class Oracle:
         """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
         with self._spent():
             if self._switchboard is None:
-                self._switchboard = Switchboard(self.space)
+                self._switchboard = Switchboard(self.space, self.reading)
             return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
 
     @contextmanager

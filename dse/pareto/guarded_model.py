@@ -12,7 +12,7 @@ from dataclasses import replace
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit
+from dse.analysis.limits import Limit, Reading, build_limit
 from dse.analysis.measures import Measure
 from dse.analysis.validity import canonical
 from dse.encode.linear import set_domain
@@ -28,12 +28,13 @@ from dse.timelimit import OutOfTime
 class Switchboard:
     """Answers which demands have a design together.
 
-    Demands are numbered: requirements, rules, fixed decisions, each in the order of the space.
+    Demands are numbered: requirements, rules, fixed decisions, each in the order of the space. Requirements are made
+    limits by `reading`.
     """
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: Space, reading: Reading = build_limit) -> None:
         self.space = space
-        self.evaluator = Evaluator(replace(space, fixed={}, objectives=()))
+        self.evaluator = Evaluator(replace(space, fixed={}, objectives=()), reading=reading)
         self.structure = Evaluator(replace(space, fixed={}, objectives=(), requirements=(), rules=()))
         self.demands = Demands(self.evaluator, space.fixed)
         self.model = self.demands.board.model

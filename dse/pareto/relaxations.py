@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 
-from dse.analysis.limits import Limit, build_limit, excess, needed_share
+from dse.analysis.limits import Limit, excess, needed_share
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.pareto.feasibility import Oracle
 from dse.records import dataclass
 from dse.space.criteria import Requirement
-from dse.space.types import Design, Space
+from dse.space.types import Design
 from dse.spec.expressions import Operator
 from dse.units import Quantity
 
@@ -51,21 +50,25 @@ def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement
     sides = []
     directions: tuple[tuple[Operator, Operator], ...] = ((">=", "<="), ("<=", ">="))
     for beyond, back in directions:
-        side = _total(oracle.space, replace(requirement, operator=beyond))
+        side = _total(oracle, replace(requirement, operator=beyond))
         found = _extreme(oracle, kept, replace(requirement, operator=back), (side,), of_total=True)
         if found is not None:
             sides.append(found)
     return min(sides, key=lambda item: abs(item.limit - requirement.limit.value), default=None)
 
 
-def _total(space: Space, requirement: Requirement) -> Limit:
+def _total(oracle: Oracle, requirement: Requirement) -> Limit:
     """The limit of the sum alone, without that of one core for each thread (which ``==`` does not ask for)."""
-    return replace(build_limit(space, requirement, is_asked=False), cores=None)
+    return replace(_built(oracle, requirement), cores=None)
+
+
+def _built(oracle: Oracle, requirement: Requirement) -> Limit:
+    return oracle.reading(oracle.space, requirement, is_asked=False)
 
 
 def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:
     """The least by which the thread is late."""
-    limit = build_limit(oracle.space, requirement)
+    limit = oracle.reading(oracle.space, requirement)
     measure = excess(oracle.space, limit)
     design = oracle.find(kept, measure)
     if design is None:
@@ -74,12 +77,12 @@ def _latest(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> C
     return Closest((limit.measure.value(view) - limit.bound(view)) / NS_PER_S, design)
 
 
-def needed_limit(
-    space: Space, requirement: Requirement, design: Design, *, of_total: bool = False
+def _needed_limit(
+    oracle: Oracle, requirement: Requirement, design: Design, *, of_total: bool = False
 ) -> tuple[Fraction, str]:
     """The limit at which a design just meets a requirement, were it not strict, and who alone needs it."""
     view = View(design)
-    one = build_limit(space, _limited(requirement, Fraction(1)))
+    one = oracle.reading(oracle.space, _limited(requirement, Fraction(1)))
     return needed_share(one, view, of_total=of_total)
 
 
@@ -88,18 +91,18 @@ def _extreme(
 ) -> Closest | None:
     """The least limit for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
     strictly: Operator = "<" if requirement.operator in ("<=", "<") else ">"
-    space, build = oracle.space, _total if of_total else partial(build_limit, is_asked=False)
+    space, build = oracle.space, _total if of_total else _built
     best: Closest | None = None
-    tight, asked = build(space, requirement), also
+    tight, asked = build(oracle, requirement), also
     while True:
         design = oracle.find(kept, excess(space, tight), asked)
         if design is None:
             return best
-        limit, thread = needed_limit(space, requirement, design, of_total=of_total)
+        limit, thread = _needed_limit(oracle, requirement, design, of_total=of_total)
         if best is not None and limit == best.limit:  # a partition that is undecided keeps every limit
             return best
         best = Closest(limit, design, thread)
-        tight = build(space, replace(_limited(requirement, limit), operator=strictly))
+        tight = build(oracle, replace(_limited(requirement, limit), operator=strictly))
         asked = (*also, tight)
 
 

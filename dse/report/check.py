@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dse.api.check import Description, impossible_words
+from dse.api.check import Description
+from dse.report.impossible import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
 from dse.report.plain import basis_words, scale_words
 from dse.space.settings import settings_of

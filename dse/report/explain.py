@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
+from typing import TypeAlias
 
-from dse.analysis.limits import FULLEST
+from dse.analysis.bounds import Ends, Impossible, impossible
+from dse.analysis.limits import FULLEST, build_limit
 from dse.analysis.overheads import safe_bounds
-from dse.analysis.unbounded import rest_on_responses
 from dse.report.amounts import amount_words, listed
 from dse.report.contention import safe_words
-from dse.report.lateness import delayed_words, late_words, overload_words
+from dse.report.impossible import bound_words
+from dse.report.lateness import delayed_words, late_words, overload_words, shorter_words
 from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
 from dse.report.plain import basis_words
 from dse.report.timeline import boundary_words
 from dse.report.words import exclusion_words
 from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
-from dse.results.points import Clash
+from dse.results.points import Clash, Conflict
 from dse.results.solve import Result
 from dse.units.text import count_words
 
@@ -28,6 +30,14 @@ ROOM = 180
 """Letters of a design on a terminal: two lines."""
 MOST_REDUCED = 20
 """Maximum number of demands that are listed of a set that may not be minimal."""
+FOLLOWS = (
+    "Threads that may be late because more of a processor is needed than there is, and flows with them, were not "
+    "looked at: mend that first, or ask with --all."
+)
+"""What is said where threads need more than there is of a processor."""
+Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
+"""What no design can have less (or more) of, by text and place of the requirement."""
+NO_BOUNDS: Bounds = {}
 REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
@@ -47,13 +57,14 @@ def explanation_page(explanation: Explanation) -> Page:
         say.strongly("Stopped before it was known whether there is a design.")
     else:
         safe = safe_words(explanation.safe_bounds)
-        say.strongly(f"Infeasible, proved: no design meets every requirement and rule. {safe}".rstrip())
+        alone = ", even if no thread waited for another" if explanation.without_waiting else ""
+        say.strongly(f"Infeasible, proved: no design meets every requirement and rule{alone}. {safe}".rstrip())
         for text in explanation.excluded:
             say.line(f"Beside, {text}.")
         _tell_conflict_sets(say, explanation)
         _tell_relaxations(say, explanation)
     _tell_offers(say, explanation)
-    _tell_designs(say)
+    _tell_designs(say, explanation)
     if explanation.status != "incomplete" and explanation.left_open:
         say.strongly("Stopped early. Not looked at:")
         for text in explanation.left_open:
@@ -74,23 +85,39 @@ def conflict_blocks(result: Result) -> Iterator[Block]:
 
 def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
-    told = [[clash.text for clash in conflict.members] for conflict in result.conflicts]
-    if rest_on_responses(result.space, told) and (safe := safe_words(safe_bounds(result.space))):
+    waits = [conflict.by_waiting for conflict in result.conflicts]
+    if waits and all(waits) and (safe := safe_words(safe_bounds(result.space))):
         yield safe, ()
+    bounds = _bounds(result)
     for conflict in result.conflicts:
         alone = len(conflict.members) == 1
         together = "These cannot hold together, but without any one of them the others can:"
         text = "This cannot be met by any design:" if alone else together
-        yield text, tuple(_clash(clash, result.space.currency) for clash in conflict.members)
+        yield text, tuple(_clash(clash, result.space.currency, bounds) for clash in conflict.members)
     if result.give_up:
         yield (
             f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
             tuple(_clash(clash, result.space.currency) for clash in result.give_up),
         )
+    if not result.give_up and any(map(_is_deferred, result.conflicts)):
+        yield FOLLOWS, ()
     if excluded := exclusion_words(result.space):
         yield excluded, ()
     more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
     yield f"`dse explain` with the same options {more}.", ()
+
+
+def _bounds(result: Result) -> Bounds:
+    """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
+    alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
+    named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
+    found = impossible([build_limit(result.space, item) for item in named], Ends(result.space))
+    return {(item.requirement.text, item.requirement.origin): item for item in found}
+
+
+def _is_deferred(conflict: Conflict) -> bool:
+    """Whether what a conflict may lead to was not looked at: how far it is from its limits was not, either."""
+    return not conflict.by_waiting and not any(clash.is_sought for clash in conflict.members)
 
 
 class _Teller:
@@ -130,13 +157,19 @@ class _Teller:
 
 def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
     count = len(explanation.conflicts)
+    bounds = {(item.requirement.text, item.requirement.origin): item for item in explanation.impossible}
+    tells_apart = explanation.without_waiting and any(item.by_waiting for item in explanation.conflicts)
     for number, conflict in enumerate(explanation.conflicts, start=1):
         title = f"Conflict {number}" if count > 1 else "Conflict"
         alone = len(conflict.members) == 1
         said = "no design meets this" if alone else f"no design meets these {len(conflict.members)} together"
-        say.line(f"{title}: {said}")
+        waits = ", even if no thread waited for another" if tells_apart and not conflict.by_waiting else ""
+        say.line(f"{title}: {said}{waits}")
         for demand, example in conflict.members:
             say.item(_demand(demand))
+            bound = bounds.get((demand.text, demand.origin))
+            if bound is not None:
+                say.item(bound_words(bound, explanation.currency), 2)
             say.item(_without(say, demand, example, alone=alone), 2)
     if explanation.reduced:
         count = len(explanation.reduced)
@@ -146,6 +179,8 @@ def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
             say.item(_demand(demand))
     if explanation.every:
         say.line("These are all minimal conflicts." if count > 1 else "There is no other minimal conflict.")
+    elif explanation.least is not None:
+        say.line(FOLLOWS)
     elif explanation.limited:
         say.line(f"Stopped at the limit of {count} conflicts; there are more (--limit).")
     else:
@@ -163,6 +198,19 @@ def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
         say.line("No single requirement or rule mends it, however far it moves.")
     if explanation.give_up is not None and not helping:
         _tell_give_up(say, explanation.give_up, currency)
+    if explanation.least is not None and len(explanation.least.members) > 1:
+        say.line(f"At least these {len(explanation.least.members)} must give, each at the least as far as this:")
+        for item in explanation.least.members:
+            say.item(f"{_demand(item.demand)}{_least(item, currency)}")
+
+
+def _least(item: Relaxation, currency: str) -> str:
+    """How far a demand must move at the least, where that was looked for."""
+    if item.closest is None or item.limit is None:
+        return ""
+    closest = readable(item.closest, item.unit, currency, DIGITS)
+    miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+    return f": {closest}, {miss} {'more' if item.closest > item.limit else 'less'}"
 
 
 def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
@@ -253,10 +301,23 @@ def _because(item: Relaxation) -> str:
     return f" because {listed(causes)} {'has' if len(causes) == 1 else 'have'} no bound"
 
 
-def _tell_designs(say: _Teller) -> None:
-    """The designs that were named by letters, with all that they break: what is common to all of them once."""
+def _broken(say: _Teller, example: Example, named: Collection[Demand]) -> str:
+    """What a design breaks; with `named` those, and how many others may follow from them."""
+    if not named:
+        return say.demands(example.breaks)
+    told = say.demands([item for item in example.breaks if item in named])
+    others = count_words(len(example.besides(*named)), "more demand")
+    return f"{told}, and {others} (--json)" if example.besides(*named) else told
+
+
+def _tell_designs(say: _Teller, explanation: Explanation) -> None:
+    """The designs that were named by letters, with all that they break: what is common to all of them once.
+
+    Where it was not looked at what follows from conflicts nothing else that they break is told.
+    """
     if not say.examples:
         return
+    named = {demand for item in explanation.conflicts for demand, _ in item.members} if explanation.least else set()
     designs = [example.design for example in say.examples]
     names = list(dict.fromkeys(name for design in designs for name in design))
     differing = [name for name in names if len({design.get(name) for design in designs}) > 1]
@@ -264,7 +325,7 @@ def _tell_designs(say: _Teller) -> None:
     if several:
         say.line("The designs, by the decisions in which they differ:")
     for number, example in enumerate(say.examples):
-        broken = say.demands(example.breaks)
+        broken = _broken(say, example, named)
         what = f"breaks {broken}" if broken else "keeps everything that is asked"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
         say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
@@ -276,6 +337,8 @@ def _tell_designs(say: _Teller) -> None:
             say.item(delayed_words(delayed), 1 + int(several))
         for text in boundary_words(example.boundaries):
             say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
+        if example.shorter:
+            say.item(f"all that is asked holds in it with {shorter_words(example.shorter)}", 1 + int(several))
     if several and len(differing) < len(names):
         shared = _decisions(designs[0], [name for name in names if name not in differing])
         say.item(f"all of them: {shared}", told=ROOM)
@@ -303,8 +366,11 @@ def _of_core(who: str) -> str:
     return "" if who == FULLEST or who.startswith("core ") else " of one core"
 
 
-def _clash(clash: Clash, currency: str) -> str:
+def _clash(clash: Clash, currency: str, bounds: Bounds = NO_BOUNDS) -> str:
     text = f"{clash.text}{_origin(clash.origin)}"
+    bound = bounds.get((clash.text, clash.origin))
+    if bound is not None and not clash.is_sought:
+        return f"{text}: {bound_words(bound, currency)}"
     if clash.unbounded:
         return f"{text}: {_no_limit(clash.unbounded)}"
     if clash.closest is None or clash.limit is None or clash.miss is None:

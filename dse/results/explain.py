@@ -8,9 +8,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
 from dse.analysis.boundaries import Boundary
+from dse.analysis.bounds import Impossible
 from dse.analysis.flow_waits import Delayed
 from dse.analysis.lateness import Late
 from dse.analysis.overloads import Overload
+from dse.analysis.shortening import Shorter
 from dse.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.records import dataclass
 from dse.results.answer import Answer, With
@@ -49,6 +51,7 @@ class Example:
     late: tuple[Late, ...] = ()
     delayed: tuple[Delayed, ...] = ()
     boundaries: tuple[Boundary, ...] = ()
+    shorter: tuple[Shorter, ...] = ()
 
     @property
     def broken_texts(self) -> list[str]:
@@ -62,9 +65,14 @@ class Example:
 
 @dataclass(frozen=True)
 class MinimalConflict:
-    """Demands that cannot hold together; beside each, a design that meets all the others of the conflict."""
+    """Demands that cannot hold together; beside each, a design that meets all the others of the conflict.
+
+    `by_waiting` is False where there is no design even if each response time were as long as the job takes alone; True
+    where it takes that threads wait for each other, as far as is known.
+    """
 
     members: tuple[tuple[Demand, Example], ...]
+    by_waiting: bool = True
 
     @property
     def listed(self) -> list[With]:
@@ -136,6 +144,11 @@ class Explanation(Answer):
     `conflicts` are all there are. Where time ran out, `left_open` says in words what was not looked at, and `reduced`,
     if not empty, are demands that have no design together (proved), fewer of which may have none either. Where all
     conflicts rest on response times `safe_bounds` says why these need not be reached, each reason with its threads.
+    `without_waiting` says whether there is none either if no thread waited for another, where threads do.
+    `impossible` are the requirements that no design meets as bounds of their figures show, without a search. `least` is
+    there where threads need more than there is of a processor, and not every conflict was asked for: what must be given
+    up even if no thread waited for another, each with the least that it must move. What follows from the overload was
+    not looked at then, so that more may have to give, and by more.
 
     Examples
     --------
@@ -155,6 +168,9 @@ class Explanation(Answer):
     limited: bool = False
     relaxations: tuple[Relaxation, ...] = ()
     give_up: GiveUp | None = None
+    least: GiveUp | None = None
+    impossible: tuple[Impossible, ...] = ()
+    without_waiting: bool = False
     offers: tuple[Offer, ...] = ()
     offered: Sequence[str] = ()
     excluded: Sequence[str] = ()

@@ -76,9 +76,14 @@ class Clash:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Requirements and rules that cannot hold together, although without any one of them the others can."""
+    """Requirements and rules that cannot hold together, although without any one of them the others can.
+
+    `by_waiting` is False where there is no design even if each response time were as long as the job takes alone; True
+    where it takes that threads wait for each other, as far as is known.
+    """
 
     members: tuple[Clash, ...]
+    by_waiting: bool = True
 
 
 @dataclass(frozen=True)

@@ -232,6 +232,11 @@ def with_all_cores(space: Space) -> Space:
     return _with_cores(space, True) if space.open_cores or space.open_priorities else space
 
 
+def without_scheduling(space: Space) -> Space:
+    """The space without decisions on cores and best orders where nothing but response times depends on them."""
+    return space if _is_spoken_of(space) else _with_cores(space, False)
+
+
 def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
     """The space in which these threads have no core, the decisions in their places."""
     components = list(space.components)
@@ -264,10 +269,13 @@ def _with_cores(space: Space, wanted: bool) -> Space:
 
 def depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
-    first = space.first_open
-    if any(index >= first for index in space.fixed) or tells_cores_apart(space) or rules_on_order(space):
-        return True
-    return any(is_scheduled(space, metric) for metric in _asked(space))
+    return _is_spoken_of(space) or any(is_scheduled(space, metric) for metric in _asked(space))
+
+
+def _is_spoken_of(space: Space) -> bool:
+    """Whether something tells cores or orders apart beside how long threads respond."""
+    is_fixed = any(index >= space.first_open for index in space.fixed)
+    return is_fixed or tells_cores_apart(space) or rules_on_order(space)
 
 
 def _asked(space: Space) -> list[Metric]:

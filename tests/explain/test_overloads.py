@@ -6,8 +6,8 @@ from copy import deepcopy
 from typing import Any
 
 import dse
-from dse.api.check import impossible_words
 from dse.report.explain import explanation_page
+from dse.report.impossible import impossible_words
 
 MS = 10**6
 

@@ -104,6 +104,15 @@ buses: {b: {type: can}}
 devices: {s: {period: 10 ms}, t: {}}
 connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 """
+LOADED = """
+dse: 1
+name: loaded
+bus_types: {can: {bandwidth: 5 kbit/s}}
+buses: {b: {type: can}}
+devices: {s: {period: 10 ms}, t: {}}
+connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
+objectives: [minimise price]
+"""
 MISSED = """
 dse: 1
 name: missed
@@ -148,6 +157,7 @@ PROBLEMS = {
     "rounded": ROUNDED,
     "overloaded": OVERLOADED,
     "framed": FRAMED,
+    "loaded": LOADED,
     "osate": OSATE,
     "missed": MISSED,
 }
@@ -161,6 +171,7 @@ COMMANDS = (
     "solve rounded.yaml --json rounded.json",
     "solve overloaded.yaml --json overloaded.json",
     "solve overloaded.yaml --overload forbidden --json too_much.json",
+    "solve loaded.yaml --json loaded.json",
     "solve pump.yaml --fix 'filter.period = 20 ms' --json fixed.json",
     "solve shared.yaml --insist --json insist.json",
     "report pump.json -o reports",
@@ -173,6 +184,7 @@ COMMANDS = (
     "analyse framed.yaml --json framed.json",
     "analyse contended.yaml --response-times --json contended.json",
     "explain contended.yaml --all --json why_contended.json",
+    "explain contended.yaml --json least.json",
     "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",

@@ -170,6 +170,11 @@ class Conflict(Form):
     """Requirements and rules that cannot hold together, although without any one of them the others can."""
 
     members: list[Member] = field("They, in the order of the problem.")
+    by_waiting: bool = field(
+        "False where there is no design even if each response time were as long as the job takes alone; true where it "
+        "takes that threads wait for each other, as far as is known.",
+        earlier=True,
+    )
 
 
 class Search(Form):

@@ -11,7 +11,7 @@ from pydantic import Field, RootModel
 
 from dse.results.forms.base import Decisions, Figure, Form, Include, Number, Of, Unit, Values, field
 from dse.results.forms.design import Boundary
-from dse.results.forms.late import Delayed, Late, Overload
+from dse.results.forms.late import Delayed, Late, Overload, Shorter
 from dse.results.forms.result import Question
 
 
@@ -44,6 +44,11 @@ class MinimalConflict(Form):
     """Demands that cannot hold together; without any one of them the others can."""
 
     members: Annotated[list[ConflictMember], Of("listed")] = field("They.")
+    by_waiting: bool = field(
+        "False where there is no design even if each response time were as long as the job takes alone; true where it "
+        "takes that threads wait for each other, as far as is known.",
+        earlier=True,
+    )
 
 
 class Relaxation(Demand):
@@ -81,6 +86,9 @@ class Relaxation(Demand):
         "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
         earlier=[],
     )
+    shorter: Annotated[list[Shorter], Of("example.shorter")] = field(
+        "Shorter times with each of which alone all that is asked holds in the example.", earlier=[]
+    )
 
 
 class GiveUp(Form):
@@ -105,6 +113,28 @@ class GiveUp(Form):
         "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
         earlier=[],
     )
+    shorter: Annotated[list[Shorter], Of("example.shorter")] = field(
+        "Shorter times with each of which alone all that is asked holds in the example.", earlier=[]
+    )
+
+
+class Part(Form):
+    """What a thread, connection or device adds to a figure."""
+
+    name: str = field("Which.")
+    value: Figure = field("How much.")
+
+
+class Bound(Form):
+    """A requirement that no design meets, as bounds alone show."""
+
+    requirement: Annotated[str, Of("requirement.text")] = field("In the words of the problem.")
+    origin: Annotated[str, Of("requirement.origin")] = field("Where it stands.")
+    side: Literal["least", "most"] = field("Whether `value` is the least or the most that any design can have.")
+    value: Figure = field("The bound.")
+    limit: Figure = field("The limit.")
+    unit: Unit = field("What the figures count.")
+    parts: list[Part] = field("Of a sum what each thread, connection or device adds to the bound, largest first.")
 
 
 class Offer(Form):
@@ -144,6 +174,15 @@ class ExplanationForm(Form):
     )
     relaxations: list[Relaxation] = field("What happens when one demand alone gives.")
     give_up: GiveUp | None = field("The fewest demands to give up together, where no single one is enough.")
+    least: GiveUp | None = field(
+        "Where threads need more than there is of a processor, and what follows from that was not looked at: what must "
+        "give even if no thread waited for another, each with the least that it must move; more may have to.",
+        earlier=None,
+    )
+    impossible: list[Bound] = field("Requirements that no design meets, as bounds alone show.", earlier=[])
+    without_waiting: bool = field(
+        "Whether there is no design even if no thread waited for another, where threads do.", earlier=False
+    )
     excluded: list[str] = field("Combinations that are no designs though nothing in the file forbids them.")
     offered: list[str] = field("The options that were asked about.")
     offers: list[Offer] = field("What they would change.")

@@ -1,0 +1,104 @@
+"""Whether demands clash even if no thread waits for another, which is told first: how threads wait may follow from it.
+
+See `dse.analysis.uncontended` for what is asked like this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+
+from dse.analysis.overloads import KINDS
+from dse.analysis.packing import evenly
+from dse.analysis.reach import delayed_by, may_be_delayed
+from dse.analysis.uncontended import uncontended_limit
+from dse.analysis.validity import canonical
+from dse.analysis.views import View
+from dse.errors import TooLargeError
+from dse.pareto.conflicts import Conflicts, find_conflicts
+from dse.pareto.feasibility import Member, Oracle
+from dse.space.cores import decided_cores, without_scheduling
+from dse.space.criteria import Requirement
+from dse.space.trees import at
+from dse.space.types import Design, Space
+
+UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
+
+
+class Uncontended:
+    """The members of a question, their response times as long as the jobs take alone."""
+
+    def __init__(self, space: Space, seed: int, deadline: float | None) -> None:
+        self.space = space
+        self.oracle = Oracle(without_scheduling(space), seed=seed, deadline=deadline, reading=uncontended_limit)
+        self.differs = any(uncontended_limit(space, item, is_asked=False).is_elsewhere for item in space.requirements)
+        """Whether response times count in some requirement."""
+        self._overloaded: Sequence[int] = ()
+
+    @cached_property
+    def is_refuted(self) -> bool:
+        """Whether it is proved like this that no design meets all members.
+
+        Raises
+        ------
+        OutOfTime
+            when there is no answer by the deadline.
+        """
+        return self.differs and not self._may_hold(self.oracle.everything)
+
+    def takes_waiting(self, members: Iterable[int]) -> bool:
+        """Whether some members that have no design together would have one if no thread waited, as far as is known.
+
+        Raises
+        ------
+        OutOfTime
+            when there is no answer by the deadline.
+        """
+        return self.differs and self._may_hold(frozenset(members))
+
+    def _may_hold(self, members: frozenset[int]) -> bool:
+        try:
+            return self.oracle.witness(members) is not None
+        except TooLargeError:
+            return True
+
+    def conflicts(self, *, every: bool, limit: int) -> Conflicts:
+        """The conflicts of a question that is refuted, as `find_conflicts` finds them."""
+        return find_conflicts(self.oracle, every=every, limit=limit)
+
+    def is_overload(self, conflict: Iterable[int]) -> bool:
+        """Whether nothing but limits on the use of processors clash: their threads need more than there is."""
+        return all(limits_use(self.oracle.members[number]) for number in conflict)
+
+    def follow_from_overloads(self, conflicts: Sequence[frozenset[int]]) -> frozenset[int]:
+        """The members, in none of some conflicts, that may be broken because threads need more than there is."""
+        members, overloads = self.oracle.members, [item for item in conflicts if self.is_overload(item)]
+        named = frozenset().union(*conflicts)
+        limits = [members[number] for item in overloads for number in item]
+        self._overloaded = [item.metric.index or 0 for item in limits if isinstance(item, Requirement)]
+        late = delayed_by(self.space, self._overloaded)
+        return frozenset(
+            number
+            for number, item in enumerate(members)
+            if number not in named and isinstance(item, Requirement) and may_be_delayed(self.space, item.metric, late)
+        )
+
+    def whole(self, design: Design) -> Design:
+        """A design that `oracle` has found as one of the question, its threads evenly on the cores that are open."""
+        made = (*design, *[0] * (len(self.space.decisions) - len(design)))
+        return canonical(self.space, evenly(self.space, made, decided_cores(self.space)) or made)
+
+    def evened(self, design: Design) -> Design:
+        """A design of the question with the threads of overloaded processors evenly on the cores that are open."""
+        view, components = View(design), self.space.components
+        moved = [
+            item
+            for item in decided_cores(self.space)
+            if at(components[item.component].processor, view) in self._overloaded
+        ]
+        return evenly(self.space, design, moved) or design
+
+
+def limits_use(member: Member) -> bool:
+    """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
+    return isinstance(member, Requirement) and (member.metric.kind, member.operator) in UPPER_LIMITS
