@@ -62,7 +62,7 @@ def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> Non
     court = _Court(bench, method, deadline)
     for position, conflict in enumerate(listed):
         court.examine(f"conflicts[{position}]", conflict["members"])
-        if not conflict["by_waiting"]:
+        if not conflict.get("by_waiting", True):
             court.examine_alone(f"conflicts[{position}]", conflict["members"])
     court.examine_together("give_up", bench.data.get("give_up", []))
     bench.checked.append(

@@ -233,7 +233,9 @@ def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
         return f"{_no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
-        return f"feasible when it may end {closest} after its deadline, e.g. {say.example(item.example)}"
+        return (
+            f"feasible when it may end {closest} after its deadline{_deadline(item)}, e.g. {say.example(item.example)}"
+        )
     where = REACHED[item.operator].format(closest)
     said = []
     if item.closest != item.limit:
@@ -245,6 +247,13 @@ def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
     written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
     return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
+
+
+def _deadline(item: Relaxation) -> str:
+    """``, of 5 ms``: the deadline of the thread in the example, where it is late there."""
+    late = [one for one in item.example.late if one.late_ns == item.closest and one.limit_ns is not None]
+    named = [one for one in late if item.demand.text == f"response time of {one.thread} <= its deadline"]
+    return f" of {readable(named[0].limit_ns, 'ns', digits=DIGITS)}" if named and named[0].limit_ns is not None else ""
 
 
 def _tell_offers(say: _Teller, explanation: Explanation) -> None:

@@ -144,10 +144,17 @@ def _check_sources(ledger: Ledger, space: Space, needed: set[int]) -> None:
         hint = f"{silent[0]} leads to a `data` port, which triggers nothing" if silent else ""
         if any(leaf in BY_INPUTS for leaf in leaves(component.protocol)):
             path = (component.section, name, "dispatch_protocol")
+            hint = hint or _as_timer(component)
             ledger.error(path, "event-triggered, but no connection triggers it, and its rate is needed", hint)
         else:
             message = "its rate is needed, but it has no `period` and no connection triggers it"
             ledger.error((component.section, name), message, hint or "give it a `period`, or its connections a `rate`")
+
+
+def _as_timer(component: Component) -> str:
+    """What to write for a sporadic thread that something outside the file triggers."""
+    is_sporadic = "sporadic" in leaves(component.protocol) and any(leaves(component.period_ns))
+    return "as often as it may come, once in each `period`, it is `periodic`" if is_sporadic else ""
 
 
 def _needed_rates(space: Space) -> set[int]:

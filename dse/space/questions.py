@@ -137,10 +137,10 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
 
 
 def _deadline_origin(ledger: Ledger, spec: Spec, component: Component) -> str:
-    """Where a deadline is asked for: at the thread, or by the setting where the file asks for all of them."""
-    if spec.deadlines == "all":
+    """Where a deadline is asked for: at the thread, or by the setting where it states none."""
+    if spec.deadlines == "all" and component.deadline_ns is None:
         return ledger.origin(("deadlines",))
-    return ledger.origin((component.section, component.name, "deadline"))
+    return ledger.origin((component.section, component.stated_as, "deadline"))
 
 
 def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:

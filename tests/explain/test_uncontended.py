@@ -1,0 +1,249 @@
+"""What clashes even if no thread waited for another, and what overloads hide, against every design."""
+
+from __future__ import annotations
+
+import random
+from copy import deepcopy
+from fractions import Fraction
+from typing import Any, Literal
+
+import pytest
+from conflicting import structural_designs
+from effort import cases
+from thread_systems import KINDS, draw, text_of
+
+import dse
+from dse.analysis.limits import judge
+from dse.analysis.uncontended import uncontended_limit
+from dse.analysis.validity import is_broken
+from dse.analysis.views import View
+from dse.api.explain import Explainer, Wishes
+from dse.api.problem import load
+from dse.api.uncontended import Uncontended
+from dse.pareto.feasibility import Oracle
+from dse.report.explain import explanation_page
+from dse.results.explain import Example, Explanation
+from dse.space.criteria import Requirement, Rule
+from dse.space.types import Design
+
+
+def drawn(source: random.Random) -> dict[str, Any]:
+    """Two computers, one of them with two cores in one of its types, threads in a chain and beside it."""
+    threads: dict[str, Any] = {}
+    for number, name in enumerate("abcde"[: source.choice((3, 4, 5))]):
+        work = source.choice((1, 2, 3, 4, 6))
+        thread: dict[str, Any] = {
+            "processor": source.choice(("p", "p", "q", ["p", "q"])),
+            "compute_execution_time": {"slow": f"{2 * work} ms", "fast": f"{work} ms"},
+        }
+        if number and source.random() < 0.3:
+            thread["dispatch_protocol"] = "aperiodic"
+        else:
+            thread["period"] = f"{source.choice((8, 10, 12, 20, 40))} ms"
+        if source.random() < 0.2:
+            thread["deadline"] = f"{source.choice((3, 6, 9, 15))} ms"
+        threads[name] = thread
+    path = list(threads)[: source.choice((2, 3))]
+    senders = zip(threads, list(threads)[1:], strict=False)
+    types = {
+        "slow": {"cores": source.choice((1, 2)), "price": "10 EUR"},
+        "fast": {"cores": source.choice((1, 2)), "price": "30 EUR"},
+    }
+    asked = [
+        f"latency of f <= {source.choice((10, 15, 25, 40, 60))} ms",
+        f"jitter of f <= {source.choice((5, 10, 20, 40))} ms",
+        f"price <= {source.choice((20, 40, 60))} EUR",
+    ]
+    rules = ["forbid p.type = fast and q.type = slow", "require p.type = q.type", "forbid p.type = fast"]
+    return {
+        "dse": 1,
+        "name": "drawn",
+        "processing": "response_time",
+        "deadlines": source.choice(("all", "stated")),
+        "processor_types": types,
+        "processors": {name: {"type": source.choice((["slow"], ["slow", "fast"]))} for name in ("p", "q")},
+        "threads": threads,
+        "connections": {f"{one}{two}": {"from": one, "to": two} for one, two in senders},
+        "flows": {"f": {"path": path}},
+        "requirements": source.sample(asked, source.choice((1, 2, 3))),
+        "rules": source.sample(rules, source.choice((0, 0, 1))) if source.random() < 0.5 else [],
+        "objectives": ["minimise price"],
+    }
+
+
+@pytest.mark.parametrize("seed", cases(200, 91_000))
+def test_what_is_told_is_true_of_every_design(seed: int) -> None:
+    source = random.Random(seed)
+    data = drawn(source)
+    problem = load(data)
+    designs = structural_designs(problem.space)
+    oracle = Oracle(problem.space)
+    if not designs or len(designs) > 3000:
+        return
+    met = {design: oracle.met_by(design) for design in designs}
+    apart = {design: without_waiting(oracle, design) for design in designs}
+    for design in designs:  # what is kept is kept without waiting, too
+        assert met[design] <= apart[design], design
+    explainer = Explainer.of(problem, Wishes(every=source.random() < 0.3), 0.0)
+    told = explainer.explanation()
+    assert told.complete
+    assert (told.status == "feasible") == (oracle.everything in met.values())
+    if told.status == "infeasible":
+        waits = any(uncontended_limit(problem.space, item).is_elsewhere for item in problem.space.requirements)
+        assert told.without_waiting == (waits and oracle.everything not in apart.values())
+        check_conflicts(told, oracle, met, apart)
+        check_least(told, oracle, met, explainer.designs.unseen)
+        for example in examples(told):
+            check_cuts(data, told, example)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", cases(10, 92_000))
+def test_what_holds_without_waiting_is_found(kind: str, seed: int) -> None:
+    """Of every kind of contention: what a design keeps it keeps without waiting, and which demands hold together so."""
+    source = random.Random(f"{kind} {seed}")
+    text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    limits = [f"latency of f <= {source.choice((6, 12, 20, 30))} ms", f"price <= {source.choice((10, 20))} EUR"]
+    space = dse.loads(text).ask(require=[*limits, f"jitter of f < {source.choice((4, 9, 15))} ms"]).space
+    designs = structural_designs(space)
+    oracle, uncontended = Oracle(space), Uncontended(space, 0, None)
+    apart = {design: without_waiting(oracle, design) for design in designs}
+    assert all(oracle.met_by(design) <= kept for design, kept in apart.items())
+    numbers = sorted(oracle.everything)
+    for _ in range(12) if designs else ():
+        members = frozenset(source.sample(numbers, source.randint(1, len(numbers))))
+        found = uncontended.oracle.witness(members)
+        assert (found is not None) == any(members <= kept for kept in apart.values()), members
+        if found is not None:
+            whole = uncontended.whole(found)
+            assert oracle.met_by(whole) <= without_waiting(oracle, whole)
+
+
+def without_waiting(oracle: Oracle, design: Design) -> frozenset[int]:
+    """The members that a design meets if each response time is as long as the job takes alone."""
+    view, found = View(design), set[int]()
+    for number, member in enumerate(oracle.members):
+        if isinstance(member, Requirement):
+            holds = judge(uncontended_limit(oracle.space, member), view).holds
+        else:
+            assert isinstance(member, Rule)
+            holds = not is_broken(member, view)
+        if holds:
+            found.add(number)
+    return frozenset(found)
+
+
+def check_conflicts(
+    told: Explanation, oracle: Oracle, met: dict[Design, frozenset[int]], apart: dict[Design, frozenset[int]]
+) -> None:
+    numbers = {member.text: number for number, member in enumerate(oracle.members)}
+    assert told.conflicts
+    for conflict in told.conflicts:
+        members = frozenset(numbers[demand.text] for demand, _ in conflict.members)
+        assert not any(members <= kept for kept in met.values())
+        for number in members:
+            assert any(members - {number} <= kept for kept in met.values())
+        assert conflict.by_waiting == any(members <= kept for kept in apart.values())
+
+
+def check_least(told: Explanation, oracle: Oracle, met: dict[Design, frozenset[int]], unseen: frozenset[int]) -> None:
+    """No fewer are enough, and none of them may be nearer to its limit while those that are seen hold."""
+    numbers = {member.text: number for number, member in enumerate(oracle.members)}
+    fewest = min(len(oracle.everything - kept) for kept in met.values())
+    given = told.least if told.least is not None else told.give_up
+    assert given is not None
+    assert bool(unseen) == (told.least is not None)
+    together = {numbers[item.demand.text] for item in given.members}
+    assert len(together) <= fewest if unseen else len(together) == fewest
+    rest = [kept for kept in met.values() if oracle.everything - unseen - together <= kept]
+    assert rest
+
+
+def examples(told: Explanation) -> list[Example]:
+    found = [example for conflict in told.conflicts for _, example in conflict.members]
+    found += [item.example for item in told.relaxations]
+    given = told.least if told.least is not None else told.give_up
+    return [*found, *([given.example] if given is not None else [])]
+
+
+def check_cuts(data: dict[str, Any], told: Explanation, example: Example) -> None:
+    """With so much less of one thread the design keeps all that is asked; with a nanosecond more it does not."""
+    for item in example.shorter:
+        assert not item.section
+        for by_ns, holds in ((item.by_ns, True), (item.by_ns - 1, False)):
+            shorter = deepcopy(data)
+            thread = shorter["threads"][item.name]
+            for name, time in thread["compute_execution_time"].items():
+                left = Fraction(time.removesuffix(" ms")) * 10**6 - by_ns
+                thread["compute_execution_time"][name] = f"{max(left, 1)} ns"
+            fixed = {name: option for name, option in example.design.items() if not name.startswith(f"{item.name}.x")}
+            found = dse.explain(shorter, fix=[f"{name} = {option}" for name, option in fixed.items()])
+            assert (found.status == "feasible") == holds, (item, told.problem.name)
+
+
+METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
+PLAIN: dict[str, Any] = {
+    "dse": 1,
+    "name": "plain overload",
+    "deadlines": "all",
+    "processor_types": {"cpu": {"cores": 2}},
+    "processors": {"p": {"type": "cpu"}},
+    "threads": {
+        name: {"processor": "p", "period": "10 ms", "compute_execution_time": "7 ms"} for name in ("a", "b", "c")
+    },
+    "objectives": ["minimise price"],
+}
+
+
+def test_a_plain_overload_is_told_as_one() -> None:
+    found = dse.explain(PLAIN)
+    (conflict,) = found.conflicts
+    assert [demand.text for demand, _ in conflict.members] == ["utilisation of p <= 100 %"]
+    assert not conflict.by_waiting and found.without_waiting and found.least is not None
+    (bound,) = found.impossible
+    assert (bound.value, bound.limit) == (Fraction(2_100_000), Fraction(2_000_000))
+    assert [(part.name, part.value) for part in bound.parts] == [(name, 700_000) for name in "abc"]
+    said = "\n".join(text for section in explanation_page(found).sections for text in section.texts)
+    assert "it is at least 210 %, the limit is 200 %: a 70 %, b 70 %, c 70 %" in said
+    assert "were not looked at" in said and "even if no thread waited for another" in said
+    assert len(dse.explain(PLAIN, every=True).conflicts) > 1
+
+
+def test_what_does_not_follow_from_an_overload_is_told_beside_it() -> None:
+    """On q d is late for itself; what e does there is not overloaded, and its latency is the limit's fault."""
+    data = deepcopy(PLAIN)
+    data["processors"]["q"] = {"type": "cpu"}
+    data["threads"]["d"] = {"processor": "q", "core": 1, "period": "10 ms", "compute_execution_time": "4 ms"}
+    data["threads"]["e"] = {
+        "processor": "q", "core": 1, "period": "20 ms", "deadline": "7 ms", "compute_execution_time": "4 ms",
+    }  # fmt: skip
+    data["threads"]["d"]["deadline"] = "6 ms"
+    told = {
+        tuple(demand.text for demand, _ in conflict.members): conflict.by_waiting
+        for conflict in dse.explain(data).conflicts
+    }
+    late = tuple(f"response time of {name} <= its deadline" for name in "de")
+    assert told[("utilisation of p <= 100 %",)] is False
+    assert [waits for members, waits in told.items() if set(members) <= set(late)] == [True]
+
+
+def test_that_it_takes_no_waiting_is_proved_again() -> None:
+    """Behind e d ends after 8 ms of its 6 ms; with 3 ms it is late by itself."""
+    data = deepcopy(PLAIN) | {"deadlines": "stated"}
+    common = {"processor": "p", "core": 1, "period": "20 ms", "compute_execution_time": "4 ms"}
+    contended, alone = (
+        load(data | {"threads": {"d": common | {"priority": 1, "deadline": deadline}, "e": common | {"priority": 2}}})
+        for deadline in ("6 ms", "3 ms")
+    )
+    for problem, by_waiting in ((contended, True), (alone, False)):
+        result = dse.solve(problem).to_dict()
+        (conflict,) = result["conflicts"]
+        assert conflict["by_waiting"] is by_waiting
+        for method in METHODS:
+            assert dse.verify(result, problem=problem, method=method).status == "verified"
+    result = dse.solve(contended).to_dict()
+    result["conflicts"][0]["by_waiting"] = False
+    for method in METHODS:
+        found = dse.verify(result, problem=contended, method=method)
+        assert found.status == "rejected"
+        assert ["by_waiting" in str(finding) for finding in found.findings] == [True]
