@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 
 from dse.analysis.flow_terms import flow_figure_ns
@@ -62,15 +61,6 @@ def may_be_unbounded(space: Space, metric: Metric) -> bool:
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
     return metric.kind == "response time" or (metric.kind in ("latency", "jitter") and counts_responses(space))
-
-
-def rest_on_responses(space: Space, conflicts: Sequence[Sequence[str]]) -> bool:
-    """Whether response times count in each of some conflicts, which are the texts of requirements (and of rules).
-
-    Where one holds without them there is no design, however long threads respond.
-    """
-    counted = {item.text for item in space.requirements if may_be_unbounded(space, item.metric)}
-    return bool(conflicts) and all(counted & {*texts} for texts in conflicts)
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:
