@@ -21,6 +21,8 @@ SECONDS_A_UNIT = 20.0
 SEED = 982_451_653
 SHARE_OF_REFUTING = 4
 """The smaller question before an attempt may take so many times its limit: it mostly answers for all of them."""
+SHARE_OF_OTHERS = 0.25
+"""Where one way is favoured each other has this share of its limit."""
 MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
 
@@ -66,19 +68,24 @@ def ask(
     deadline: float | None,
     is_refuted: Callable[[float], bool] | None = None,
     ways: Ways = WAYS,
-) -> Outcome:
-    """An answer of the solver; unknown at the deadline only.
+    first: int = 0,
+    *,
+    is_favoured: bool = False,
+) -> tuple[Outcome, int]:
+    """An answer of the solver, unknown at the deadline only, and which attempt gave it.
 
     Before each attempt `is_refuted` is asked, with some times that attempt's limit, whether it can show that there
-    is no solution.
+    is no solution. A question that is nearly one of before begins with the attempt that answered that, its `first`.
+    Where the first way `is_favoured` each other has `SHARE_OF_OTHERS` of its limit.
     """
-    for attempt in count():
+    for attempt in count(first):
         limit = FIRST_LIMIT * 2 ** (attempt // len(ways))
         if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
-            return cp_model.INFEASIBLE, None
-        status, solver = attempted(model, deadline, limit, attempt, ways)
-        if status != cp_model.UNKNOWN or _is_over(deadline):
-            return status, solver
+            return (cp_model.INFEASIBLE, None), attempt
+        limit *= SHARE_OF_OTHERS if is_favoured and attempt % len(ways) else 1
+        found = attempted(model, deadline, limit, attempt, ways)
+        if found[0] != cp_model.UNKNOWN or _is_over(deadline):
+            return found, attempt
     raise AssertionError("attempts have no end")
 
 

@@ -29,6 +29,7 @@ from dse.verification.earlier import Claim, Earlier, Place, add_earlier, limit_o
 from dse.verification.lookups import Lookups
 from dse.verification.passing import add_passage
 from dse.verification.reduced import ReducedRegion, Reduction
+from dse.verification.rounds import Favourite, Rounds
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 from dse.verification.waiting import Waiting
@@ -104,6 +105,7 @@ class SecondModel:
         self.moves_threads = bool(self.free_cores)
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
         self.numbering = Numbering(tables, self.model, self.chosen)
+        self._favourite = Favourite()
         self._unproved: list[Claim] = []  # the last ones that were asked about together
         self._earlier = Earlier(self._reduction, self.free_cores, deadline)
         problem = self.model.validate()
@@ -245,7 +247,8 @@ class SecondModel:
 
         Of one with threads that are late, or wait longer than thought, the model learns why. One with threads that wait
         less than the solution says is better than that, and an answer unless objectives are asked for `exactly`. Where
-        threads are late other cores are tried, but for those of the decision `held`.
+        threads are late other cores are tried, but for those of the decision `held`; where they wait longer, all but
+        their cores is kept for some rounds, which are soon answered and teach as much.
 
         Raises
         ------
@@ -253,6 +256,7 @@ class SecondModel:
             when the deadline comes before the answer.
         """
         left_out: list[Design] = []
+        rounds = Rounds(ways, self._favourite, self._keep)
         while True:
             look_at_the_clock()
             model = self.model.clone()
@@ -260,7 +264,7 @@ class SecondModel:
             for values in left_out:
                 self._leave_out(model, values)
             self.calls += 1
-            status, solver = calls.ask(model, self.deadline, is_refuted, ways)
+            status, solver = rounds.answer(model, self.deadline, is_refuted)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
             if solver is None:
@@ -276,6 +280,7 @@ class SecondModel:
                 if moved is not None:
                     return Reply("design", moved.design)
             if self._learns(model, solver, values, late):
+                rounds.learnt(values, solver, may_move=self.waiting is not None)
                 continue
             full = [
                 item.limit for item in self.tables.cores if not item.exact and not keeps_cores(item.limit, View(values))
@@ -288,6 +293,13 @@ class SecondModel:
             broken = [verdict.requirement.text for verdict in evaluation.verdicts if not verdict.holds]
             assert not evaluation.breaches and not self.tables.is_exact, (values, evaluation.breaches, broken)
             left_out.append(values)
+
+    def _keep(self, model: cp_model.CpModel, values: Design) -> None:
+        """Every decision but those on cores is as it was."""
+        cores = {item.index for item in self.tables.space.open_cores}
+        for index, value in enumerate(values):
+            if index not in cores:
+                model.add(self._in(model, self.chosen[index]) == value)
 
     def _is_as_claimed(self, evaluation: Evaluation, claimed: Sequence[int], *, exactly: bool) -> bool:
         """Whether a design has the objectives that a solution says, or better ones."""

@@ -15,7 +15,7 @@ from thread_systems import KINDS, LATER_JOBS, draw, text_of
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
-from dse.verification import calls, tables, waiting
+from dse.verification import rounds, tables, waiting
 from dse.verification.model import SecondModel
 
 
@@ -80,14 +80,14 @@ def test_a_solution_whose_threads_wait_less_than_it_says_is_a_design(monkeypatch
     """A solver that is asked for any solution may let threads wait for long, where nothing bounds that."""
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
     model = SecondModel(tables.build_tables(Evaluator(dse.loads(LATER_JOBS).space)))
-    as_before = calls.ask
+    as_before = rounds.ask
 
-    def slow(asked: cp_model.CpModel, *others: Any) -> Any:
+    def slow(asked: cp_model.CpModel, *others: Any, **more: Any) -> Any:
         longest = [asked.get_int_var_from_proto_index(item.index) for item in model.objectives]
         asked.maximize(sum(longest))
-        return as_before(asked, *others)
+        return as_before(asked, *others, **more)
 
-    monkeypatch.setattr(calls, "ask", slow)
+    monkeypatch.setattr(rounds, "ask", slow)
     for price in (10, 20, 30):
         assert model.in_region([price * 100 + 1, None]).answer == "design"
     assert model.in_region([1, None]).answer == "none"
