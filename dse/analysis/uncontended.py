@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from dse.analysis.limits import Limit, build_limit
-from dse.analysis.terms import Measure, Term
+from dse.analysis.terms import Measure, Term, extreme_term
 from dse.space.criteria import Requirement
 from dse.space.types import Space
 
@@ -18,22 +18,28 @@ from dse.space.types import Space
 def uncontended_limit(space: Space, requirement: Requirement, *, is_asked: bool = True) -> Limit:
     """The limit of a requirement as if no thread waited for another; `is_asked` as for `build_limit`.
 
-    An upper limit in which response times count is one on the least that its figure may be. Where such a least is not
-    known, or response times count otherwise (from below, exactly, in the greatest or least of sums), nothing is
-    demanded.
+    An upper limit in which response times count is one on the least that its figure may be; of lower and exact ones
+    nothing is demanded.
     """
     limit = build_limit(space, requirement, is_asked=is_asked)
     terms = limit.measure.terms
-    if not any(term.ends is not None or term.extreme is not None for term in terms):
+    if not any(map(_waits, terms)):
         return limit
-    if requirement.operator not in ("<=", "<") or any(term.extreme is not None for term in terms):
+    if requirement.operator not in ("<=", "<"):
         return _nothing(limit)
-    least = tuple(_least(term) for term in terms)
-    return replace(limit, measure=replace(limit.measure, terms=least), is_elsewhere=True)
+    return replace(limit, measure=replace(limit.measure, terms=tuple(map(_least, terms))), is_elsewhere=True)
+
+
+def _waits(term: Term) -> bool:
+    """Whether a response time is in a summand."""
+    inner = term.extreme.sums if term.extreme is not None else ()
+    return term.ends is not None or any(_waits(item) for terms in inner for item in terms)
 
 
 def _least(term: Term) -> Term:
     """A summand that is never more than the given one; the same where no response time is in it."""
+    if term.extreme is not None and _waits(term):
+        return extreme_term(term.label, term.extreme.changed(_least))
     ends = term.ends
     return term if ends is None else Term(term.label, lambda view: ends(view)[0], component=term.component)
 

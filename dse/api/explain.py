@@ -5,15 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import field
-from fractions import Fraction
-from math import ceil
 from typing import Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible
-from dse.analysis.limits import build_limit
-from dse.analysis.measures import PPM, build_measure
+from dse.analysis.lightening import lightened
 from dse.analysis.overheads import safe_bounds
-from dse.analysis.rates import NS_PER_S
 from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
 from dse.api.named_designs import NamedDesigns
@@ -21,9 +17,10 @@ from dse.api.offers import cheapest_offers, with_offers
 from dse.api.origins import origin_of
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
+from dse.api.shown_limits import factor, own_limit, rewritten
 from dse.api.uncontended import Uncontended, limits_use
 from dse.pareto.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
-from dse.pareto.feasibility import Member, Oracle
+from dse.pareto.feasibility import Oracle
 from dse.pareto.relaxations import Closest, closest_limit
 from dse.records import dataclass
 from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
@@ -32,7 +29,6 @@ from dse.space.criteria import Requirement
 from dse.space.implied import overload_needed
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, until
-from dse.units import Quantity, convert, format_duration, format_number
 
 MOST_CONFLICTS = 100
 
@@ -174,12 +170,22 @@ class Explainer:
         every, limit, oracle = self.wishes.every, self.wishes.limit, self.oracle
         if not self.uncontended.is_refuted:
             return self._mended(blank, find_conflicts(oracle, every=every, limit=limit))
+        blank = blank.with_(without_waiting=True)
         apart = self.uncontended.conflicts(every=every, limit=limit)
         known = [frozenset(item.members) for item in apart.conflicts]
         if not every and not self._holds_without(apart.smallest):
-            self.designs.unseen = self.uncontended.follow_from_overloads(known)
+            self.designs.unseen = self._unseen(known)
         found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen)
-        return self._mended(blank.with_(without_waiting=True), found)
+        if self.designs.unseen and found.smallest is not None and self._holds_as_well(found.smallest):
+            self.designs.unseen = frozenset()
+        return self._mended(blank, found)
+
+    def _unseen(self, known: Sequence[frozenset[int]]) -> frozenset[int]:
+        """What may follow from overloads in some conflicts; nothing where that takes more time than there is."""
+        try:
+            return self.uncontended.follow_from_overloads(known)
+        except OutOfTime:
+            return frozenset()
 
     def _holds_without(self, smallest: Correction | None) -> bool:
         """Whether a design is at hand that meets all but what must be given up even if no thread waited."""
@@ -187,6 +193,18 @@ class Explainer:
             return False
         design = self.uncontended.whole(smallest.witness)
         return self.oracle.everything - {*smallest.members} <= self.oracle.shown(design)
+
+    def _holds_as_well(self, smallest: Correction) -> bool:
+        """Whether what is left of the members that are seen has a design with those that are not.
+
+        That is not asked where a processor may be overloaded then.
+        """
+        if any(limits_use(self.oracle.members[number]) for number in smallest.members):
+            return False
+        try:
+            return self.oracle.witness(self.oracle.everything - {*smallest.members}) is not None
+        except OutOfTime:
+            return False
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
@@ -200,8 +218,9 @@ class Explainer:
 
     def _told(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts, and what was left open."""
-        ordered = sorted(found.conflicts, key=lambda item: not self.uncontended.is_overload(item.members))
-        conflicts = tuple(self._conflict(item) for item in ordered)
+        told = [(self._conflict(item), item.members) for item in found.conflicts]
+        told.sort(key=lambda item: (item[0].by_waiting, not all(limits_use(self.oracle.members[n]) for n in item[1])))
+        conflicts = tuple(conflict for conflict, _ in told)
         if found.reduced is not None:
             self.left_open.append("whether fewer of the demands that have no design together have none either")
         if found.stopped and self.wishes.every:
@@ -292,8 +311,21 @@ class Explainer:
         return GiveUp(members, self._example(smallest.witness))
 
     def _example(self, design: Design) -> Example:
-        """A design as it is named; where it is overloaded, whatever is given up, as evenly so as may be."""
-        return self.designs.example(self.uncontended.evened(design) if self.designs.unseen else design)
+        """A design as it is named; where it is overloaded, whatever is given up, as little as is found soon."""
+        return self.designs.example(self._lightened(design) if self.designs.unseen else design)
+
+    def _lightened(self, design: Design) -> Design:
+        """A design that keeps what is looked at as well, and in which processors are overloaded less."""
+        if self.designs.is_brief:
+            return design
+        oracle, kept = self.oracle, self.oracle.met_by(design) & self.designs.seen
+
+        def is_allowed(other: Design) -> bool:
+            return kept <= oracle.met_by(other)
+
+        evened = self.uncontended.evened(design)
+        first = evened if is_allowed(evened) else design
+        return lightened(self.designs.evaluator, first, self.uncontended.overloaded_processors, is_allowed)
 
     def relaxation(self, number: int, given_up: frozenset[int]) -> Relaxation:
         """What it takes of member `number`, while the others of `given_up` are given up and the rest holds."""
@@ -301,7 +333,7 @@ class Explainer:
         witness = oracle.witness(oracle.everything - given_up)
         demand = self.designs.demand(number)
         if witness is None:
-            return Relaxation(demand, False, Example({}), *_own_limit(self.space, member))
+            return Relaxation(demand, False, Example({}), *own_limit(self.space, member))
         if not isinstance(member, Requirement) or (self.designs.unseen and limits_use(member)):
             return Relaxation(demand, True, self._example(witness))
         try:
@@ -310,11 +342,11 @@ class Explainer:
             self.left_open.append(f"how far this must move: {member.text}")
             return Relaxation(demand, True, self._example(witness), is_sought=False)
         if closest is None:
-            return Relaxation(demand, True, self._example(witness), *_own_limit(self.space, member))
+            return Relaxation(demand, True, self._example(witness), *own_limit(self.space, member))
         return self._moved(demand, member, closest)
 
     def _moved(self, demand: Demand, member: Requirement, closest: Closest) -> Relaxation:
-        unit, limit = _own_limit(self.space, member)
+        unit, limit = own_limit(self.space, member)
         example = self._example(closest.witness)
         if unbounded := unbounded_in(self.space, member.metric, View(closest.witness)):
             return Relaxation(demand, True, example, unit, limit, unbounded=unbounded)
@@ -324,43 +356,9 @@ class Explainer:
             example=example,
             unit=unit,
             limit=limit,
-            closest=closest.limit * _factor(self.space, member),
+            closest=closest.limit * factor(self.space, member),
             operator=member.operator,
             thread=closest.thread,
-            text=_rewritten(member, closest.limit),
+            text=rewritten(member, closest.limit),
             overload=overload_needed(self.space, member, closest.limit),
         )
-
-
-def _own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
-    """The unit and the limit of a requirement as an explanation shows them; nothing for other members."""
-    if not isinstance(member, Requirement):
-        return "", None
-    if member.metric.key == "deadline":
-        return "ns", Fraction(0)
-    limit = member.limit.value * _factor(space, member)
-    return "ppm" if member.is_share else build_measure(space, member.metric).unit, limit
-
-
-def _factor(space: Space, member: Requirement) -> Fraction:
-    """How many of the shown unit make one coherent unit of the limit."""
-    if member.is_share:
-        return Fraction(PPM)
-    if member.metric.key == "deadline":
-        return Fraction(NS_PER_S)
-    one = Quantity(Fraction(1), member.limit.dimension, member.limit.unit)
-    any_design = View(())  # such a bound is the same in every design
-    return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
-
-
-def _rewritten(member: Requirement, limit: Fraction) -> str:
-    """The requirement as it may be written so that the others leave a design; "" for one that nobody wrote."""
-    if member.implied:
-        return ""
-    if member.metric.key == "deadline":
-        return f"{member.text} + {format_duration(ceil(limit * NS_PER_S))}"
-    operator = {"<": "<=", ">": ">="}.get(member.operator, member.operator)
-    quantity = Quantity(limit, member.limit.dimension, member.limit.unit)
-    written = member.limit.dimension is not None and member.limit.unit != ""
-    number = convert(quantity, member.limit.unit) if written else limit
-    return f"{member.metric.name} {operator} {format_number(number)} {member.limit.unit}".rstrip()

@@ -6,6 +6,8 @@ See `dse.analysis.uncontended` for what is asked like this.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from fractions import Fraction
 from functools import cached_property
 
 from dse.analysis.overloads import KINDS
@@ -22,6 +24,7 @@ from dse.space.criteria import Requirement
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
+ONE = Fraction(1)
 UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
 
 
@@ -33,7 +36,7 @@ class Uncontended:
         self.oracle = Oracle(without_scheduling(space), seed=seed, deadline=deadline, reading=uncontended_limit)
         self.differs = any(uncontended_limit(space, item, is_asked=False).is_elsewhere for item in space.requirements)
         """Whether response times count in some requirement."""
-        self._overloaded: Sequence[int] = ()
+        self.overloaded_processors = frozenset[int]()
 
     @cached_property
     def is_refuted(self) -> bool:
@@ -66,17 +69,33 @@ class Uncontended:
         """The conflicts of a question that is refuted, as `find_conflicts` finds them."""
         return find_conflicts(self.oracle, every=every, limit=limit)
 
-    def is_overload(self, conflict: Iterable[int]) -> bool:
-        """Whether nothing but limits on the use of processors clash: their threads need more than there is."""
-        return all(limits_use(self.oracle.members[number]) for number in conflict)
+    def overloaded(self, conflict: Iterable[int]) -> frozenset[int]:
+        """The processors of which more is needed than there is, whatever else of a conflict holds; by number.
+
+        They are those of the limits on use in it, if it is none about less than all of them.
+        """
+        members = {number: self.oracle.members[number] for number in conflict}
+        limits = [item for item in members.values() if isinstance(item, Requirement) and limits_use(item)]
+        rest = frozenset(number for number, item in members.items() if not limits_use(item))
+        if not limits:
+            return frozenset()
+        if any(item.limit.value < 1 for item in limits):
+            whole = [replace(item, limit=replace(item.limit, value=max(item.limit.value, ONE))) for item in limits]
+            if self.oracle.find(rest, further=[self.oracle.reading(self.oracle.space, item) for item in whole]):
+                return frozenset()
+        return frozenset(item.metric.index or 0 for item in limits)
 
     def follow_from_overloads(self, conflicts: Sequence[frozenset[int]]) -> frozenset[int]:
-        """The members, in none of some conflicts, that may be broken because threads need more than there is."""
-        members, overloads = self.oracle.members, [item for item in conflicts if self.is_overload(item)]
-        named = frozenset().union(*conflicts)
-        limits = [members[number] for item in overloads for number in item]
-        self._overloaded = [item.metric.index or 0 for item in limits if isinstance(item, Requirement)]
-        late = delayed_by(self.space, self._overloaded)
+        """The members, in none of some conflicts, that may be broken because threads need more than there is.
+
+        Raises
+        ------
+        OutOfTime
+            when there is no answer by the deadline.
+        """
+        members, named = self.oracle.members, frozenset().union(*conflicts)
+        self.overloaded_processors = frozenset().union(*map(self.overloaded, conflicts))
+        late = delayed_by(self.space, self.overloaded_processors)
         return frozenset(
             number
             for number, item in enumerate(members)
@@ -94,7 +113,7 @@ class Uncontended:
         moved = [
             item
             for item in decided_cores(self.space)
-            if at(components[item.component].processor, view) in self._overloaded
+            if at(components[item.component].processor, view) in self.overloaded_processors
         ]
         return evenly(self.space, design, moved) or design
 

@@ -173,10 +173,13 @@ def bound_words(space: Space, design: Design | None = None) -> str:
     return f"They are {told}." if told else ""
 
 
-def safe_words(found: Mapping[str, Sequence[str]]) -> str:
-    """What a proof that rests on response times is worth where these are safe bounds: `found` says why they are."""
-    told = _safe(found)
-    return f"The proof rests on response times that are {told}: a design may be in time all the same." if told else ""
+def safe_words(found: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
+    """What a proof that rests on response times is worth where these are safe bounds: `found` says why they are.
+
+    It may only rest on them where it is not `is_known` which demands clash.
+    """
+    told, rests = _safe(found), "rests" if is_known else "may rest"
+    return f"The proof {rests} on response times that are {told}: a design may be in time all the same." if told else ""
 
 
 def _safe(found: Mapping[str, Sequence[str]]) -> str:

@@ -14,6 +14,7 @@ from dse.records import dataclass
 from dse.report.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.bars import usage_records, waterfall_records
 from dse.report.charts import front_records
+from dse.report.clashes import conflict_blocks
 from dse.report.contention import (
     asks_for_responses,
     bound_words,
@@ -25,7 +26,6 @@ from dse.report.contention import (
     uncounted_words,
 )
 from dse.report.deadlines import deadline_records
-from dse.report.explain import conflict_blocks
 from dse.report.insisting import insisting_section
 from dse.report.missing import TITLE, missing_words
 from dse.report.page import NOTHING, Block, Section, Table

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TypeAlias
 
-from dse.analysis.bounds import Ends, Impossible, impossible
-from dse.analysis.limits import FULLEST, build_limit
-from dse.analysis.overheads import safe_bounds
+from dse.analysis.limits import FULLEST
 from dse.report.amounts import amount_words, listed
 from dse.report.contention import safe_words
-from dse.report.impossible import bound_words
+from dse.report.impossible import Bounds, bound_words, bounds_of
 from dse.report.lateness import delayed_words, late_words, overload_words, shorter_words
-from dse.report.page import Block, Item, Listing, Page, Section, Text, listing, texts
+from dse.report.page import Block, Item, Listing, Page, Section, Text, few
 from dse.report.plain import basis_words
 from dse.report.timeline import boundary_words
-from dse.report.words import exclusion_words
 from dse.results.display import readable
 from dse.results.explain import Demand, Example, Explanation, GiveUp, Offer, Relaxation
-from dse.results.points import Clash, Conflict
-from dse.results.solve import Result
 from dse.units.text import count_words
 
 DIGITS = 6
@@ -28,6 +22,8 @@ MOST_DECISIONS = 24
 """Maximum number of decisions of a design in one line."""
 ROOM = 180
 """Letters of a design on a terminal: two lines."""
+MOST_UNSEEN = 4
+"""Maximum number of demands of a design that are named though it was not looked at why it breaks them."""
 MOST_REDUCED = 20
 """Maximum number of demands that are listed of a set that may not be minimal."""
 FOLLOWS = (
@@ -35,9 +31,6 @@ FOLLOWS = (
     "looked at: mend that first, or ask with --all."
 )
 """What is said where threads need more than there is of a processor."""
-Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
-"""What no design can have less (or more) of, by text and place of the requirement."""
-NO_BOUNDS: Bounds = {}
 REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
@@ -74,50 +67,6 @@ def explanation_page(explanation: Explanation) -> Page:
     name = explanation.problem.name
     section = Section("explanation", "What clashes, and what would mend it", tuple(say.blocks))
     return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
-
-
-def conflict_blocks(result: Result) -> Iterator[Block]:
-    """The short form of it after an infeasible solve."""
-    for text, items in _conflict_words(result):
-        yield from texts(text)
-        yield from listing(items)
-
-
-def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
-    waits = [conflict.by_waiting for conflict in result.conflicts]
-    if waits and all(waits) and (safe := safe_words(safe_bounds(result.space))):
-        yield safe, ()
-    bounds = _bounds(result)
-    for conflict in result.conflicts:
-        alone = len(conflict.members) == 1
-        together = "These cannot hold together, but without any one of them the others can:"
-        text = "This cannot be met by any design:" if alone else together
-        yield text, tuple(_clash(clash, result.space.currency, bounds) for clash in conflict.members)
-    if result.give_up:
-        yield (
-            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
-            tuple(_clash(clash, result.space.currency) for clash in result.give_up),
-        )
-    if not result.give_up and any(map(_is_deferred, result.conflicts)):
-        yield FOLLOWS, ()
-    if excluded := exclusion_words(result.space):
-        yield excluded, ()
-    more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
-    yield f"`dse explain` with the same options {more}.", ()
-
-
-def _bounds(result: Result) -> Bounds:
-    """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
-    alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
-    named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
-    found = impossible([build_limit(result.space, item) for item in named], Ends(result.space))
-    return {(item.requirement.text, item.requirement.origin): item for item in found}
-
-
-def _is_deferred(conflict: Conflict) -> bool:
-    """Whether what a conflict may lead to was not looked at: how far it is from its limits was not, either."""
-    return not conflict.by_waiting and not any(clash.is_sought for clash in conflict.members)
 
 
 class _Teller:
@@ -157,7 +106,7 @@ class _Teller:
 
 def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
     count = len(explanation.conflicts)
-    bounds = {(item.requirement.text, item.requirement.origin): item for item in explanation.impossible}
+    bounds = bounds_of(explanation.impossible)
     tells_apart = explanation.without_waiting and any(item.by_waiting for item in explanation.conflicts)
     for number, conflict in enumerate(explanation.conflicts, start=1):
         title = f"Conflict {number}" if count > 1 else "Conflict"
@@ -198,16 +147,25 @@ def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
         say.line("No single requirement or rule mends it, however far it moves.")
     if explanation.give_up is not None and not helping:
         _tell_give_up(say, explanation.give_up, currency)
-    if explanation.least is not None and len(explanation.least.members) > 1:
-        say.line(f"At least these {len(explanation.least.members)} must give, each at the least as far as this:")
-        for item in explanation.least.members:
-            say.item(f"{_demand(item.demand)}{_least(item, currency)}")
+    several = any(len(item.members) > 1 for item in explanation.conflicts)
+    if explanation.least is not None and (several or len(explanation.least.members) > 1):
+        _tell_least(say, explanation.least, bounds_of(explanation.impossible), currency)
 
 
-def _least(item: Relaxation, currency: str) -> str:
-    """How far a demand must move at the least, where that was looked for."""
+def _tell_least(say: _Teller, least: GiveUp, bounds: Bounds, currency: str) -> None:
+    """What has to give whatever follows from it."""
+    say.line(f"At least {len(least.members)} must give, for example with these it is at least so far:")
+    for item in least.members:
+        say.item(f"{_demand(item.demand)}{_least(item, currency, bounds)}")
+
+
+def _least(item: Relaxation, currency: str, bounds: Bounds) -> str:
+    """How far a demand must move at the least, where that was looked for, or is known."""
+    bound = bounds.get((item.demand.text, item.demand.origin))
     if item.closest is None or item.limit is None:
-        return ""
+        return f": {bound_words(bound, currency)}" if bound is not None else ""
+    if item.text.startswith(f"{item.demand.text} + "):
+        return f": {readable(item.closest, item.unit, currency, DIGITS)} after its deadline{_deadline(item)}"
     closest = readable(item.closest, item.unit, currency, DIGITS)
     miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
     return f": {closest}, {miss} {'more' if item.closest > item.limit else 'less'}"
@@ -221,7 +179,7 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
     )
     for item in give_up.members:
         if item.closest is None:  # a design without it alone is none without the others
-            said = f": {_no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
+            said = f": {no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
             say.item(f"{_demand(item.demand)}{said}")
         else:
             say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
@@ -230,7 +188,7 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
 def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
         named = f"given up, there are designs, e.g. {say.example(item.example)}"
-        return f"{_no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
+        return f"{no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
         return (
@@ -242,7 +200,7 @@ def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
         miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
         said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
     if item.thread:
-        said.append(f"{item.thread} alone needs so much{_of_core(item.thread)}")
+        said.append(f"{item.thread} alone needs so much{of_core(item.thread)}")
     aside = f" ({'; '.join(said)})" if said else ""
     lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
     written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
@@ -278,10 +236,11 @@ def _offer(say: _Teller, offer: Offer, currency: str) -> str:
 
 def _demand(demand: Demand) -> str:
     kind = "" if demand.kind == "requirement" else f"{demand.kind} "
-    return f"{kind}{demand.text}{_origin(demand.origin)}"
+    return f"{kind}{demand.text}{origin_words(demand.origin)}"
 
 
-def _origin(origin: str) -> str:
+def origin_words(origin: str) -> str:
+    """Where a demand stands, in brackets."""
     return f" ({origin})" if origin else ""
 
 
@@ -295,7 +254,7 @@ def _without(say: _Teller, demand: Demand, example: Example, *, alone: bool) -> 
     return f"the others here hold without it, e.g. in {named}, which breaks more than this"
 
 
-def _no_limit(threads: Sequence[str]) -> str:
+def no_limit(threads: Sequence[str]) -> str:
     """Why no limit of a requirement helps."""
     times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
     return f"no limit helps, for even at best the {times} unbounded"
@@ -308,15 +267,6 @@ def _because(item: Relaxation) -> str:
     if not causes or not all(one.endless for one in late):
         return ""
     return f" because {listed(causes)} {'has' if len(causes) == 1 else 'have'} no bound"
-
-
-def _broken(say: _Teller, example: Example, named: Collection[Demand]) -> str:
-    """What a design breaks; with `named` those, and how many others may follow from them."""
-    if not named:
-        return say.demands(example.breaks)
-    told = say.demands([item for item in example.breaks if item in named])
-    others = count_words(len(example.besides(*named)), "more demand")
-    return f"{told}, and {others} (--json)" if example.besides(*named) else told
 
 
 def _tell_designs(say: _Teller, explanation: Explanation) -> None:
@@ -334,10 +284,13 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
     if several:
         say.line("The designs, by the decisions in which they differ:")
     for number, example in enumerate(say.examples):
-        broken = _broken(say, example, named)
+        broken = say.demands([item for item in example.breaks if item in named or not named])
         what = f"breaks {broken}" if broken else "keeps everything that is asked"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
         say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
+        unseen = [item.text for item in example.besides(*named)] if named else []
+        if unseen:
+            say.item(f"also broken, not looked at: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))
         for overload in example.overloads:
             say.item(overload_words(overload), 1 + int(several))
         for late in example.late:
@@ -370,28 +323,6 @@ def _letters(number: int) -> str:
     return (_letters(head - 1) if head else "") + chr(ord("A") + last)
 
 
-def _of_core(who: str) -> str:
+def of_core(who: str) -> str:
     """Of what a thread needs so much; a core needs it of itself."""
     return "" if who == FULLEST or who.startswith("core ") else " of one core"
-
-
-def _clash(clash: Clash, currency: str, bounds: Bounds = NO_BOUNDS) -> str:
-    text = f"{clash.text}{_origin(clash.origin)}"
-    bound = bounds.get((clash.text, clash.origin))
-    if bound is not None and not clash.is_sought:
-        return f"{text}: {bound_words(bound, currency)}"
-    if clash.unbounded:
-        return f"{text}: {_no_limit(clash.unbounded)}"
-    if clash.closest is None or clash.limit is None or clash.miss is None:
-        return text if clash.is_sought else f"{text}: how far it is from its limit was not looked at"
-    closest = readable(clash.closest, clash.unit, currency, DIGITS)
-    if clash.text.endswith("<= its deadline"):
-        return f"{text}: at best {closest} after it"
-    miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
-    by_thread = f"; {clash.thread} alone needs so much{_of_core(clash.thread)}" if clash.thread else ""
-    if clash.overload:
-        by_thread += f"; it takes `overload: allowed` for {clash.overload}"
-    if not clash.miss:
-        return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
-    side = "above" if clash.closest > clash.limit else "below"
-    return f"{text}: the closest is {closest}, {miss} {side} the limit{by_thread}"

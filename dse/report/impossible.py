@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from typing import TypeAlias
 
 from dse.analysis.bounds import Impossible
 from dse.results.display import readable
 from dse.units import format_duration, format_number, format_ratio
 
+Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
+"""What no design can have less (or more) of, by text and place of the requirement."""
 DIGITS = 6
 MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
+
+
+def bounds_of(found: Iterable[Impossible]) -> Bounds:
+    """Bounds by the text and the place of their requirements."""
+    return {(item.requirement.text, item.requirement.origin): item for item in found}
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
@@ -24,7 +33,7 @@ def bound_words(item: Impossible, currency: str) -> str:
     """``it is at least 7 ms, the limit is 5 ms``; for a deadline, what executes; of a sum also what it is made of."""
     value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
     if item.requirement.metric.key == "deadline":
-        return f"alone on its core it takes {value} at its longest, the deadline is {limit}"
+        return f"its own work takes {value} at its longest, the deadline is {limit}"
     return f"it is at {item.side} {value}, the limit is {limit}{_parts(item, currency)}"
 
 
@@ -34,7 +43,7 @@ def _parts(item: Impossible, currency: str) -> str:
     left = item.parts[MOST_PARTS:]
     if left:
         told.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
-    return f": {', '.join(told)}" if len(told) > 1 else ""
+    return f": {', '.join(told)}" if told else ""
 
 
 def _readable(value: Fraction | int, unit: str, currency: str) -> str:

@@ -182,6 +182,8 @@ def overload_words(overload: Overload) -> str:
         return f"{listed(shares)} have no partition on {whom} with at most {most} on each"
     where = _named(overload.processor, overload.core, is_served=overload.is_served)
     text = f"{where} is used to {_share(overload.total_ppm)}, at most {most}: {', '.join(shares)}"
+    if overload.executor:
+        text += f"; those in executor {overload.executor}, which share a core, need more than that by themselves"
     if overload.unbounded:
         have = "has" if len(overload.unbounded) == 1 else "have"
         text += f"; because of it {listed(overload.unbounded)} {have} no bound"

@@ -78,7 +78,7 @@ class MinimalConflict:
     def listed(self) -> list[With]:
         """The members as JSON has them."""
         return [
-            With(demand, {"without_it": example.design, "breaks": example.broken_texts})
+            With(demand, {"without_it": example.design, "breaks": example.broken_texts, "why": example})
             for demand, example in self.members
         ]
 

@@ -139,10 +139,10 @@ def test_a_check_tells_decimals() -> None:
     """35 of 33 ms: a fraction stands behind its decimals; what has finite ones is told in full."""
     check = dse.check(problem({"a": thread(33, 35)}))
     [item] = check.impossible
-    said = "it is at least 106.060606 % (exact 3500/33 %), the limit is 100 %"
+    said = "it is at least 106.060606 % (exact 3500/33 %), the limit is 100 %: a 106.060606 %"
     assert impossible_words(item, "EUR").endswith(said)
     [item] = dse.check(problem({"a": thread(10, 12)})).impossible
-    assert impossible_words(item, "EUR").endswith("it is at least 120 %, the limit is 100 %")
+    assert impossible_words(item, "EUR").endswith("it is at least 120 %, the limit is 100 %: a 120 %")
 
 
 SHARED = """

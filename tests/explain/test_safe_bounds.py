@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import dse
-from dse.report.explain import conflict_blocks, explanation_page
+from dse.report.clashes import conflict_blocks
+from dse.report.explain import explanation_page
 from dse.report.page import Text
 
 CHAIN: dict[str, Any] = {

@@ -247,3 +247,104 @@ def test_that_it_takes_no_waiting_is_proved_again() -> None:
         found = dse.verify(result, problem=contended, method=method)
         assert found.status == "rejected"
         assert ["by_waiting" in str(finding) for finding in found.findings] == [True]
+
+
+def test_a_limit_below_all_of_a_processor_is_no_overload() -> None:
+    """59 % against 55 % hides nothing: r2 ends after 4 + 7 of 9 ms, r1 after 13 of 10 ms."""
+    data = deepcopy(PLAIN) | {"requirements": ["utilisation of p <= 55 %"]}
+    data["processor_types"] = {"cpu": {}}
+    late = {"processor": "p", "priority": "deadline_monotonic"}
+    data["threads"] = {
+        "r1": {"processor": "p", "period": "10 ms", "compute_execution_time": "2 ms"},
+        "r2": late | {"period": "20 ms", "deadline": "9 ms", "compute_execution_time": "7 ms"},
+        "r3": late | {"period": "100 ms", "deadline": "8 ms", "compute_execution_time": "4 ms"},
+    }
+    found = dse.explain(data)
+    assert found.least is None
+    assert [conflict.by_waiting for conflict in found.conflicts] == [False, True, True]
+
+
+def test_an_overload_that_money_mends_hides_what_follows_from_it() -> None:
+    """Six threads of 20 % need the dearer type: that is all that clashes."""
+    data = deepcopy(PLAIN) | {"requirements": ["price <= 20 EUR"]}
+    data["processor_types"] = {"a": {"price": "10 EUR"}, "b": {"cores": 2, "price": "30 EUR"}}
+    data["processors"]["p"] = {"type": ["a", "b"]}
+    data["threads"] = {
+        f"t{number}": {"processor": "p", "period": "10 ms", "compute_execution_time": "2 ms"} for number in range(6)
+    }
+    found = dse.explain(data)
+    (conflict,) = found.conflicts
+    assert {demand.text for demand, _ in conflict.members} == {"price <= 20 EUR", "utilisation of p <= 100 %"}
+    assert found.least is None and [item.demand.text for item in found.relaxations if item.helps] == ["price <= 20 EUR"]
+
+
+def test_the_design_of_an_overload_uses_cores_as_little_as_may_be() -> None:
+    """One quick core and two slow ones: three threads on the quick one need 120 %, and no other design is better."""
+    data = deepcopy(PLAIN)
+    data["processor_types"] = {"soc": {"cores": {"big": 1, "little": 2}, "price": "90 EUR"}}
+    data["processors"]["p"] = {"type": "soc"}
+    times = {"t1": (4, 9), "t2": (4, 9), "t3": (4, 9), "t4": (4, 12), "t5": (8, 16)}
+    data["threads"] = {
+        name: {
+            "processor": "p",
+            "period": "20 ms" if name == "t5" else "10 ms",
+            "compute_execution_time": {"soc/big": f"{big} ms", "soc/little": f"{little} ms"},
+        }
+        for name, (big, little) in times.items()
+    }
+    found = dse.explain(data)
+    assert found.least is not None
+    (overload,) = found.least.example.overloads
+    assert overload.total_ppm == 1_200_000
+    assert {item.by_ns for item in found.least.example.shorter} == {2_000_000}
+
+
+def test_threads_that_are_stated_on_a_full_core_are_named() -> None:
+    """Two stated on core 1 need 110 %; a third, first-fit, has nothing to do with it."""
+    data = deepcopy(PLAIN) | {"deadlines": "none"}
+    home = {"processor": "p", "period": "10 ms"}
+    data["threads"] = {
+        "t1": home | {"core": 1, "compute_execution_time": "6 ms"},
+        "t2": home | {"core": 1, "compute_execution_time": "5 ms"},
+        "t3": home | {"core": "first_fit", "compute_execution_time": "3 ms"},
+    }
+    (conflict,) = dse.explain(data).conflicts
+    (overload,) = conflict.members[0][1].overloads
+    assert (overload.core, [item.thread for item in overload.uses]) == (1, ["t1", "t2"])
+
+
+def test_an_executor_that_fills_a_core_is_named_beside_free_cores() -> None:
+    data = deepcopy(PLAIN) | {"executors": {"node": {"kind": "fifo", "processor": "p"}}}
+    data["threads"] = {
+        name: {"executor": "node", "period": "10 ms", "compute_execution_time": f"{time} ms"}
+        for name, time in (("t", 8), ("u", 3), ("w", 1))
+    }
+    said = "\n".join(text for section in explanation_page(dse.explain(data)).sections for text in section.texts)
+    assert "those in executor node, which share a core, need more than that by themselves" in said
+
+
+def test_who_uses_a_bus_beyond_its_limit_is_told() -> None:
+    data = {
+        "dse": 1,
+        "name": "bus",
+        "bus_types": {"can": {"bandwidth": "5 kbit/s"}},
+        "buses": {"b": {"type": "can"}},
+        "devices": {"s": {"period": "10 ms"}, "t": {}},
+        "connections": {"c": {"from": "s", "to": "t", "data_size": "8 B", "bus": "b"}},
+        "objectives": ["minimise price"],
+    }
+    (conflict,) = dse.explain(data).conflicts
+    (overload,) = conflict.members[0][1].overloads
+    assert (overload.processor, overload.total_ppm, overload.limit_ppm) == ("b", 1_280_000, 1_000_000)
+    assert [(item.thread, item.share_ppm) for item in overload.uses] == [("c", 1_280_000)]
+
+
+def test_the_greatest_of_several_latencies_waits_only_where_threads_do() -> None:
+    data = deepcopy(PLAIN) | {"deadlines": "none", "requirements": ["max(latency) <= 13 ms"]}
+    data["threads"] = {"a": {"processor": "p", "period": "20 ms", "compute_execution_time": "7 ms"}}
+    data["devices"] = {"s": {"period": "7 ms"}}
+    data["connections"] = {"c": {"from": "s", "to": "a"}}
+    data["flows"] = {"f": {"path": ["s", "a"]}, "g": {"path": ["a"]}}
+    for processing in ("execution_time", "response_time"):
+        (conflict,) = dse.explain(data | {"processing": processing}).conflicts
+        assert not conflict.by_waiting

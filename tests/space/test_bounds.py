@@ -100,7 +100,7 @@ def test_each_is_said_with_its_place_and_both_figures(tmp_path: Path) -> None:
     file = tmp_path / "p.yaml"
     file.write_text(PROBLEM, encoding="utf-8")
     found = dse.check(file)
-    alone, over = "alone on its core it takes", "the deadline is"
+    alone, over = "its own work takes", "the deadline is"
     parts = "c 27 ms, b 26 ms, a 3 ms", "b 29 ms, c 27 ms, a 9 ms"
     said = [impossible_words(item, "EUR").replace(str(file), "p.yaml") for item in found.impossible]
     assert said == [
@@ -108,7 +108,7 @@ def test_each_is_said_with_its_place_and_both_figures(tmp_path: Path) -> None:
         f"no design meets response time of b <= its deadline (p.yaml:12): {alone} 9 ms at its longest, {over} 8 ms",
         f"no design meets response time of c <= its deadline (p.yaml:13): {alone} 7 ms at its longest, {over} 6 ms",
         f"no design meets latency of f >= 200 ms (p.yaml:18): it is at most 65 ms, the limit is 200 ms: {parts[1]}",
-        "no design meets price <= 4 EUR (p.yaml:19): it is at least 5 EUR, the limit is 4 EUR",
+        "no design meets price <= 4 EUR (p.yaml:19): it is at least 5 EUR, the limit is 4 EUR: p 5 EUR",
     ]
     data = found.to_dict()["impossible"]
     assert data[0] == {"requirement": "latency of f <= 40 ms", "origin": f"{file}:15", "unit": "ns"} | {

@@ -113,17 +113,17 @@ class Delayed(Form):
 
 
 class Use(Form):
-    """What a thread uses of a core."""
+    """What a thread uses of a core, or a connection of a bus."""
 
-    thread: str = field("The thread.")
-    share_ppm: Figure = field("Its share of one core, in ppm.")
+    thread: str = field("The thread, or the connection.")
+    share_ppm: Figure = field("Its share of the core or the bus, in ppm.")
 
 
 class Overload(Form):
-    """A core that is used beyond a limit, or threads that have no partition which keeps it."""
+    """A core or bus that is used beyond a limit, or threads that have no partition which keeps it."""
 
     requirement: str = field("The limit, in the words of the problem.")
-    processor: str = field("The processor or accelerator.")
+    processor: str = field("The processor, accelerator or bus.")
     core: int = field("The core, from 1; 0 where threads have no core yet and no partition keeps the limit.")
     cores: int = field("How many cores the processor has.")
     limit_ppm: Figure = field("How much of each core may be used, in ppm of it.")
@@ -134,3 +134,6 @@ class Overload(Form):
     )
     unbounded: list[str] = field("The late threads that have no bound because of it.")
     shorter: list[Shorter] = field("Each of these would keep the limit by itself; empty without a core.")
+    executor: str = field(
+        "An executor whose threads, which share a core, break the limit by themselves; empty where none do.", earlier=""
+    )

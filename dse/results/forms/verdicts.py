@@ -33,11 +33,26 @@ class Demand(Form):
     origin: str = field("Where it stands: `FILE:LINE`, or `command line`.")
 
 
+class Why(Form):
+    """Why a design breaks what it breaks."""
+
+    overloads: list[Overload] = field("The cores and buses that it uses beyond a limit that it breaks.")
+    late: list[Late] = field(
+        "The threads that end too late in it, and those without a bound in flows whose limits it breaks."
+    )
+    delayed: list[Delayed] = field("The limits on flows that it breaks while threads in these wait for others.")
+    boundaries: list[Boundary] = field(
+        "The readers on the clock of the timer before them, along the flows whose limits it breaks."
+    )
+    shorter: list[Shorter] = field("Shorter times with each of which alone all that is asked holds in it.")
+
+
 class ConflictMember(Demand):
     """A member of a minimal conflict."""
 
     without_it: Decisions = field("A design that meets all the other members.")
     breaks: list[str] = field("Every demand of the question that this design breaks.")
+    why: Why | None = field("Why it does; null in earlier files.", earlier=None)
 
 
 class MinimalConflict(Form):
