@@ -23,6 +23,7 @@ from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece, respond
 from dse.analysis.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.segments import elapsed_ns
+from dse.analysis.subsets import Subsets
 from dse.analysis.succession import Succession
 from dse.analysis.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
 from dse.analysis.terms import picked
@@ -131,6 +132,16 @@ def all_responses(space: Space, view: View) -> dict[TaskKey, Exact | None]:
 
 def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
     """Response times where only these threads are there, each group on a core of its own: never above those of more."""
+    are_slow = any(space.components[number].executor is not None for group in groups for number in group)
+    if are_slow and type(view) is View:
+        return _SUBSETS.recall(space, groups, view, _among)
+    return _among(space, groups, view)
+
+
+_SUBSETS = Subsets()
+
+
+def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
     return fixed_point(space, [turns_of(space, group, view) for group in groups], view)
 
 

@@ -16,10 +16,11 @@ from dse.analysis.memo import Watching
 from dse.analysis.rates import is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling import counted_ns
+from dse.analysis.subsets import Noting
 from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.encode.places import Places
-from dse.encode.reasons import Noting, Reason
+from dse.encode.reasons import Reason
 from dse.space.trees import at
 from dse.space.types import Design, OpenPriority, Space
 

@@ -19,6 +19,7 @@ from dse.analysis.priorities import number_of, order_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling import ONLY, counted_ns, subset_responses
+from dse.analysis.subsets import Noting
 from dse.analysis.tasks import work_ns
 from dse.analysis.views import View
 from dse.encode.linear import OpenTerm
@@ -130,21 +131,6 @@ def _few_groups(
         if number in threads:
             yield [(processor, tuple(one for one in threads if at(space.components[one].executor, view) == executor))]
             yield [(processor, threads)]
-
-
-class Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at."""
-
-    def __init__(self, design: Sequence[int]) -> None:
-        self.design = design
-        self.seen: dict[int, int] = {}
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        self.seen[decision] = self.design[decision]
-        return self.design[decision]
-
-    def __len__(self) -> int:
-        return len(self.design)
 
 
 def _seen(

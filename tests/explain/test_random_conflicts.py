@@ -14,6 +14,7 @@ from conflicting import infeasible
 from effort import FIRST, count
 
 from dse.analysis.limits import build_limit, judge
+from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.api.explain import Explainer, Wishes
 from dse.api.problem import Problem
@@ -100,6 +101,10 @@ def check_limit(oracle: Oracle, number: int, met: dict[Design, frozenset[int]], 
     assert closest is not None and rest <= met[closest.witness], seed
     seen["limits"] += 1
     seen["threads"] += bool(closest.thread)
+    if member.metric.key == "deadline":  # the limit is how much later than its deadline the thread may end
+        own = build_limit(oracle.space, member)
+        assert closest.limit * NS_PER_S == min(own.measure.value(view) - own.bound(view) for view in left), seed
+        return
     if member.operator == "==":
         distance = abs(closest.limit - member.limit.value)
         needed = [values_at(oracle.space, member, view) for view in left]
