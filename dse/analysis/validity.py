@@ -165,13 +165,17 @@ def _existing_cores(space: Space) -> Iterator[Predicate]:
     """A thread with a stated core runs on a processor that has it."""
     for component in space.components:
         if component.core is not None:
-            text = f"the core of {component.name} is one that its processor has"
-            yield Predicate(text, partial(_has_core, space, component))
+            yield Predicate(has_core_text(component), partial(_has_core, space, component))
     for item in space.open_cores:
         least, component = min(item.decision.values), space.components[item.component]
         if component.core is None and least > 1:
             text = f"a core of {component.name} is one that its processor has"
             yield Predicate(text, partial(_has_listed_core, space, component, least))
+
+
+def has_core_text(component: Component) -> str:
+    """What is demanded of the core of a thread, in words."""
+    return f"the core of {component.name} is one that its processor has"
 
 
 def _has_listed_core(space: Space, component: Component, least: int, view: View) -> bool:

@@ -104,7 +104,7 @@ class SecondModel:
         self.free_cores = {item.index for item in tables.space.open_cores} if moves else set[int]()
         self.moves_threads = bool(self.free_cores)
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
-        self.numbering = Numbering(tables, self.model, self.chosen)
+        self.numbering = Numbering(tables, self.model, self.chosen, self.places)
         self._favourite = Favourite()
         self._unproved: list[Claim] = []  # the last ones that were asked about together
         self._earlier = Earlier(self._reduction, self.free_cores, deadline)

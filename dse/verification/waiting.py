@@ -20,6 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
 from dse.space.types import Design, Space
+from dse.verification.diagrams import leaves
 from dse.verification.sums import Waits
 
 MOST_JOBS = 24
@@ -46,6 +47,8 @@ class Waiting:
         self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
         self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._pairs: dict[tuple[int, int], Any] = {}
+        self._at: dict[int, dict[int, Any]] = {}
         self._counted: set[tuple[int, int, int]] = set()
         for number in (item for item in waits.threads if item in self.work):
             others = [other for other in self.work if other != number and self._may_wait(number, other)]
@@ -62,9 +65,8 @@ class Waiting:
     def _share(self, number: int, other: int) -> Any:
         """The work of another thread that a thread waits for: at least its first job, where it does wait."""
         model = self.model
-        waits, apart = model.new_bool_var(""), model.new_bool_var("")
-        model.add(self.place[number] != self.place[other]).only_enforce_if(apart)
-        ways = [waits, apart]
+        waits = model.new_bool_var("")
+        ways = [waits, self._together(number, other).negated()]
         after = model.new_bool_var("")
         if number in self.rank and other in self.rank:
             model.add(self.rank[other] <= self.rank[number] - int(other < number)).only_enforce_if(after)
@@ -77,6 +79,28 @@ class Waiting:
         model.add(share >= self.work[other]).only_enforce_if(waits)
         self._done[number, other] = waits, share
         return share
+
+    def _together(self, number: int, other: int) -> Any:
+        """Whether two threads share a core: true where they do."""
+        pair = min(number, other), max(number, other)
+        if pair not in self._pairs:
+            self._pairs[pair] = together = self.model.new_bool_var("")
+            one, another = (self._places(item) for item in pair)
+            for place in one.keys() & another.keys():
+                self.model.add_bool_or([together, one[place].negated(), another[place].negated()])
+        return self._pairs[pair]
+
+    def _places(self, number: int) -> dict[int, Any]:
+        """For each place of a thread a literal that it is there."""
+        if number not in self._at:
+            place, model = self.place[number], self.model
+            values = sorted({int(leaf) for leaf in leaves(self.waits.places[number])})
+            found = {value: model.new_bool_var("") for value in values}
+            for value, literal in found.items():
+                model.add(place == value).only_enforce_if(literal)
+                model.add(place != value).only_enforce_if(literal.negated())
+            self._at[number] = found
+        return self._at[number]
 
     def count(self, design: Design) -> bool:
         """Count the jobs within response times of a design, whoever shares a core; whether any was not counted yet."""

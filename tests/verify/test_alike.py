@@ -90,6 +90,9 @@ def test_what_tells_cores_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     assert classes(listed("any", "first_fit", "any")) == []
     assert classes(listed("any", "any"), more="rules: ['require a.core != 2']") == []
     assert classes(listed("any", "any"), more="requirements: ['utilisation of core 2 of p <= 40 %']") == []
+    few = "t: {cores: 4}, u: {cores: 2}"
+    assert classes(listed("any", "any", "any"), "p: {type: [t, u]}", few) == [[1, 2, 3, 4]]
+    assert classes(listed("any", "2", "any"), "p: {type: [t, u]}", few) == [[1, 3, 4]]
     groups = "t: {cores: {big: 2, small: 2}}"
     slow = "  a: {processor: p, period: 10 ms, compute_execution_time: {t/big: 1 ms, t/small: 2 ms}}"
     assert classes(slow, types=groups) == []
