@@ -34,6 +34,9 @@ MOST_ENTRIES = 100_000
 MOST_KINDS = 6
 """A period with several times is left out where cores would be of more kinds than this."""
 
+MOST_COMPARED = 60
+"""Where times of a period make more kinds than this none is looked for any more that implies them."""
+
 MOST_CASES = 1_000
 """A thread whose demand depends on more combinations of options has no part in rows: they hold without it."""
 
@@ -195,47 +198,64 @@ class Fit:
             return WHOLE * work // period
         return -(-self.point // period) * work if period <= self.longest else 0
 
-    def follows(self, other: Fit, periods: Sequence[int]) -> bool:
-        """Whether what fits the other way fits this way, too: no thread takes a larger part of the room."""
-        return all(self._part(period) <= other._part(period) for period in periods)
-
-    def _part(self, period: int) -> Fraction:
+    def part(self, period: int) -> Fraction:
+        """How much of the room a unit of work of a period takes at most."""
         if self.point is None:
             return Fraction(1, period)
         return Fraction(-(-self.point // period), self.point) if period <= self.longest else Fraction(0)
 
 
+class _Order:
+    """Which ways to fit follow from others, found once for each two."""
+
+    def __init__(self, periods: Sequence[int]) -> None:
+        self._periods = periods
+        self._parts: dict[Fit, list[Fraction]] = {}
+        self._known: dict[tuple[Fit, Fit], bool] = {}
+
+    def follows(self, one: Fit, other: Fit) -> bool:
+        """Whether what fits the other way fits this way, too: no thread takes a larger part of the room."""
+        if (one, other) not in self._known:
+            parts = zip(self._parts_of(one), self._parts_of(other), strict=True)
+            self._known[one, other] = all(own <= its for own, its in parts)
+        return self._known[one, other]
+
+    def _parts_of(self, fit: Fit) -> list[Fraction]:
+        if fit not in self._parts:
+            self._parts[fit] = [fit.part(period) for period in self._periods]
+        return self._parts[fit]
+
+    def independent(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Those that do not follow from another one."""
+        kept = list(fits)
+        for fit in fits:
+            if any(other is not fit and self.follows(fit, other) for other in kept):
+                kept.remove(fit)
+        return kept
+
+    def is_implied(self, one: Sequence[Fit], other: Sequence[Fit]) -> bool:
+        """Whether a core of the other kind is of this one, too."""
+        return all(any(self.follows(fit, known) for known in other) for fit in one)
+
+
 def _kinds(held: Sequence[tuple[int, int, Any]]) -> list[list[Fit]]:
     """One time for each period, as far as these are few; without what follows from the rest."""
-    periods = sorted({period for period, _, _ in held})
+    order = _Order(sorted({period for period, _, _ in held}))
     kinds = [[Fit()]]
     for shorter, points in _levels(held):
         longest = max(period for period, _, _ in shorter)
         finer: list[list[Fit]] = []
         for kind in kinds:
             for point in points:
-                grown = [*kind, Fit(point, longest)]
-                kept = _independent(grown, periods)
-                if not any(_is_implied(known, kept, periods) for known in finer):
-                    finer = [known for known in finer if not _is_implied(kept, known, periods)]
+                kept = order.independent([*kind, Fit(point, longest)])
+                if not any(order.is_implied(known, kept) for known in finer):
+                    finer = [known for known in finer if not order.is_implied(kept, known)]
                     finer.append(kept)
+            if len(finer) > MOST_COMPARED:
+                break
         if len(finer) <= max(MOST_KINDS, len(kinds)):
             kinds = finer
     return kinds
-
-
-def _independent(fits: Sequence[Fit], periods: Sequence[int]) -> list[Fit]:
-    """Those that do not follow from another one."""
-    kept = list(fits)
-    for fit in fits:
-        if any(other is not fit and fit.follows(other, periods) for other in kept):
-            kept.remove(fit)
-    return kept
-
-
-def _is_implied(one: Sequence[Fit], other: Sequence[Fit], periods: Sequence[int]) -> bool:
-    """Whether a core of the other kind is of this one, too."""
-    return all(any(fit.follows(known, periods) for known in other) for fit in one)
 
 
 def _entries(levels: Levels) -> int:
