@@ -83,8 +83,9 @@ def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
             if requirement.operator[0] in (direction, "="):
                 found = _beyond(ends, limit, side, requirement.operator)
                 if found is not None:
-                    parts = _parts(ends, limit, side) if found[0] else ()
-                    yield Impossible(requirement, side, *found, limit.measure.unit, parts)
+                    parts = _parts(ends, limit, side)
+                    is_all = sum((part.value for part in parts), ZERO) == found[0]
+                    yield Impossible(requirement, side, *found, limit.measure.unit, parts if is_all else ())
                     break
 
 

@@ -17,8 +17,9 @@ from dse.analysis.tasks import members, utilisation
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.space.types import Design
+from dse.timelimit import in_time
 
-MOST_TRIED = 3_000
+MOST_TRIED = 1_000
 """So many designs are looked at, about a second."""
 Overuse: TypeAlias = tuple[Fraction, Fraction, Fraction]
 """By how much cores are used beyond all of them, the fullest core, and the squares of all: less is better."""
@@ -35,7 +36,7 @@ def lightened(
     known, asked = _overuse(evaluator, design, processors)
     while left > 0:
         found = []
-        for other in _beside(evaluator, design, asked):
+        for other in in_time(_beside(evaluator, design, asked)):
             left -= 1
             overuse, _ = _overuse(evaluator, other, processors)
             if overuse < known:

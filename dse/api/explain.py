@@ -118,6 +118,7 @@ class Explainer:
     uncontended: Uncontended = field(repr=False)
     designs: NamedDesigns = field(repr=False)
     left_open: list[str] = field(default_factory=list)
+    lighter: dict[Design, Design] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
@@ -210,7 +211,7 @@ class Explainer:
         """The conflicts with the relaxations that mend them."""
         members = self._overloads_first({number for item in found.conflicts for number in item.members})
         give_up = self._give_up(found.smallest)
-        if found.smallest is None and not found.limited:
+        if found.smallest is None and (not found.limited or self.designs.unseen):
             self.left_open.append("the fewest demands that must be given up")
         if self.designs.unseen:
             return self._told(blank.with_(least=give_up), found)
@@ -323,9 +324,20 @@ class Explainer:
         def is_allowed(other: Design) -> bool:
             return kept <= oracle.met_by(other)
 
-        evened = self.uncontended.evened(design)
-        first = evened if is_allowed(evened) else design
-        return lightened(self.designs.evaluator, first, self.uncontended.overloaded_processors, is_allowed)
+        if design not in self.lighter:
+            evened = self.uncontended.evened(design)
+            first = evened if is_allowed(evened) else design
+            try:
+                with until(oracle.deadline):
+                    self.lighter[design] = lightened(
+                        self.designs.evaluator, first, self.uncontended.overloaded_processors, is_allowed
+                    )
+            except OutOfTime:
+                return first
+            except KeyboardInterrupt:
+                oracle.deadline = time.monotonic()
+                return first
+        return self.lighter[design]
 
     def relaxation(self, number: int, given_up: frozenset[int]) -> Relaxation:
         """What it takes of member `number`, while the others of `given_up` are given up and the rest holds."""

@@ -115,7 +115,7 @@ class Uncontended:
             for item in decided_cores(self.space)
             if at(components[item.component].processor, view) in self.overloaded_processors
         ]
-        return evenly(self.space, design, moved) or design
+        return canonical(self.space, evenly(self.space, design, moved) or design)
 
 
 def limits_use(member: Member) -> bool:

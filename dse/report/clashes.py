@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from dse.analysis.bounds import Ends, impossible
 from dse.analysis.limits import build_limit
 from dse.analysis.overheads import safe_bounds
+from dse.analysis.overloads import KINDS
 from dse.report.amounts import amount_words
 from dse.report.contention import safe_words
 from dse.report.explain import DIGITS, FOLLOWS, no_limit, of_core, origin_words
@@ -42,7 +43,9 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
             f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
             tuple(_clash(clash, result.space.currency, {}) for clash in result.give_up),
         )
-    if not result.give_up and any(map(_is_deferred, result.conflicts)):
+    limits = (item for item in result.space.requirements if item.metric.kind in KINDS and item.limit.value >= 1)
+    full = {item.text for item in limits}
+    if not result.give_up and any(_is_deferred(item, full) for item in result.conflicts):
         yield FOLLOWS, ()
     if excluded := exclusion_words(result.space):
         yield excluded, ()
@@ -57,9 +60,14 @@ def _bounds(result: Result) -> Bounds:
     return bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))
 
 
-def _is_deferred(conflict: Conflict) -> bool:
-    """Whether what a conflict may lead to was not looked at: how far it is from its limits was not, either."""
-    return not conflict.by_waiting and not any(clash.is_sought for clash in conflict.members)
+def _is_deferred(conflict: Conflict, full: Collection[str]) -> bool:
+    """Whether what a conflict may lead to was not looked at.
+
+    That is so where more of a processor is needed than there is, by limits with the texts `full`, and how far they are
+    from being kept was not looked for.
+    """
+    is_sought = any(clash.is_sought for clash in conflict.members)
+    return not conflict.by_waiting and not is_sought and any(clash.text in full for clash in conflict.members)
 
 
 def _clash(clash: Clash, currency: str, bounds: Bounds) -> str:

@@ -146,9 +146,9 @@ class Explanation(Answer):
     conflicts rest on response times `safe_bounds` says why these need not be reached, each reason with its threads.
     `without_waiting` says whether there is none either if no thread waited for another, where threads do.
     `impossible` are the requirements that no design meets as bounds of their figures show, without a search. `least` is
-    there where threads need more than there is of a processor, and not every conflict was asked for: what must be given
-    up even if no thread waited for another, each with the least that it must move. What follows from the overload was
-    not looked at then, so that more may have to give, and by more.
+    there where threads need more than there is of a processor, and not every conflict was asked for: the fewest of the
+    demands that were looked at that must be given up, each with the least that it must move, but for the use of
+    processors. What may follow from the overload was not looked at then, so that more may have to give, and by more.
 
     Examples
     --------

@@ -61,8 +61,9 @@ class _Noting(Sequence[int]):
 
 
 def is_late_limit(limit: Limit) -> bool:
-    """Whether a limit is an upper one on a response time."""
-    return limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+    """Whether a limit is an upper one on a response time for which threads wait."""
+    is_upper = limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
+    return is_upper and any(term.ends is not None for term in limit.measure.terms)
 
 
 def is_simple(component: Component) -> bool:

@@ -190,8 +190,9 @@ class ExplanationForm(Form):
     relaxations: list[Relaxation] = field("What happens when one demand alone gives.")
     give_up: GiveUp | None = field("The fewest demands to give up together, where no single one is enough.")
     least: GiveUp | None = field(
-        "Where threads need more than there is of a processor, and what follows from that was not looked at: what must "
-        "give even if no thread waited for another, each with the least that it must move; more may have to.",
+        "Where threads need more than there is of a processor, and what may follow from that was not looked at: the "
+        "fewest of the other demands that must give, each with the least that it must move, but for the use of "
+        "processors; more may have to.",
         earlier=None,
     )
     impossible: list[Bound] = field("Requirements that no design meets, as bounds alone show.", earlier=[])
