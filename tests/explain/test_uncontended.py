@@ -348,3 +348,26 @@ def test_the_greatest_of_several_latencies_waits_only_where_threads_do() -> None
     for processing in ("execution_time", "response_time"):
         (conflict,) = dse.explain(data | {"processing": processing}).conflicts
         assert not conflict.by_waiting
+
+
+@pytest.mark.parametrize("order", ["xyz", "zxy", "zyx"])
+def test_what_real_responses_teach_proves_nothing_without_waiting(order: str) -> None:
+    """With best orders open and many decisions beside, type y keeps all if nobody waits: the flag must not pass."""
+    times = {"x": (2, 7), "y": (4, 4), "z": (4, 7)}
+    data = deepcopy(PLAIN) | {"deadlines": "stated"}
+    data["processor_types"] = {name: {"cores": 2} for name in order}
+    data["processors"] = {"p": {"type": list(order)}}
+    data["threads"] = {
+        name: {
+            "processor": "p", "core": core, "period": "20 ms", "deadline": "6 ms", "priority": "any",
+            "compute_execution_time": {kind: f"{times[kind][place]} ms" for kind in order},
+        }
+        for name, core, place in (("d", 1, 0), ("e", 1, 0), ("f", 2, 1))
+    }  # fmt: skip
+    data["device_types"] = {kind: {"price": f"{price} EUR", "period": "10 ms"} for kind, price in (("u", 1), ("v", 2))}
+    data["devices"] = {f"s{number}": {"type": ["u", "v"]} for number in range(12)}
+    problem = load(data)
+    result = dse.solve(problem).to_dict()
+    assert [conflict["by_waiting"] for conflict in result["conflicts"]] == [True]
+    result["conflicts"][0]["by_waiting"] = False
+    assert dse.verify(result, problem=problem, method="model").status == "rejected"
