@@ -125,7 +125,7 @@ class Explainer:
         """An explainer whose time limit began at `started`; one that `is_brief` tells of no design."""
         deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
         oracle = Oracle(asked.space, seed=wishes.seed, deadline=deadline)
-        uncontended = Uncontended(asked.space, wishes.seed, deadline)
+        uncontended = Uncontended(asked.space, oracle)
         return cls(asked, wishes, oracle, uncontended, NamedDesigns(asked.space, oracle, is_brief))
 
     @property

@@ -10,7 +10,7 @@ from dse.analysis.boundaries import boundaries
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.flow_waits import Delayed, delayed_flows, unbounded_threads
 from dse.analysis.lateness import Late, Teller
-from dse.analysis.limits import Verdict
+from dse.analysis.limits import Verdict, judge
 from dse.analysis.mending import mending_cuts
 from dse.analysis.overloads import KINDS, Overload, overloads
 from dse.analysis.shortening import Shorter
@@ -68,7 +68,8 @@ class NamedDesigns:
     def _example(self, design: Design) -> Example:
         broken = sorted(self.oracle.everything - self.oracle.met_by(design))
         breaks = tuple(self.demand(number) for number in broken)
-        view, verdicts = View(design), self.evaluator.evaluate(design).verdicts
+        view = View(design)
+        verdicts = [judge(limit, view) for limit in self.evaluator.limits]
         seen = [item for number, item in enumerate(verdicts) if number not in self.unseen]
         teller = Teller(self.space, view)
         late, delayed = tuple(_late(teller, seen)), tuple(delayed_flows(teller, seen))
@@ -78,7 +79,8 @@ class NamedDesigns:
             name for item in limited if isinstance(item, Requirement) for name in flows_in(self.space, item.metric)
         }
         read = tuple(item for item in boundaries(self.space, view) if item.flow in flows) if flows else ()
-        shorter = tuple(self._mending(teller, verdicts, (*full, *late, *delayed)))
+        is_whole = all(isinstance(self.oracle.members[number], Requirement) for number in broken)
+        shorter = tuple(self._mending(teller, verdicts, (*full, *late, *delayed))) if is_whole else ()
         return Example(self.decisions(design), breaks, full, late, delayed, read, shorter)
 
     def _mending(

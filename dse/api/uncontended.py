@@ -29,11 +29,16 @@ UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
 
 
 class Uncontended:
-    """The members of a question, their response times as long as the jobs take alone."""
+    """The members of a question, their response times as long as the jobs take alone.
 
-    def __init__(self, space: Space, seed: int, deadline: float | None) -> None:
+    It has the seed and the time of the one who answers with waiting.
+    """
+
+    def __init__(self, space: Space, beside: Oracle) -> None:
         self.space = space
-        self.oracle = Oracle(without_scheduling(space), seed=seed, deadline=deadline, reading=uncontended_limit)
+        self.oracle = Oracle(
+            without_scheduling(space), seed=beside.seed, reading=uncontended_limit, time_left=beside.time_left
+        )
         self.differs = any(uncontended_limit(space, item, is_asked=False).is_elsewhere for item in space.requirements)
         """Whether response times count in some requirement."""
         self.overloaded_processors = frozenset[int]()

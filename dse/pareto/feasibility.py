@@ -100,22 +100,36 @@ def find_design(
         solver.exclude(answer.design)  # within what rounding admits, but not exactly
 
 
+@dataclass
+class TimeLeft:
+    """When the questions of all who share it end (`at`, by the monotonic clock); None without a limit."""
+
+    at: float | None
+
+
 class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
     Sets are those of positions in `members`. The space is encoded once, with a switch for each member; requirements are
-    made limits by `reading`. `calls` counts the questions that were solved. Ctrl-C is as if the deadline had come.
+    made limits by `reading`. `calls` counts the questions that were solved. Ctrl-C is as if the deadline had come, for
+    all who share the `time_left`.
     """
 
     def __init__(
-        self, space: Space, *, seed: int = 0, deadline: float | None = None, reading: Reading = build_limit
+        self,
+        space: Space,
+        *,
+        seed: int = 0,
+        deadline: float | None = None,
+        reading: Reading = build_limit,
+        time_left: TimeLeft | None = None,
     ) -> None:
         self.space = space
         self.reading = reading
         self.members = members_of(space)
         self.everything = frozenset(range(len(self.members)))
         self.seed = seed
-        self.deadline = deadline
+        self.time_left = time_left if time_left is not None else TimeLeft(deadline)
         self.calls = 0
         self._structure = Evaluator(demanding(space, ()))
         self._limits = Evaluator(replace(space, objectives=()), reading=reading).limits
@@ -123,6 +137,15 @@ class Oracle:
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
         self._met: dict[Design, frozenset[int]] = {}
+
+    @property
+    def deadline(self) -> float | None:
+        """When questions end, by the monotonic clock; None without a limit."""
+        return self.time_left.at
+
+    @deadline.setter
+    def deadline(self, at: float | None) -> None:
+        self.time_left.at = at
 
     def space_of(self, kept: Iterable[int]) -> Space:
         """The space that demands only these members."""

@@ -28,7 +28,7 @@ MOST_REDUCED = 20
 """Maximum number of demands that are listed of a set that may not be minimal."""
 FOLLOWS = (
     "Threads that may be late because more of a processor is needed than there is, and flows with them, were not "
-    "looked at: mend that first, or ask with --all."
+    "looked at: mend that first, or ask `dse explain` with --all."
 )
 """What is said where threads need more than there is of a processor."""
 REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}

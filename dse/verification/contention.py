@@ -19,6 +19,7 @@ from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.packing import placements
 from dse.analysis.placement import core_of_each
 from dse.analysis.scheduling import all_responses, counted_ns, subset_responses, waited_ns
+from dse.analysis.subsets import Noting
 from dse.analysis.views import CyclicActivation, View
 from dse.records import dataclass
 from dse.space.cores import decided_cores
@@ -43,21 +44,6 @@ class Lesson:
     groups: Groups
     raised: tuple[int, Fraction] | None = None
     above: tuple[tuple[int, int], ...] = ()
-
-
-class _Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at."""
-
-    def __init__(self, design: Sequence[int]) -> None:
-        self.design = design
-        self.seen: dict[int, int] = {}
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        self.seen[decision] = self.design[decision]
-        return self.design[decision]
-
-    def __len__(self) -> int:
-        return len(self.design)
 
 
 def is_late_limit(limit: Limit) -> bool:
@@ -151,7 +137,7 @@ def _without_order(space: Space, limits: Sequence[Limit], design: Design) -> Ite
         def is_late(given: Sequence[int], group: Sequence[int] = group) -> bool:
             return fails(group, given)
 
-        noting = _Noting(design)
+        noting = Noting(design)
         assert is_late(noting), "an order will do"
         yield Lesson(_box(space, is_late, design, noting.seen), (group,))
 
@@ -181,7 +167,7 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
         return waited_ns(space, number, view, counted_ns(known.get((number, "thread"), 0))) >= waited
 
     groups = _least(space, number, waits, design)
-    noting = _Noting(design)
+    noting = Noting(design)
     assert waits(groups, View(noting)), "a thread waits no more"
     apart, above = _pairs(space, groups, noting.seen)
     box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
@@ -196,7 +182,7 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
         view = View(given)
         return not judge(limit, view).holds if groups is None else _breaks(space, limit, groups, view)
 
-    noting = _Noting(design)
+    noting = Noting(design)
     assert is_late(noting), "a thread is late no more"
     apart, above = _pairs(space, groups, noting.seen)
     return Lesson(_box(space, is_late, design, noting.seen, apart), groups or (), above=above)
@@ -208,7 +194,7 @@ def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
     def is_full(given: Sequence[int]) -> bool:
         return not judge(limit, View(given)).holds
 
-    noting = _Noting(design)
+    noting = Noting(design)
     assert is_full(noting), "the threads fit"
     return Lesson(_box(space, is_full, design, noting.seen), ())
 
@@ -276,7 +262,7 @@ def _is_late_at(
     is_late: Callable[[Sequence[int]], bool], design: Design, changes: Mapping[int, int], apart: frozenset[int]
 ) -> bool:
     """Whether the threads are late with some options changed, by decisions that were looked at only."""
-    noting = _Noting(tuple(changes.get(decision, option) for decision, option in enumerate(design)))
+    noting = Noting(tuple(changes.get(decision, option) for decision, option in enumerate(design)))
     try:
         return is_late(noting) and noting.seen.keys() <= changes.keys() | apart
     except (NotOffered, CyclicActivation):

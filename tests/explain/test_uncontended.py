@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterator
+from contextlib import contextmanager
 from copy import deepcopy
 from fractions import Fraction
 from typing import Any, Literal
@@ -106,7 +108,8 @@ def test_what_holds_without_waiting_is_found(kind: str, seed: int) -> None:
     limits = [f"latency of f <= {source.choice((6, 12, 20, 30))} ms", f"price <= {source.choice((10, 20))} EUR"]
     space = dse.loads(text).ask(require=[*limits, f"jitter of f < {source.choice((4, 9, 15))} ms"]).space
     designs = structural_designs(space)
-    oracle, uncontended = Oracle(space), Uncontended(space, 0, None)
+    oracle = Oracle(space)
+    uncontended = Uncontended(space, oracle)
     apart = {design: without_waiting(oracle, design) for design in designs}
     assert all(oracle.met_by(design) <= kept for design, kept in apart.items())
     numbers = sorted(oracle.everything)
@@ -276,6 +279,30 @@ def test_an_overload_that_money_mends_hides_what_follows_from_it() -> None:
     (conflict,) = found.conflicts
     assert {demand.text for demand, _ in conflict.members} == {"price <= 20 EUR", "utilisation of p <= 100 %"}
     assert found.least is None and [item.demand.text for item in found.relaxations if item.helps] == ["price <= 20 EUR"]
+
+
+@pytest.mark.parametrize("after", range(24))
+def test_nothing_is_asked_after_ctrl_c(after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever of the two is asked when it comes."""
+    data = deepcopy(PLAIN) | {"requirements": ["price <= 20 EUR"]}
+    data["processor_types"] = {"a": {"price": "10 EUR"}, "b": {"cores": 2, "price": "30 EUR"}}
+    data["processors"]["p"] = {"type": ["a", "b"]}
+    own, begun = Oracle._spent, 0
+
+    @contextmanager
+    def spent(self: Oracle) -> Iterator[None]:
+        nonlocal begun
+        with own(self):
+            begun += 1
+            if begun == after + 1:
+                raise KeyboardInterrupt
+            yield
+
+    monkeypatch.setattr(Oracle, "_spent", spent)
+    found = dse.explain(data)
+    assert begun <= after + 1
+    assert found.complete == (begun <= after)
+    assert found.complete or found.left_open
 
 
 def test_the_design_of_an_overload_uses_cores_as_little_as_may_be() -> None:
