@@ -34,6 +34,8 @@ FULL_WAYS = (BUILDING, OPTIONS_FIRST)
 """... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
 APART_WORK = 1.5
 """... and designs are missing; with so much work in the first round, and twice as much in each further one."""
+ALONE_WORK = 24.0
+"""The same where threads wait for each other and no other part is left: nothing is won by asking anew."""
 APART_CHEAP = 0.1
 """A part for which linear relaxation has needed less than this is asked with it at once the next time."""
 MOST_MISSED_BRIEFLY = 4
@@ -58,7 +60,7 @@ def as_a_whole(solver: Solver, weights: Sequence[int], regions: Sequence[Bound])
     """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
     if len(solver.parts) < MANY_PARTS or solver.missed_briefly[WHOLE] >= MOST_MISSED_WHOLE:
         return None
-    answer = solver.solve_in(weights, regions, *WHOLE_BRIEFLY)
+    answer = solver.solve_in(regions, *WHOLE_BRIEFLY)
     if isinstance(answer, Unfinished):
         solver.missed_briefly[WHOLE] += 1
         return None
@@ -157,7 +159,8 @@ class Apart:
             rounds, way = divmod(turn - 1, len(ways))
             attempt = ways[way], APART_WORK * 2**rounds
             if solver.encoded.is_loose:
-                attempt = NARROWING, APART_WORK * 2 ** (max(turn, part.round) - 1)
+                first = APART_WORK if self.waiting else ALONE_WORK
+                attempt = NARROWING, first * 2 ** (max(turn, part.round) - 1)
         before = solver.work
         answer = solver.solve_part(part, attempt, self.weights, self.regions, self.best, least)
         if turn and not isinstance(answer, Unfinished):

@@ -15,8 +15,9 @@ from typing import Any
 from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT, set_domain
-from dse.pareto.answer import Answer, Found, Unfinished
-from dse.pareto.settings import ORDERED_SEARCH, ORDERED_TO_THE_END, Settings
+from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.pareto.regions import Bound
+from dse.pareto.settings import BRIEF, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings, ways_to_any
 from dse.pareto.subproblem import Solver
 from dse.records import dataclass
 from dse.space.types import Design
@@ -115,8 +116,30 @@ def _canonical(
     if solver.encoded.contention is not None:
         solver.encoded.contention.seek_any()
     solver.hint(near)
-    answer = solver.any_solution(known.point)
+    answer = any_solution(solver, known.point)
     return (answer.design, False) if isinstance(answer, Found) else None
+
+
+def any_solution(solver: Solver, point: Bound) -> Answer:
+    """A solution with the point that `Solver.set_point` fixed, the same one whatever was asked before.
+
+    What is hard as a whole is asked part by part, in their order; those proved not to have it are left out.
+    """
+    solver.calls += 1
+    answer = solver.run(*BRIEF)
+    if not isinstance(answer, Unfinished):
+        return answer
+    attempts = ways_to_any(waits=solver.encoded.is_loose, shares=solver.encoded.contention is not None)
+    region = tuple(value + 1 for value in point)
+    for part in solver.parts.all:
+        if part.open([region]):
+            for attempt in attempts if len(solver.parts) > 1 else attempts[1:]:
+                answer = solver.run_within(part, *attempt)
+                if isinstance(answer, Found) or solver.out_of_time():
+                    return answer
+                if isinstance(answer, NoSuchDesign):
+                    break
+    return NoSuchDesign()
 
 
 def _by_digits(solver: Solver, known: Found) -> Design | None:

@@ -19,6 +19,7 @@ from dse.encode.model import EncodedSpace, encode
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.pareto.best import claimed_by, counted, minimise_in, signed
 from dse.pareto.canonical import InOrder, canonical_design
+from dse.pareto.narrowing import waiting_axes
 from dse.pareto.outcome import ANYTHING, Frame, FrontSearch
 from dse.pareto.pace import Pace
 from dse.pareto.pool import SolverPool, stop_on_interrupt
@@ -138,6 +139,11 @@ class _State:
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
         )
 
+    @cached_property
+    def waiting_axes(self) -> frozenset[int]:
+        """The objectives that hang on how long threads wait."""
+        return waiting_axes(self.encoded)
+
     def _come_across(self) -> Found | None:
         """A design that meets what is required, while nothing better is known."""
         known = [
@@ -252,7 +258,7 @@ def _explore(state: _State, budget: Budget, watch: Watch, keep: Callable[[], Non
         if len(pool.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
             pool.solvers += [_another(pool.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
         for solver in pool.idle:
-            question = search.next_question(list(pool.busy.values()), solver.most_regions)
+            question = search.next_question(list(pool.busy.values()), solver.most_regions, state.waiting_axes)
             if question is not None:
                 job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
                 pool.start(solver, question, partial(_in_time, state, solver, job))

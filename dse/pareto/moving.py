@@ -7,7 +7,7 @@ is as good as it looked, or until no cores will do. Either way the model has lea
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ def moved(solver: Solver, design: Design, best: Found | None, most: int | None) 
     encoded, proved = solver.encoded, solver.least
     if encoded.space is None or not encoded.space.open_cores:
         return best
-    with _held(encoded, design, {item.index for item in encoded.space.open_cores}):
+    with all_but(encoded, design, {item.index for item in encoded.space.open_cores}):
         for _ in range(MOST_MOVES):
             answer, best = solver.once(BARE, MOVING, best, most)
             best = answer if isinstance(answer, Found) else best
@@ -71,8 +71,15 @@ def keep(solver: Solver, best: Found | None) -> None:
         solver.incumbent = min(found, key=lambda one: weighted(weights, one.point))
 
 
+def begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
+    """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
+    model.clear_hints()
+    model.proto.solution_hint.vars.extend(range(len(solution)))
+    model.proto.solution_hint.values.extend(solution)
+
+
 @contextmanager
-def _held(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Iterator[None]:
+def all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Iterator[None]:
     """All options of a design are given, but those of the decisions that are `free`."""
     variables = encoded.model.proto.variables
     held = {

@@ -14,16 +14,21 @@ from typing import TYPE_CHECKING
 
 from dse.encode.linear import EXACT_LIMIT
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.pareto.improving import improved
 from dse.pareto.neighbours import neighbour
 from dse.pareto.pooled import pooled
-from dse.pareto.settings import BARE, BUILD_WORK, CLOSING, FROM_BELOW, RELAXED
+from dse.pareto.regions import Bound
+from dse.pareto.settings import BARE, BUILD_WORK, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
 from dse.records import dataclass
 
 if TYPE_CHECKING:
+    from dse.encode.model import EncodedSpace
     from dse.pareto.subproblem import Solver
 
 BELOW = 6
-"""One part in so many of the work is for bounds."""
+"""One part in so many of the work is for bounds, ..."""
+MOST_BELOW = 0.5
+"""... and no more than this: what is left is refuted from a design that is good, not from below."""
 LEAST = 4
 """With less than one part in so many nothing more is asked."""
 CHANGE = 4
@@ -45,16 +50,19 @@ class Narrowing:
     """What the questions so far have shown: of how many slices the lowest is asked for, and what was in vain.
 
     `quick` is how much work clause learning alone is given for a range; `bounded` has the parts (by their literals) of
-    the question as it stands whose bound it does not raise any more.
+    the question as it stands whose bound it does not raise any more, `improved` the points in whose neighbourhood
+    something better was looked for in a part.
     """
 
     slices: int = FIRST
     quick: float = QUICK
     bounded: set[tuple[int, ...]] = field(default_factory=set)
+    improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
 
     def begin(self) -> None:
         """Another question is asked."""
         self.bounded.clear()
+        self.improved.clear()
 
 
 def narrowed(solver: Solver, work: float) -> Answer:
@@ -64,33 +72,60 @@ def narrowed(solver: Solver, work: float) -> Answer:
     first = solver.raise_least(0)
     answer: Answer = Unfinished(first)
     if is_single and solver.within not in known.bounded:
-        answer = solver.run(FROM_BELOW, work / BELOW)
+        answer = solver.run(FROM_BELOW, min(MOST_BELOW, work / BELOW))
         if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
             known.bounded.add(solver.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
-        best, least, left = answer.best, answer.bound, end - solver.work
+        least, before = answer.bound, solver.work
+        best = _bettered(solver, answer.best)
+        end += solver.work - before
+        left = end - solver.work
         if left < work / LEAST or solver.out_of_time():
-            return answer
+            return Unfinished(least, best)
         solver.raise_least(least)
         most = solver.most(best)
         if most is None:  # nothing to be better than
-            return solver.run(CLOSING, left)
+            answer = solver.any_design([(CLOSING, left)])
+            if isinstance(answer, Unfinished):
+                return Unfinished(least)
+            answer = Unfinished(least, answer) if isinstance(answer, Found) else answer
+            continue
         middle = least + (most - least) // known.slices if is_single else most
-        answer = Unfinished(best=best)
-        if known.quick >= LEAST_QUICK:
-            answer = solver.run(BARE, min(left, known.quick), best, middle)
-            known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(MOST_QUICK, 2 * known.quick)
-        if isinstance(answer, Unfinished):
-            answer = solver.run(CLOSING, left, answer.best or best, middle)
+        answer = _in_range(solver, left, best, middle)
         if isinstance(answer, NoSuchDesign):
             known.slices = WIDEST if _counts_options(solver) else max(WIDEST, known.slices // CHANGE)
             if middle >= most:
                 return best or answer
             answer = Unfinished(middle + 1, best)
         elif isinstance(answer, Unfinished):
-            known.slices = min(NARROWEST, known.slices * CHANGE)
-            return Unfinished(max(least, answer.bound or 0), answer.best)
+            least = max(least, answer.bound or 0)
+            if answer.best is best:
+                known.slices = min(NARROWEST, known.slices * CHANGE)
+                return Unfinished(least, best)
+            answer = Unfinished(least, answer.best)
     return answer
+
+
+def _in_range(solver: Solver, work: float, best: Found | None, most: int) -> Answer:
+    """The best design in a range of values, or that there is none; unfinished with any that is better than `best`."""
+    known = solver.narrowing
+    answer: Answer = Unfinished(best=best)
+    if known.quick >= LEAST_QUICK:
+        answer = solver.run(BARE, min(work, known.quick), best, most)
+        known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(MOST_QUICK, 2 * known.quick)
+    if isinstance(answer, Unfinished) and answer.best is best:
+        answer = solver.run(CLOSING_RANGE, work, best, most)
+    return answer
+
+
+def _bettered(solver: Solver, best: Found | None) -> Found | None:
+    """A better design than the best one, or than that of another part where there is none, if one is near it."""
+    known, start = solver.narrowing, best or solver.start
+    if start is None or (solver.within, start.point) in known.improved:
+        return best
+    found = improved(solver, start)
+    known.improved |= {(solver.within, start.point), (solver.within, found.point)}
+    return best if found is start else found
 
 
 def _counts_one(solver: Solver) -> bool:
@@ -102,9 +137,22 @@ def _counts_options(solver: Solver) -> bool:
     """Whether what is minimised is a plain sum over options: then a range of it says nothing of waiting."""
     if solver.weights is None:
         return False
-    counted = [item for item, weight in zip(solver.encoded.objectives, solver.weights, strict=True) if weight]
-    chosen = {literal.index for literals in solver.encoded.options for literal in literals}
-    return all(item.branches and all(chosen.issuperset(parts) for *_, parts in item.branches) for item in counted)
+    weighed = {number for number, weight in enumerate(solver.weights) if weight}
+    return weighed.isdisjoint(waiting_axes(solver.encoded))
+
+
+def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
+    """The objectives that hang on how long threads wait: those that are no plain sums over options, where any may be.
+
+    What a part of the space has of them is proved once for all other objectives where these are what is minimised, the
+    loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 42).
+    """
+    chosen = {literal.index for literals in encoded.options for literal in literals}
+    return frozenset(
+        axis
+        for axis, item in enumerate(encoded.objectives)
+        if encoded.is_loose and not (item.branches and all(chosen.issuperset(parts) for *_, parts in item.branches))
+    )
 
 
 def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:

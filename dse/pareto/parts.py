@@ -151,11 +151,11 @@ class Parts:
 
 def _combinations(encoded: EncodedSpace) -> list[tuple[int, ...]]:
     """The literals of each combination, of as many shared decisions as make no more than `MOST_PARTS`."""
-    choices = [
-        [literal.index for literal in encoded.options[decision]]
-        for decision in encoded.shared
-        if len(encoded.options[decision]) > 1
-    ]
+    shared = [decision for decision in encoded.shared if len(encoded.options[decision]) > 1]
+    if encoded.is_loose and encoded.space is not None:  # most of what is proved there is the same on any bus
+        types = {slot.type_decision for slot in encoded.space.processors}
+        shared = [decision for decision in shared if decision in types]
+    choices = [[literal.index for literal in encoded.options[decision]] for decision in shared]
     while prod(map(len, choices)) > MOST_PARTS:
         choices.pop()
     return list(product(*choices))

@@ -115,8 +115,12 @@ class SearchRegions:
         ]
         self.open = kept + maximal
 
-    def next_question(self, taken: Collection[Question] = (), most: int = 1) -> Question | None:
+    def next_question(
+        self, taken: Collection[Question] = (), most: int = 1, rather: Collection[int] = ()
+    ) -> Question | None:
         """The regions to search next, up to `most`, and the objective to minimise; None when all choices are `taken`.
+
+        An objective of those in `rather` is minimised where one is left.
 
         The largest projection wins (Tamby and Vanderpooten, "Enumeration of the nondominated set of multiobjective
         discrete optimization problems", INFORMS Journal on Computing 33, 2021); regions that nobody searches come
@@ -124,16 +128,16 @@ class SearchRegions:
         """
         busy = {region for regions, _ in taken for region in regions}
         first = {(regions[0], axis) for regions, axis in taken}
-        best: tuple[bool, int, Bound, int] | None = None
+        best: tuple[bool, bool, int, Bound, int] | None = None
         for region in self.open:
             volume = prod(region)
             for axis, extent in enumerate(region or (1,)):  # without objectives: one region, and no axis to choose
-                candidate = (region in busy, -(volume // extent), region, axis)
+                candidate = (region in busy, axis not in rather, -(volume // extent), region, axis)
                 if (best is None or candidate < best) and (region, axis) not in first:
                     best = candidate
         if best is None:
             return None
-        region, axis = best[2:]
+        region, axis = best[3:]
         others = (other for other in self.open if other != region and other not in busy)
         nearest = nsmallest(most - 1, others, key=lambda other: (self._distance(region, other, axis), other))
         return (region, *nearest), axis

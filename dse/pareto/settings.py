@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -34,8 +35,8 @@ class Settings:
     bounds of the objective, the least value first; it `narrows` where such bounds and good designs take turns
     (`dse.pareto.narrowing`), or asks for the `lowest` values first, where it `builds` with a design made before. Long
     calls get simpler clauses on the way where it `simplifies`; a model is probed as it is read where it `probes`. With
-    `only_finds` the solver presolves and repairs the hint: what it finds counts, that there is none does not (see
-    `sound_solver`).
+    `any_value` the first solution is the answer, whatever its value in the range that is asked for. With `only_finds`
+    the solver presolves and repairs the hint: what it finds counts, that there is none does not (see `sound_solver`).
     """
 
     linearization_level: int
@@ -50,6 +51,7 @@ class Settings:
     builds: bool = False
     simplifies: bool = True
     only_finds: bool = False
+    any_value: bool = False
     probes: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
@@ -64,6 +66,7 @@ class Settings:
         if self.linearization_level and not self.only_finds:
             parameters.hint_conflict_limit = HINTED_CONFLICTS_RELAXED
         parameters.use_objective_lb_search = self.from_below
+        parameters.stop_after_first_solution = self.any_value
         parameters.use_sat_inprocessing = self.simplifies and work >= INPROCESSING_FROM and not self.in_order
         parameters.max_deterministic_time = work / self.weight
         parameters.cp_model_presolve = parameters.repair_hint = self.only_finds
@@ -91,6 +94,8 @@ FROM_BELOW = Settings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
 CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
 """A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 19)."""
+CLOSING_RANGE = replace(CLOSING, any_value=True)
+"""The same for any design in a range of values: a better one is found near it (`dse.pareto.improving`)."""
 FINDING = Settings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = Settings(1, has_cuts=False, weight=1.0, narrows=True)
@@ -108,7 +113,7 @@ Where relaxation helps it helps at every point; where it does not a miss costs a
 ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
 """The same where nothing else tells one design from the others."""
 FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
-"""The same for any design at all, where the first attempt at a question has found none."""
+"""The same for any design at all, where the first attempt at a question has found none: first in the file's order."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 WHOLE_BRIEFLY = (BARE, 0.02)
@@ -133,6 +138,8 @@ START_WORK = 0.5
 """Work to find a design to start from, whatever its objectives, where cores are nearly full."""
 NEIGHBOUR_WORK = ((2, 0.2), (3, 0.8))
 """Work to make a design better by other rates and cores for the threads of two cores; then for those of three."""
+IMPROVE_WORK = ((2, 0.15), (3, 0.45))
+"""The same where threads wait for each other, of a design that is known."""
 POOL_WORK, ROOM_WORK, PLACE_WORK = 2.0, 0.7, 1.5
 """Work for the best solution of pooled cores and its proof, each; for one that leaves room; to put threads on cores."""
 BUILD_WORK = 12.0

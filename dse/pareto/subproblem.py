@@ -19,7 +19,7 @@ from dse.encode.model import EncodedSpace
 from dse.pareto.answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.pareto.apart import Apart, as_a_whole
 from dse.pareto.grid import EVERY, weighted_grid
-from dse.pareto.moving import keep, moved, packed
+from dse.pareto.moving import begin_from, keep, moved, packed
 from dse.pareto.narrowing import Narrowing, lowest, narrowed
 from dse.pareto.neighbours import Nearby
 from dse.pareto.parts import Part, Parts
@@ -29,13 +29,11 @@ from dse.pareto.regions import Bound, held, restrict, strictly_inside, valued
 from dse.pareto.roomier import roomier
 from dse.pareto.settings import (
     BARE_FIRST,
-    BRIEF,
     FIRST_DESIGN,
     WAYS,
     WAYS_WITH_WAITING,
     Settings,
     sound_solver,
-    ways_to_any,
 )
 from dse.space.types import Design
 
@@ -70,7 +68,8 @@ class Solver:
         self.weights: Sequence[int] | None = None  # of the objectives, in what is minimised
         self._regions: Sequence[Bound] | None = None
         self._ceiling: int | None = None
-        self.within: tuple[int, ...] = ()  # the literals of the part that is asked about
+        self.within: tuple[int, ...] = ()  # the literals of the part that is asked about, ...
+        self.start: Found | None = None  # ... and the design that is to be bettered there, maybe one of another part
         self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
         self.pools: Pools | None = None  # where cores are full
         self.least: int | None = None  # of the values on the grid
@@ -123,7 +122,7 @@ class Solver:
         self.hint(hint)
         if self._rows() and (answer := as_a_whole(self, weights, regions)) is not None:
             return answer
-        attempts: list[Attempt] = [partial(self.solve_in, weights, regions, settings) for settings in self._ways]
+        attempts: list[Attempt] = [partial(self.solve_in, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:
             attempts[1:] = [Apart(self, weights, regions).attempt]
             attempts[0] = attempts[1] if self._rows() else attempts[0]
@@ -149,7 +148,7 @@ class Solver:
         self._regions = regions
         restrict(self.encoded, regions, floor)
 
-    def solve_in(self, weights: Sequence[int], regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def solve_in(self, regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
@@ -157,8 +156,7 @@ class Solver:
             self.raise_least(answer.bound or 0)
         if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
             self._has_looked_for_any = True
-            found = self._any_design()
-            self._set_objective(weights)
+            found = self.any_design(FIRST_DESIGN)
             if not isinstance(found, Found):
                 return found if isinstance(found, NoSuchDesign) else answer
             self.hint(found.design)
@@ -174,16 +172,17 @@ class Solver:
             variables = [objective.variable for objective in self.encoded.objectives]
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
 
-    def _any_design(self) -> Answer:
-        """Some design in the region, whatever its objectives; first depth first in the order of the file."""
-        model = self.encoded.model
-        model.clear_objective()
+    def any_design(self, ways: Sequence[tuple[Settings, float]]) -> Answer:
+        """Some design in the regions, whatever is minimised: with settings, and so much work, one after the other."""
+        weights = self.weights or ()
+        self.encoded.model.clear_objective()
         self.weights = None
         answer: Answer = Unfinished()
-        for settings, work in FIRST_DESIGN:
+        for settings, work in ways:
             answer = self.run(settings, work)
             if not isinstance(answer, Unfinished):
                 break
+        self._set_objective(weights)
         return answer
 
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
@@ -205,17 +204,17 @@ class Solver:
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
-        self.within = part.literals
+        self.within, self.start = part.literals, best
         self._ceiling = better_than = None if best is None else weighted(weights, best.point)
         self._restrict(regions, part.floor(regions))
         try:
-            answer = self._within(part, *way, least=least)
+            answer = self.run_within(part, *way, least=least)
         finally:
-            self._ceiling, self.within = None, ()
+            self._ceiling, self.within, self.start = None, (), None
         part.learn(answer, weights, regions, better_than)
         return answer
 
-    def _within(self, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
+    def run_within(self, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
         """One run of the solver in a part of the space; none of it may be left where decisions are fixed."""
         known = self.least  # which is of the whole
         self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)
@@ -234,27 +233,6 @@ class Solver:
         """Whether there is no time left, or the search was stopped."""
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
-    def any_solution(self, point: Bound) -> Answer:
-        """A solution with the point that `set_point` fixed, the same one whatever was asked before.
-
-        What is hard as a whole is asked part by part, in their order; those proved not to have it are left out.
-        """
-        self.calls += 1
-        answer = self.run(*BRIEF)
-        if not isinstance(answer, Unfinished):
-            return answer
-        attempts = ways_to_any(waits=self.encoded.is_loose, shares=self.encoded.contention is not None)
-        region = tuple(value + 1 for value in point)
-        for part in self.parts.all:
-            if part.open([region]):
-                for attempt in attempts if len(self.parts) > 1 else attempts[1:]:
-                    answer = self._within(part, *attempt)
-                    if isinstance(answer, Found) or self.out_of_time():
-                        return answer
-                    if isinstance(answer, NoSuchDesign):
-                        break
-        return NoSuchDesign()
-
     def run(self, settings: Settings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact, or as good as they can be.
 
@@ -265,11 +243,13 @@ class Solver:
             return narrowed(self, work)
         if settings.lowest and self.weights is not None:
             return lowest(self, work, builds=settings.builds)
-        known = self._rows()
+        known, start = self._rows(), best
         while True:
             answer, best = self.once(settings, work, best, most)
             if answer is not None:
                 return answer
+            if settings.any_value and best is not start:
+                return Unfinished(self.least, best)
             if self._is_stuck() or (self.within and self._rows() > known):
                 return Unfinished(self.least, best)
             if self.encoded.is_loose and settings.linearization_level and not settings.in_order:
@@ -322,7 +302,7 @@ class Solver:
         if status == cp_model.INFEASIBLE and not settings.only_finds:
             return refuted, best
         if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-            return self._judged(solver, status == cp_model.OPTIMAL, best)
+            return self._judged(solver, settings, best, is_optimal=status == cp_model.OPTIMAL)
         return Unfinished(self._bound(solver), best), best
 
     def limited(self, settings: Settings, work: float) -> cp_model.CpSolver:
@@ -349,12 +329,13 @@ class Solver:
         return solver.response_proto.inner_objective_lower_bound if self.encoded.model.has_objective() else None
 
     def _judged(
-        self, solver: cp_model.CpSolver, is_optimal: bool, best: Found | None
+        self, solver: cp_model.CpSolver, settings: Settings, best: Found | None, *, is_optimal: bool
     ) -> tuple[Answer | None, Found | None]:
         """What a solution says; no answer where the model has learnt from it."""
         point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
-        design = self.encoded.design(list(solver.response_proto.solution))
-        is_loose = self.encoded.is_loose
+        solution = list(solver.response_proto.solution)
+        design, found = self.encoded.design(solution), None
+        is_loose, is_last = self.encoded.is_loose, is_optimal or settings.any_value
         if is_loose:
             exact = self.encoded.weigh(design)
             found = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
@@ -368,15 +349,18 @@ class Solver:
         self._refused = design
         settled = self.encoded.settled(design, solver.value, is_best=False)
         has_learnt = len(self.encoded.model.proto.constraints) > known
-        if settled is None and is_optimal and not has_learnt:
+        if settled is None and is_last and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
-        if settled is None and (is_optimal or (has_learnt and not is_loose)):
+        if is_loose and has_learnt and settings.linearization_level:
+            begin_from(self.encoded.model, solution)
+        if settled is None and (is_last or (has_learnt and not is_loose)):
             if is_optimal and self.weights is not None:  # of a question that now is stricter
                 self.raise_least(self._bound(solver) or 0)
-            return None, best
+            is_found = found is not None and not is_optimal
+            return (Unfinished(self._bound(solver), best) if is_found else None), best
         if is_optimal and settled is not None:
             return Found(point, settled), best
-        if settled is not None and not is_loose:  # what is not the least may be larger than the design has it
+        if settled is not None and found is None and (is_last or not is_loose):  # else it may be larger than need be
             best = Found(point, settled)
             keep(self, best)
         return Unfinished(self._bound(solver), best), best

@@ -55,7 +55,7 @@ def test_the_front_is_the_same_part_by_part(
 ) -> None:
     evaluator = evaluator_with_parts(name, monkeypatch)
     expected = search_front(evaluator)
-    within, asked = Solver._within, []
+    within, asked = Solver.run_within, []
 
     def part(self: Solver, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
         asked.append(part)
@@ -65,7 +65,7 @@ def test_the_front_is_the_same_part_by_part(
         return answer
 
     too_hard_as_a_whole(monkeypatch)
-    monkeypatch.setattr(Solver, "_within", part)
+    monkeypatch.setattr(Solver, "run_within", part)
     search = search_front(evaluator)
     assert asked
     assert search.points == expected.points
@@ -261,22 +261,30 @@ def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
     expected = Solver(encode(evaluator)).minimise(weights, [encoded.everywhere])
     solver, whole = Solver(encoded), Solver._solve_whole
     looked: list[Answer] = []
-    any_design = Solver._any_design
+    any_design, run = Solver.any_design, Solver.run
+    had_objective: list[bool] = []
 
     def failing_once(self: Solver, settings: Settings, work: float) -> Answer:
         return whole(self, settings, work) if looked else Unfinished()
 
-    def looking(self: Solver) -> Answer:
-        looked.append(any_design(self))
-        assert not self.encoded.model.has_objective()
+    def looking(self: Solver, ways: Sequence[tuple[Settings, float]]) -> Answer:
+        with monkeypatch.context() as inside:
+            inside.setattr(Solver, "run", running)
+            looked.append(any_design(self, ways))
+        assert self.encoded.model.has_objective()
         return looked[-1]
 
+    def running(self: Solver, settings: Settings, work: float) -> Answer:
+        had_objective.append(self.encoded.model.has_objective())
+        return run(self, settings, work)
+
     monkeypatch.setattr(Solver, "_solve_whole", failing_once)
-    monkeypatch.setattr(Solver, "_any_design", looking)
+    monkeypatch.setattr(Solver, "any_design", looking)
     answer = solver.minimise(weights, [encoded.everywhere])
     assert isinstance(answer, Found) and isinstance(expected, Found)
     assert weighted(weights, answer.point) == weighted(weights, expected.point)
     assert len(looked) == 1 and isinstance(looked[0], Found)
+    assert had_objective and not any(had_objective)
     assert evaluator.evaluate(looked[0].design).is_feasible
     assert not solver.encoded.model.proto.search_strategy
     nothing = [tuple(1 for _ in encoded.objectives)]

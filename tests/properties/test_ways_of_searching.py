@@ -53,7 +53,7 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
     changed.setattr(apart, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
-    whole, within = Solver._solve_whole, Solver._within
+    whole, within = Solver._solve_whole, Solver.run_within
 
     def solve_whole(self: Solver, settings: Settings, work: float) -> Answer:
         return Unfinished() if work < LIGHT and draw.random() < often else whole(self, settings, work)
@@ -64,5 +64,5 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
         return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
 
     changed.setattr(Solver, "_solve_whole", solve_whole)
-    changed.setattr(Solver, "_within", solve_within)
+    changed.setattr(Solver, "run_within", solve_within)
     return search_front(pair.evaluator, Budget(workers=draw.randint(1, 3), seed=draw.randint(0, 9)))

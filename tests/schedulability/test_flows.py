@@ -22,6 +22,7 @@ from dse.encode.waiting import Waiting
 from dse.pareto.answer import Found
 from dse.pareto.front import Budget, search_front
 from dse.pareto.guarded_model import Switchboard
+from dse.pareto.settings import FIRST_DESIGN
 from dse.pareto.subproblem import Solver
 from dse.space.types import Space
 
@@ -112,7 +113,7 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
     """A search that is stopped hands it out: figures that nothing minimises are not what the solver says they are."""
     evaluator = Evaluator(asked(seed, "plain"))
     solver = Solver(encode(evaluator))
-    answer = solver._any_design()
+    answer = solver.any_design(FIRST_DESIGN)
     if isinstance(answer, Found):
         claimed = [
             item.offset + item.step * value for item, value in zip(solver.encoded.objectives, answer.point, strict=True)
