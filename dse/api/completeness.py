@@ -10,10 +10,10 @@ from dse.errors import UsageError
 from dse.results.solve import decisions_of
 from dse.space.types import Design
 from dse.units.text import count_words
+from dse.verification.calls import Reply
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.geometry import Bound, inside, uncovered
-from dse.verification.model import Reply
 from dse.verification.prover import Method, Prover, make_prover, outer_bound
 
 MOST_NAMED = 6

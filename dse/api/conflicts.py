@@ -25,9 +25,9 @@ from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed
 from dse.space.types import Space
 from dse.spec.expressions import Operator
+from dse.verification.calls import Reply
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
-from dse.verification.model import Reply
 from dse.verification.prover import Method, make_prover
 
 

@@ -10,9 +10,12 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from itertools import count
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from ortools.sat.python import cp_model
+
+from dse.records import dataclass
+from dse.space.types import Design
 
 FIRST_LIMIT = 0.3
 """Deterministic time of the first attempts at a question; a second of work is one to three units."""
@@ -63,6 +66,14 @@ Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""
 
 
+@dataclass(frozen=True)
+class Reply:
+    """``none`` is a proof that there is no such design; the analysis accepts `design`; ``unknown`` is no answer."""
+
+    answer: Literal["design", "none", "unknown"]
+    design: Design = ()
+
+
 def ask(
     model: cp_model.CpModel,
     deadline: float | None,
@@ -71,20 +82,23 @@ def ask(
     first: int = 0,
     *,
     is_favoured: bool = False,
+    most: int | None = None,
 ) -> tuple[Outcome, int]:
-    """An answer of the solver, unknown at the deadline only, and which attempt gave it.
+    """An answer of the solver, unknown at the deadline or after `most` attempts only, and which attempt gave it.
 
     Before each attempt `is_refuted` is asked, with some times that attempt's limit, whether it can show that there
     is no solution. A question that is nearly one of before begins with the attempt that answered that, its `first`.
     Where the first way `is_favoured` each other has `SHARE_OF_OTHERS` of its limit.
     """
     for attempt in count(first):
+        if most is not None and attempt >= most:
+            return (cp_model.UNKNOWN, None), attempt
         limit = FIRST_LIMIT * 2 ** (attempt // len(ways))
         if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
             return (cp_model.INFEASIBLE, None), attempt
         limit *= SHARE_OF_OTHERS if is_favoured and attempt % len(ways) else 1
         found = attempted(model, deadline, limit, attempt, ways)
-        if found[0] != cp_model.UNKNOWN or _is_over(deadline):
+        if found[0] != cp_model.UNKNOWN or is_over(deadline):
             return found, attempt
     raise AssertionError("attempts have no end")
 
@@ -97,7 +111,7 @@ def attempted(
     ways: Ways = WAYS,
 ) -> Outcome:
     """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
-    if _is_over(deadline):
+    if is_over(deadline):
         return cp_model.UNKNOWN, None
     way = ways[attempt % len(ways)]
     solver = other_solver()
@@ -128,7 +142,8 @@ def other_solver() -> cp_model.CpSolver:
     return solver
 
 
-def _is_over(deadline: float | None) -> bool:
+def is_over(deadline: float | None) -> bool:
+    """Whether there is no time left."""
     return deadline is not None and time.monotonic() >= deadline
 
 
@@ -147,7 +162,7 @@ def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: f
     try:
         thread.start()
         while not done.wait(0.2):
-            if _is_over(deadline):
+            if is_over(deadline):
                 solver.stop_search()
     except KeyboardInterrupt:
         for _ in range(MOST_STOPS):

@@ -6,22 +6,22 @@ solved with other settings: no presolve, another seed, another search.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from math import ceil
-from typing import Any, Literal
+from typing import Any
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.evaluate import Evaluation
 from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.views import View
-from dse.records import dataclass
 from dse.space.types import INACTIVE, Design
 from dse.timelimit import OutOfTime, look_at_the_clock
 from dse.verification import calls
 from dse.verification.alike import Numbering
-from dse.verification.calls import FIRST_LIMIT
+from dse.verification.by_type import MOST_AS_A_WHOLE, ByType
+from dse.verification.calls import FIRST_LIMIT, Reply
 from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.cores import add_cores
 from dse.verification.diagrams import Node, TooLarge, leaves
@@ -40,18 +40,13 @@ REPRESENTED = 2**62
 """The ends of what the solver adds stay below this."""
 
 
-@dataclass(frozen=True)
-class Reply:
-    """``none`` is a proof that there is no such design; the analysis accepts `design`."""
-
-    answer: Literal["design", "none"]
-    design: Design = ()
-
-
 class SecondModel:
-    """The question as a model, to be asked for designs in parts of the objective space."""
+    """The question as a model, to be asked for designs in parts of the objective space.
 
-    def __init__(self, tables: Tables, deadline: float | None = None) -> None:
+    Only for designs with options that are `given` for decisions by number, if there are such.
+    """
+
+    def __init__(self, tables: Tables, deadline: float | None = None, given: Mapping[int, int] | None = None) -> None:
         sums = [*(bound.sum for bound in tables.bounds), *(total for total, _ in tables.objectives)]
         if any(max(abs(item.low), abs(item.high)) >= REPRESENTED for item in sums) or any(
             max(abs(leaf) for leaf in leaves(part)) >= EXACT
@@ -64,29 +59,27 @@ class SecondModel:
         self.deadline = deadline
         self.calls = 0
         self.model = cp_model.CpModel()
+        self.given = given or {}
+        self._by_type = ByType(tables, self.given, partial(SecondModel, tables, deadline))
+        allowed = (
+            [self.given.get(index)] if index in self.given else all_ for index, all_ in enumerate(tables.allowed)
+        )
         self.chosen = [
-            self.model.new_int_var_from_domain(cp_model.Domain.from_values(list(allowed)), "")
-            for allowed in tables.allowed
+            self.model.new_int_var_from_domain(cp_model.Domain.from_values(list(options)), "") for options in allowed
         ]
-        self.lookups = Lookups(self.model, self.chosen.__getitem__)
+        self.lookups = Lookups(self.model, self.chosen.__getitem__, self.given)
         self._reduction = Reduction(tables)
         for _, diagram in tables.conditions:
-            self.model.add(self.lookups.value(diagram) == 1)
+            self.model.add(self.lookups.variable(diagram) == 1)
         self.waiting: Waiting | None = None
         if tables.waits is not None:
             self.waiting = Waiting(tables.space, self.model, tables.waits, self.lookups.value)
         self.passages: list[Any] = []
         for passage in tables.passages:
             assert self.waiting is not None
+            waits = self.waiting
             self.passages.append(
-                add_passage(
-                    self.model,
-                    passage,
-                    self.lookups.value,
-                    self._total,
-                    self.waiting.variables,
-                    self.waiting.most,
-                )
+                add_passage(self.model, passage, self.lookups.value, self._total, waits.variables, waits.most)
             )
         for bound in tables.bounds:
             if bound.sum.high > 0:
@@ -139,7 +132,7 @@ class SecondModel:
         if met is None:
             return self.chosen[index]
         shown = self.model.new_int_var(INACTIVE, max(self.tables.allowed[index]), "")
-        self.model.add_element(self.lookups.value(met), [INACTIVE, self.chosen[index]], shown)
+        self.model.add_element(self.lookups.variable(met), [INACTIVE, self.chosen[index]], shown)
         return shown
 
     def in_region(
@@ -170,8 +163,22 @@ class SecondModel:
                 domain = cp_model.Domain.from_values([INACTIVE, option])
                 model.add_linear_expression_in_domain(self._in(model, self.option[decision]), domain)
 
-        ways = calls.WAYS if self.waiting is None else calls.WAITING
-        return self._ask(ask, self._reduced(below, from_on), ways=ways, held=None if given is None else given[0])
+        held = None if given is None else given[0]
+        if self.waiting is None:
+            return self._ask(ask, self._reduced(below, from_on), held=held)
+        most = MOST_AS_A_WHOLE if self._by_type.combinations else None
+        reply = self._ask(ask, self._reduced(below, from_on), ways=calls.WAITING, held=held, most=most)
+        return self._in_parts(below, from_on, given) if reply.answer == "unknown" else reply
+
+    def _in_parts(self, *question: Any) -> Reply:
+        """The answer to the question of `in_region` by type."""
+        for part in self._by_type:
+            before = part.calls
+            reply = part.in_region(*question)
+            self.calls += part.calls - before
+            if reply.answer == "design":
+                return reply
+        return Reply("none")
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
         """A design with these objectives that comes before `design` in the order of the file."""
@@ -242,13 +249,15 @@ class SecondModel:
         exactly: bool = False,
         ways: calls.Ways = calls.WAYS,
         held: int | None = None,
+        most: int | None = None,
     ) -> Reply:
         """Solve; a design that only the coarse bounds admit is left out and the question asked again.
 
         Of one with threads that are late, or wait longer than thought, the model learns why. One with threads that wait
         less than the solution says is better than that, and an answer unless objectives are asked for `exactly`. Where
         threads are late other cores are tried, but for those of the decision `held`; where they wait longer, all but
-        their cores is kept for some rounds, which are soon answered and teach as much.
+        their cores is kept for some rounds, which are soon answered and teach as much. Unknown where `most` attempts of
+        a round do not answer it.
 
         Raises
         ------
@@ -264,9 +273,11 @@ class SecondModel:
             for values in left_out:
                 self._leave_out(model, values)
             self.calls += 1
-            status, solver = rounds.answer(model, self.deadline, is_refuted)
+            status, solver = rounds.answer(model, self.deadline, is_refuted, most)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
+            if solver is None and most is not None and not calls.is_over(self.deadline):
+                return Reply("unknown")
             if solver is None:
                 raise OutOfTime
             values = tuple(solver.value(self._in(model, variable)) for variable in self.chosen)

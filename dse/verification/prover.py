@@ -9,8 +9,9 @@ import numpy as np
 
 from dse.analysis.evaluate import Evaluator
 from dse.space.types import INACTIVE, Design
+from dse.verification.calls import Reply
 from dse.verification.exhaustion import Exhaustion, TooMany, exhaust
-from dse.verification.model import Reply, SecondModel
+from dse.verification.model import SecondModel
 from dse.verification.tables import Tables, build_tables
 
 Method: TypeAlias = Literal["auto", "exhaustion", "model"]

@@ -64,9 +64,13 @@ class Rounds:
         self._kept = (self._kept or values) if may_move else None
 
     def answer(
-        self, model: cp_model.CpModel, deadline: float | None, is_refuted: Callable[[float], bool] | None
+        self,
+        model: cp_model.CpModel,
+        deadline: float | None,
+        is_refuted: Callable[[float], bool] | None,
+        most: int | None = None,
     ) -> Outcome:
-        """An answer of the solver to the model of the next round; unknown at the deadline only."""
+        """An answer of the solver to the model of the next round; unknown at the deadline, or after `most` attempts."""
         size = min(len(self._hint), len(model.proto.variables))
         model.proto.solution_hint.vars.extend(range(size))
         model.proto.solution_hint.values.extend(self._hint[:size])
@@ -80,7 +84,7 @@ class Rounds:
         self._kept, self._moves = None, 0
         ways = self.favourite.turned(self.ways)
         found, attempt = ask(
-            model, deadline, is_refuted, ways, self._first, is_favoured=self.favourite.way in self.ways
+            model, deadline, is_refuted, ways, self._first, is_favoured=self.favourite.way in self.ways, most=most
         )
         self._first = self.favourite.answered(ways, attempt)
         return found

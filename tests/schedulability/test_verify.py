@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,7 +15,8 @@ from thread_systems import KINDS, LATER_JOBS, draw, text_of
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.api.problem import load
-from dse.verification import rounds, tables, waiting
+from dse.verification import model, rounds, tables, waiting
+from dse.verification.calls import Reply
 from dse.verification.model import SecondModel
 
 
@@ -30,16 +31,33 @@ def test_true_fronts_are_proved_again_and_false_ones_refused(
     check_both_ways(file)
 
 
+@pytest.mark.parametrize("by_type", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", cases(5, 1_000))
 def test_the_same_with_response_times_in_the_flow(
-    kind: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    kind: str, seed: int, by_type: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Also with every region asked for each processor type by itself, as hard ones are."""
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
+    if by_type:
+        monkeypatch.setattr(model, "MOST_AS_A_WHOLE", 0)
+        monkeypatch.setattr(model.SecondModel, "_in_parts", by_type_alone(model.SecondModel._in_parts))
     file = tmp_path / "drawn.yaml"
     text = text_of(draw(seed, kind=kind)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     file.write_text(text, encoding="utf-8")
     check_both_ways(file)
+
+
+def by_type_alone(in_parts: Callable[..., Reply]) -> Callable[..., Reply]:
+    """What is asked by type is asked of the models of the types, each of which knows its own only."""
+
+    def asked(self: SecondModel, *question: Any) -> Reply:
+        types = {slot.type_decision for slot in self.tables.space.processors}
+        assert [part.given for part in self._by_type] == self._by_type.combinations
+        assert all(part.given.keys() == types for part in self._by_type)
+        return in_parts(self, *question)
+
+    return asked
 
 
 @pytest.mark.parametrize("kind", ["stated", "ordered", "mixed"])
