@@ -165,6 +165,15 @@ def test_the_largest_projection_is_searched_first() -> None:
     assert held.next_question() == (((2, 2, 30),), 0)
 
 
+def test_an_objective_that_is_rather_minimised_comes_first_while_one_is_left() -> None:
+    held = SearchRegions((4, 10, 3))
+    assert held.next_question(rather={1}) == (((4, 10, 3),), 1)
+    held.open = [(4, 10, 3), (2, 2, 30)]
+    assert held.next_question(rather={1}) == (((2, 2, 30),), 1)
+    taken = [(((2, 2, 30),), 1), (((4, 10, 3),), 1)]
+    assert held.next_question(taken, rather={1}) == (((2, 2, 30),), 0)
+
+
 def test_the_nearest_regions_join_a_question() -> None:
     """Distances are shares of the range, without the objective that is minimised."""
     held = SearchRegions((100, 10, 10))
