@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
+from threading import Lock
 from typing import Any, Generic, TypeVar
 
 from dse.analysis.views import View
@@ -125,12 +126,11 @@ class Recall(Generic[T]):
     def __init__(self, most: int | None = None) -> None:
         self.most = most
         self._trees: dict[int, tuple[Space, dict[Any, _Tree[T]]]] = {}
+        self._admitting = Lock()
 
     def recall(self, space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
         """``formula(space, key, view)``, from memory where it has been asked before."""
-        if id(space) not in self._trees:
-            self._admit(space)
-        trees = self._trees[id(space)][1]
+        trees = (self._trees.get(id(space)) or self._admitted(space))[1]
         tree = trees.get(key)
         if tree is None:
             tree = trees[key] = _Tree()
@@ -153,12 +153,17 @@ class Recall(Generic[T]):
         tree.recalled += 1
         return node.value
 
-    def _admit(self, space: Space) -> None:
-        """A space that was not asked about before: one that differs in its demands only has the same values."""
-        shared = next((found for other, found in self._trees.values() if _same_figures(space, other)), {})
-        if len(self._trees) >= KEPT_SPACES:
-            self._trees.pop(next(iter(self._trees)), None)
-        self._trees[id(space)] = (space, shared)
+    def _admitted(self, space: Space) -> tuple[Space, dict[Any, _Tree[T]]]:
+        """A space that was not asked about before: one that differs in its demands only has the same values.
+
+        Several solvers work in threads, each of which may be the first to ask.
+        """
+        with self._admitting:
+            shared = next((found for other, found in self._trees.values() if _same_figures(space, other)), {})
+            if len(self._trees) >= KEPT_SPACES:
+                self._trees.pop(next(iter(self._trees)), None)
+            self._trees[id(space)] = entry = space, shared
+            return entry
 
     @staticmethod
     def _plant(node: _Node[T], asked: dict[Any, Any], value: T) -> None:

@@ -18,6 +18,7 @@ from dse.pareto.settings import (
     LOWEST,
     NARROWING,
     OPTIONS_FIRST,
+    READING,
     RELAXED,
     WHOLE_BRIEFLY,
     Settings,
@@ -42,9 +43,6 @@ MOST_MISSED_BRIEFLY = 4
 """A part that bare settings have left open so many times in a row is asked with linear relaxation at once."""
 APART = 4
 """The factor by which questions are asked longer part by part than as a whole."""
-READING = 6e-6
-"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
-
 
 WHOLE = -1
 """Stands for all parts together where misses are counted."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from dse.analysis.views import View
 from dse.pareto.answer import Found
 from dse.pareto.moving import all_but
-from dse.pareto.settings import BARE, IMPROVE_WORK
+from dse.pareto.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
@@ -30,16 +30,20 @@ MOST_LESSONS = 20
 def improved(solver: Solver, best: Found) -> Found:
     """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
 
-    The threads of two cores have other options and cores as long as that makes something better, then those of three.
+    The threads of two cores have other options and cores as long as that makes something better, then those of three,
+    with so much work at most.
     The model learns from solutions that are none, and is left as it was else.
     """
     space, contention = solver.encoded.space, solver.encoded.contention
     if space is None or contention is None or not space.open_cores or solver.weights is None:
         return best
     tried: set[frozenset[str]] = set()
+    end = solver.work + MOST_IMPROVING
     with contention.any_numbers():
-        while (near := next(_neighbourhoods(space, best.design, tried), None)) is not None and not solver.out_of_time():
-            free, work = near
+        while solver.work < end and not solver.out_of_time():
+            free, work = next(_neighbourhoods(space, best.design, tried), (None, 0.0))
+            if free is None:
+                break
             tried.add(free)
             best = _best_near(solver, best, _free_decisions(space, free), work)
     return best
@@ -50,6 +54,7 @@ def _best_near(solver: Solver, best: Found, free: set[int], work: float) -> Foun
     proved = solver.least
     with all_but(solver.encoded, best.design, free):
         for _ in range(MOST_LESSONS):
+            solver.work += READING * len(solver.encoded.model.proto.variables)
             answer, found = solver.once(BARE, work, best, solver.most(best))
             best = answer if isinstance(answer, Found) else found or best
             if answer is not None:

@@ -140,6 +140,10 @@ NEIGHBOUR_WORK = ((2, 0.2), (3, 0.8))
 """Work to make a design better by other rates and cores for the threads of two cores; then for those of three."""
 IMPROVE_WORK = ((2, 0.15), (3, 0.45))
 """The same where threads wait for each other, of a design that is known."""
+READING = 6e-6
+"""Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
+MOST_IMPROVING = 5.0
+"""Work for all that is tried near a design, reading the model for each of it included."""
 POOL_WORK, ROOM_WORK, PLACE_WORK = 2.0, 0.7, 1.5
 """Work for the best solution of pooled cores and its proof, each; for one that leaves room; to put threads on cores."""
 BUILD_WORK = 12.0

@@ -256,6 +256,8 @@ class Solver:
                 best = moved(self, self._refused, best, most)
                 if best is not None and self.weights is None:  # any design will do
                     return best
+                if settings.any_value and best is not start:  # what is better than that is another range
+                    return Unfinished(self.least, best)
 
     def _rows(self) -> int:
         """Of how many processors the model has rows: with the first of them other settings are better for a part."""
@@ -351,7 +353,7 @@ class Solver:
         has_learnt = len(self.encoded.model.proto.constraints) > known
         if settled is None and is_last and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
-        if is_loose and has_learnt and settings.linearization_level:
+        if is_loose and has_learnt and settings.linearization_level and not settings.in_order:
             begin_from(self.encoded.model, solution)
         if settled is None and (is_last or (has_learnt and not is_loose)):
             if is_optimal and self.weights is not None:  # of a question that now is stricter
@@ -360,7 +362,7 @@ class Solver:
             return (Unfinished(self._bound(solver), best) if is_found else None), best
         if is_optimal and settled is not None:
             return Found(point, settled), best
-        if settled is not None and found is None and (is_last or not is_loose):  # else it may be larger than need be
+        if settled is not None and (not is_loose or (is_last and best is None)):  # else it may be larger than need be
             best = Found(point, settled)
             keep(self, best)
         return Unfinished(self._bound(solver), best), best

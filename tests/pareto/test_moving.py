@@ -17,6 +17,7 @@ from dse.encode.model import encode
 from dse.pareto.answer import Answer, Unfinished
 from dse.pareto.front import _in_time
 from dse.pareto.moving import moved
+from dse.pareto.settings import CUTTING, CUTTING_IN_ORDER, Settings
 from dse.pareto.subproblem import Solver
 from dse.space.types import Design
 from dse.timelimit import OutOfTime
@@ -52,6 +53,27 @@ def test_the_best_cores_for_given_options_are_found(seed: int, monkeypatch: pyte
         assert (found and found.point[latency]) == best
         assert solver.least is None
         assert [list(variable.domain) for variable in encoded.model.proto.variables][: len(domains)] == domains
+
+
+@pytest.mark.parametrize(("settings", "begins"), [(CUTTING_IN_ORDER, False), (CUTTING, True)])
+def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
+    settings: Settings, begins: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hint is tried before the order of the file: the design that it leads to was taken for the first one."""
+    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    hinted, learnt = False, 0
+    for seed in cases(12):
+        text = text_of(draw(seed, kind="reserved")).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+        encoded = encode(Evaluator(space_of(text)))
+        solver, latency = Solver(encoded), len(encoded.objectives) - 1
+        solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
+        encoded.model.minimize(encoded.objectives[latency].variable)
+        known = len(encoded.model.proto.constraints)
+        solver.run(settings, 10.0)
+        hinted |= bool(encoded.model.proto.solution_hint.vars)
+        learnt += len(encoded.model.proto.constraints) > known
+    assert learnt and hinted == begins
 
 
 ENGINE = """

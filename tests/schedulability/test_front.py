@@ -119,6 +119,8 @@ def test_bounds_from_below_and_limits_from_above_meet(
 
     def watched(self: subproblem.Solver, settings: Settings, work: float, *further: Any) -> Answer:
         answer = run(self, settings, work, *further)
+        if self.encoded.is_loose and isinstance(answer, Unfinished) and answer.best is not None:
+            assert self.encoded.weigh(answer.best.design) == answer.best.point, "what is known has its own figures"
         if settings is asked and further:
             limits.append(Found if isinstance(answer, Unfinished) and answer.best is not None else type(answer))
         return answer
