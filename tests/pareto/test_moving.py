@@ -64,7 +64,8 @@ def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
     monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
     hinted, learnt = False, 0
     for seed in cases(12):
-        text = text_of(draw(seed, kind="reserved")).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+        text = text_of(draw(seed, kind="reserved"))
+        text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")
         encoded = encode(Evaluator(space_of(text)))
         solver, latency = Solver(encoded), len(encoded.objectives) - 1
         solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
