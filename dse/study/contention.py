@@ -23,7 +23,7 @@ class Jury:
         counted = with_contention(space)
         self._referee = None if counted is None else ContentionReferee(counted)
         self._limited = limited
-        self._measures: dict[int, Measure] = {}
+        self._measures: dict[int, tuple[Space, Measure]] = {}
 
     def says(self, design: Design) -> dict[str, Any]:
         """``contention`` of a design as JSON has it.
@@ -43,5 +43,5 @@ class Jury:
 
     def _measure(self, space: Space, metric: Metric) -> Measure:
         if id(space) not in self._measures:
-            self._measures[id(space)] = build_measure(space, metric)
-        return self._measures[id(space)]
+            self._measures[id(space)] = space, build_measure(space, metric)  # with the space, whose id stays its own
+        return self._measures[id(space)][1]

@@ -52,7 +52,7 @@ class Box:
     def __init__(self, uncertain: Sequence[Uncertain]) -> None:
         self.uncertain = tuple(uncertain)
         self.ends = [item.ends() for item in uncertain]
-        self._last: tuple[object, list[Fraction]] = (None, [])
+        self._last: tuple[DesignFunction | None, Corner, list[Fraction]] = (None, (), [])
 
     def values(self, nominal: Sequence[Fraction], corner: Corner) -> list[Fraction]:
         """The values of all variables at a corner."""
@@ -143,10 +143,10 @@ class Box:
                     raise NotProvedError("a response time has no bound in part of the stated ranges")
 
     def _sides(self, function: DesignFunction, bound: Bound, corner: Corner) -> tuple[Fraction, Fraction]:
-        key = (id(function), corner)
-        if self._last[0] != key:
-            self._last = (key, function.exact(self.values(function.inputs.nominal, corner)))
-        outputs = self._last[1]
+        known, place, outputs = self._last
+        if known is not function or place != corner:  # kept, so that no other function has its id
+            outputs = function.exact(self.values(function.inputs.nominal, corner))
+            self._last = function, corner, outputs
         return outputs[bound.value], outputs[bound.limit]
 
     def _directions(self, parts: Sequence[_Part], bound: Bound, text: str) -> list[int | None]:
