@@ -15,24 +15,20 @@ from typing import TYPE_CHECKING
 
 from dse.analysis.views import View
 from dse.pareto.answer import Found
-from dse.pareto.moving import all_but
-from dse.pareto.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING
+from dse.pareto.moving import best_around
+from dse.pareto.settings import IMPROVE_WORK, MOST_IMPROVING, READING
 from dse.space.trees import at
 from dse.space.types import Design, Space
 
 if TYPE_CHECKING:
     from dse.pareto.subproblem import Solver
 
-MOST_LESSONS = 20
-"""So often the same cores are looked at again, each time with what was learnt from a solution that is none."""
-
 
 def improved(solver: Solver, best: Found) -> Found:
     """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
 
     The threads of two cores have other options and cores as long as that makes something better, then those of three,
-    with so much work at most.
-    The model learns from solutions that are none, and is left as it was else.
+    with `MOST_IMPROVING` work at most. The model learns from solutions that are none, and is left as it was else.
     """
     space, contention = solver.encoded.space, solver.encoded.contention
     if space is None or contention is None or not space.open_cores or solver.weights is None:
@@ -45,21 +41,8 @@ def improved(solver: Solver, best: Found) -> Found:
             if free is None:
                 break
             tried.add(free)
-            best = _best_near(solver, best, _free_decisions(space, free), work)
-    return best
-
-
-def _best_near(solver: Solver, best: Found, free: set[int], work: float) -> Found:
-    """The best design in which decisions that are not `free` are as in a known one, as far as so much work shows."""
-    proved = solver.least
-    with all_but(solver.encoded, best.design, free):
-        for _ in range(MOST_LESSONS):
             solver.work += READING * len(solver.encoded.model.proto.variables)
-            answer, found = solver.once(BARE, work, best, solver.most(best))
-            best = answer if isinstance(answer, Found) else found or best
-            if answer is not None:
-                break
-    solver.least = proved  # what was proved since is true of these options only
+            best = best_around(solver, best.design, _free_decisions(space, free), work, best) or best
     return best
 
 
@@ -88,13 +71,8 @@ def _threads_by_core(space: Space, design: Design) -> dict[tuple[int, int], set[
 
 def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
     """The decisions of these threads, their cores, and what belongs to no thread."""
-    threads = {item.stated_as for item in space.components if item.processor is not None}
-    cores = {
-        item.index
-        for item in space.open_cores
-        if any(space.components[number].stated_as in free for number in item.threads)
-    }
-    of_others = {index for index, decision in enumerate(space.decisions) if decision.component in threads - free} | {
-        item.index for item in space.open_cores
-    }
-    return set(range(len(space.decisions))) - of_others | cores
+    held = {item.stated_as for item in space.components if item.processor is not None} - free
+    is_held = {index: decision.component in held for index, decision in enumerate(space.decisions)}
+    for item in space.open_cores:  # which may be named for an executor, and are those of all its threads
+        is_held[item.index] = free.isdisjoint(space.components[number].stated_as for number in item.threads)
+    return {index for index, is_kept in is_held.items() if not is_kept}

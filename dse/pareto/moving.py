@@ -32,12 +32,29 @@ MOST_MOVES = 20
 
 def moved(solver: Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
     """The best design known, after threads of `design` were tried on other cores."""
-    encoded, proved = solver.encoded, solver.least
-    if encoded.space is None or not encoded.space.open_cores:
+    space = solver.encoded.space
+    if space is None or not space.open_cores:
         return best
-    with all_but(encoded, design, {item.index for item in encoded.space.open_cores}):
+    return best_around(solver, design, {item.index for item in space.open_cores}, MOVING, best, most)
+
+
+def best_around(
+    solver: Solver,
+    design: Design,
+    free: Collection[int],
+    work: float,
+    best: Found | None,
+    most: int | None = None,
+) -> Found | None:
+    """The best design known, after decisions that are `free` had other options than a design, and all others the same.
+
+    Each of up to `MOST_MOVES` calls may do so much work, and ends with a lesson or an answer; `most` as in
+    `Solver.once`.
+    """
+    proved = solver.least
+    with all_but(solver.encoded, design, free):
         for _ in range(MOST_MOVES):
-            answer, best = solver.once(BARE, MOVING, best, most)
+            answer, best = solver.once(BARE, work, best, most)
             best = answer if isinstance(answer, Found) else best
             if answer is not None:
                 break

@@ -178,11 +178,13 @@ class Solver:
         self.encoded.model.clear_objective()
         self.weights = None
         answer: Answer = Unfinished()
-        for settings, work in ways:
-            answer = self.run(settings, work)
-            if not isinstance(answer, Unfinished):
-                break
-        self._set_objective(weights)
+        try:
+            for settings, work in ways:
+                answer = self.run(settings, work)
+                if not isinstance(answer, Unfinished):
+                    break
+        finally:
+            self._set_objective(weights)
         return answer
 
     def _solve_whole(self, settings: Settings, work: float) -> Answer:
