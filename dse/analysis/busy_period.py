@@ -93,7 +93,9 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
 def _of_executor(core: int, item: Response) -> BusyPeriod | None:
     """That of a thread in an executor that runs jobs as they come, or by priority."""
     assert item.kind is not None
-    found = executor_worst_job(item.kind, item.task, item.fellows, item.rivals, item.blocked_ns)
+    found = executor_worst_job(
+        item.kind, item.task, item.fellows, item.rivals, item.blocked_ns, is_in_line=item.is_in_line
+    )
     if (
         found is None
         or sum(delay.jobs for delay in item.delays) > MOST_JOBS

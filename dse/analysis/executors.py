@@ -52,7 +52,13 @@ class Fellow:
 
 
 def executor_response_ns(
-    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact = 0
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    *,
+    is_in_line: bool = False,
 ) -> Exact | None:
     """The longest time from the release of a job of an executor to its end; None when it is not bounded.
 
@@ -64,6 +70,8 @@ def executor_response_ns(
         the tasks of the core that go before the executor's OS thread.
     blocked_ns
         how long less urgent work outside of the executor may keep the core, at most.
+    is_in_line
+        no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
 
     Examples
     --------
@@ -79,7 +87,7 @@ def executor_response_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
     return None if found is None else found.response_ns
 
 
@@ -114,7 +122,13 @@ class WorstJob:
 
 
 def executor_worst_job(
-    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact = 0
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    *,
+    is_in_line: bool = False,
 ) -> WorstJob | None:
     """The job with the longest response time, which takes some time; see `executor_response_ns`.
 
@@ -133,7 +147,7 @@ def executor_worst_job(
     outside = [item for item in higher if item.worst_ns]
     found: list[WorstJob] = []
     with suppress(EndlessError):
-        if kind == "fifo" and fellows and load(outside) < 1:
+        if is_in_line and kind == "fifo" and load(outside) < 1:
             waiting = longest_of_each([(item.task, item.line) for item in inside if not item.is_kin])
             if waiting is not None:
                 return _in_lines(Work(task, waiting, outside, blocked_ns))

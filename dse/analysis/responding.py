@@ -58,10 +58,11 @@ def around(
     before: Sequence[Task | None],
     turn: Turn,
     succession: Succession,
-) -> tuple[ExecutorKind, dict[int, Fellow], list[Task]] | None:
+) -> tuple[ExecutorKind, dict[int, Fellow], list[Task], bool] | None:
     """The kind of an executor, what it runs beside a task, by number, and what preempts that; None without a bound.
 
-    Of a less urgent callback of its group one job may have begun before a task, however often it comes.
+    At last whether the task is in a line (`executor_response_ns`). Of a less urgent callback of its group one job may
+    have begun before a task, however often it comes.
     """
     assert turn.executor is not None
     view = succession.view
@@ -89,7 +90,7 @@ def around(
         other = turns[position]
         line = chains.line(other) if is_in_line else None
         fellows[position] = Fellow(task, turn.goes_first_inside(other), chains.never_meet(turn, other), line)
-    return kind, fellows, higher
+    return kind, fellows, higher, is_in_line
 
 
 def counts_once(space: Space, turn: Turn, other: Turn, view: View) -> bool:
@@ -113,10 +114,10 @@ def respond_in(
     found, task = around(space, turns, tasks, before, turn, succession), tasks[turns.index(turn)]
     if found is None or task is None:
         return None
-    kind, beside, higher = found
+    kind, beside, higher, is_in_line = found
     blocked = blocking_ns(turn)
     if not turn.pieces:
-        return _respond_to(kind, task, list(beside.values()), higher, blocked)
+        return _respond_to(kind, task, list(beside.values()), higher, blocked, is_in_line=is_in_line)
     siblings = [tasks[position] for position in turn.siblings(turns)]
     own = [item for item in siblings if item is not None]
     if len(own) < len(siblings):
@@ -154,18 +155,29 @@ def _behind_own(
 
 
 def _respond_to(
-    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked: Exact
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked: Exact,
+    *,
+    is_in_line: bool = False,
 ) -> Exact | None:
     if type(blocked) in PLAIN and all(map(is_plain, (task, *higher, *(item.task for item in fellows)))):
-        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), blocked)
-    return executor_response_ns(kind, task, fellows, higher, blocked)
+        return _respond_in_alone(kind, task, tuple(fellows), tuple(higher), blocked, is_in_line)
+    return executor_response_ns(kind, task, fellows, higher, blocked, is_in_line=is_in_line)
 
 
 @lru_cache(16384)
 def _respond_in_alone(
-    kind: ExecutorKind, task: Task, fellows: tuple[Fellow, ...], higher: tuple[Task, ...], blocked_ns: Exact
+    kind: ExecutorKind,
+    task: Task,
+    fellows: tuple[Fellow, ...],
+    higher: tuple[Task, ...],
+    blocked_ns: Exact,
+    is_in_line: bool,
 ) -> Exact | None:
-    return executor_response_ns(kind, task, fellows, higher, blocked_ns)
+    return executor_response_ns(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
 
 
 @lru_cache(16384)

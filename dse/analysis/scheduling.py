@@ -83,6 +83,7 @@ class Response:
     is_piece: bool = False
     reservation: str = ""
     is_served: bool = False
+    is_in_line: bool = False
     blocked_by: str = ""
 
     @property
@@ -231,20 +232,20 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         rank, blocked = place[2].rank + 1, blocking_ns(place[2])
         executor = at(component.executor, view)
         name = "" if executor is None else space.executors[executor].name
-        delays, rivals, fellows, kind = _before(schedule, place, task, known)
+        delays, rivals, fellows, kind, is_in_line = _before(schedule, place, task, known)
         response = known[key]
         made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
         is_piece = component.pieces is not None
         share = "" if component.reservation is None else space.reservations[component.reservation].name
         is_served = at(space.processors[place[0]].serves, view) is not None
-        beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_served": is_served}
+        beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_in_line": is_in_line, "is_served": is_served}
         blocked_by = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
         found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocked_by=blocked_by))  # type: ignore[arg-type]
     return tuple(found)
 
 
-Before: TypeAlias = "tuple[tuple[Delay, ...], tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None]"
-NOTHING: Before = ((), (), (), None)
+Before: TypeAlias = "tuple[tuple[Delay, ...], tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None, bool]"
+NOTHING: Before = ((), (), (), None, False)
 
 
 def _before(
@@ -260,26 +261,27 @@ def _before(
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
         beside = around(space, turns, tasks, first, turn, Succession(space, turns, known, view))
-        return NOTHING if beside is None else _in_executor(task, *beside, blocking_ns(turn))
+        return NOTHING if beside is None else _in_executor(task, beside, blocking_ns(turn))
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:
         rivals = beside_piece(turn, turns, tasks, given)[1]
-        return (), tuple(item for item in rivals if item is not None), (), None
+        return (), tuple(item for item in rivals if item is not None), (), None, False
     found = worst_job_ns(task, given, blocking_ns(turn))
     if found is None:
         return NOTHING
-    return delays_of((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None
+    return delays_of((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None, False
 
 
 def _in_executor(
-    task: Task, kind: ExecutorKind, beside: Mapping[int, Fellow], higher: Sequence[Task], blocked_ns: int
+    task: Task, around_it: tuple[ExecutorKind, dict[int, Fellow], list[Task], bool], blocked_ns: int
 ) -> Before:
     """The same of a task in an executor: what preempts it, then its fellows, and one of these that had begun."""
+    kind, beside, higher, is_in_line = around_it
     fellows = tuple(beside.values())
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
     if found is None:
         return NOTHING
-    return delays_of(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind
+    return delays_of(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind, is_in_line
 
 
 def delays_of(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:

@@ -125,7 +125,7 @@ class Place:
             found = around(space, self.turns, self.tasks, self.first, turn, self.succession)
             if found is None:
                 return None
-            kind, fellows, higher = found
+            kind, fellows, higher, _ = found
             inside = (item.task for item in fellows.values() if item.goes_first or kind != "callback_group")
             counted = [*higher, *inside]
         given = [item for item in (self.task, *self.siblings, *counted) if item is not None]
@@ -180,12 +180,18 @@ def _preempted(task: Task, given: Sequence[Task], blocked_ns: Exact) -> _Found |
 
 
 def _executed(
-    kind: ExecutorKind, task: Task, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked_ns: Exact,
+    *,
+    is_in_line: bool = False,
 ) -> _Found | None:
     """That of a task in an executor: what preempts it, its fellows, and one of these that had begun."""
     if not task.worst_ns:
         return _Found()
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns)
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
     if found is None:
         return None
     jobs = jobs_before(kind, found, fellows, higher, blocked_ns)
@@ -215,11 +221,11 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
         beside = around(space, place.turns, place.tasks, place.first, turn, place.succession)
         if beside is None:
             return None
-        kind, fellows, higher = beside
+        kind, fellows, higher, is_in_line = beside
         if turn.pieces:
             found = _served(place, task, kind, fellows, higher, since_ns or {})
         else:
-            found = _executed(kind, task, list(fellows.values()), higher, blocked)
+            found = _executed(kind, task, list(fellows.values()), higher, blocked, is_in_line=is_in_line)
     return None if found is None else place.made(task.worst_ns, found)
 
 
