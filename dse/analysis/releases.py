@@ -17,7 +17,7 @@ from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
 from dse.analysis.response_time import Stream, Task
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.tasks import Part, TaskKey, alone_ns, task_name
-from dse.analysis.views import View
+from dse.analysis.views import CyclicActivation, View
 from dse.space.trees import at
 from dse.space.types import Space
 from dse.units import Exact
@@ -60,15 +60,32 @@ def job_of(space: Space, key: TaskKey, streams: tuple[Stream, ...], separation_n
     return Task(task_name(component, key[1]), worst, streams, separation_ns)
 
 
-def releases_of(space: Space, number: int, part: Part, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
-    """The streams that release a thread or a callback; None when their jitter has no bound."""
+def releases_of(
+    space: Space,
+    number: int,
+    part: Part,
+    known: Mapping[TaskKey, Exact | None],
+    view: View,
+    after: tuple[int, ...] = (),
+) -> Streams:
+    """The streams that release a thread or a callback; None when their jitter has no bound.
+
+    `after` are the components further down, which are asked about because this one is before them.
+
+    Raises
+    ------
+    CyclicActivation
+        when event-triggered components dispatch each other in a cycle.
+    """
+    if number in after:
+        raise CyclicActivation
     component = space.components[number]
     if part == "thread" and not is_event_triggered(component, view):
         return (Stream(at(component.period_ns, view)),)
     is_timed = part == "thread" and arrivals(component, view).by_timer
     streams: list[Stream] = [Stream(at(component.period_ns, view))] if is_timed else []
     for wire in component.triggers:
-        found = _deliveries(space, wire, known, view)
+        found = _deliveries(space, wire, known, view, (*after, number))
         if found is None:
             return None
         streams += found
@@ -84,7 +101,9 @@ def thread_releases(
     return releases_of(space, first, "thread", known, view), separation
 
 
-def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
+def _deliveries(
+    space: Space, wire: int, known: Mapping[TaskKey, Exact | None], view: View, after: tuple[int, ...]
+) -> Streams:
     """What a connection delivers: what its sender releases, later by the jitter of processing and transmission."""
     connection = space.connections[wire]
     least, most, _ = transmission_ns(space, connection, view)
@@ -92,15 +111,17 @@ def _deliveries(space: Space, wire: int, known: Mapping[TaskKey, Exact | None], 
         rate = rate_hz(space, ("delivery", wire), view)
         period = NS_PER_S // rate if rate else 0
         return (Stream(max(1, period), most - least),) if rate else ()
-    leaving = _leaving(space, connection.sender, known, view)
+    leaving = _leaving(space, connection.sender, known, view, after)
     return None if leaving is None else tuple(Stream(item.period_ns, item.jitter_ns + most - least) for item in leaving)
 
 
-def _leaving(space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View) -> Streams:
+def _leaving(
+    space: Space, number: int, known: Mapping[TaskKey, Exact | None], view: View, after: tuple[int, ...]
+) -> Streams:
     pieces = space.components[number].pieces
     first = number if pieces is None else pieces.members[0]
     component = space.components[first]
-    released = releases_of(space, first, "thread", known, view)
+    released = releases_of(space, first, "thread", known, view, after)
     best, worst = elapsed_ns(space, number, view)
     response = known.get((number, "thread"), worst)
     if released is None or response is None:
