@@ -77,11 +77,11 @@ def releases_of(
     CyclicActivation
         when event-triggered components dispatch each other in a cycle.
     """
-    if number in after:
-        raise CyclicActivation
     component = space.components[number]
     if part == "thread" and not is_event_triggered(component, view):
         return (Stream(at(component.period_ns, view)),)
+    if number in after:
+        raise CyclicActivation
     is_timed = part == "thread" and arrivals(component, view).by_timer
     streams: list[Stream] = [Stream(at(component.period_ns, view))] if is_timed else []
     for wire in component.triggers:
