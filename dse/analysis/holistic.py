@@ -17,7 +17,7 @@ from dse.analysis.growth import TooLongError, growth, steps_along
 from dse.analysis.memo import Answering, Recall, knowing
 from dse.analysis.overheads import interrupting
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.releases import bounded_task, has_no_bound, is_lone, thread_releases
+from dse.analysis.releases import bounded_task, has_no_bound, is_lone, late_task, thread_releases
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import beside_piece, respond, respond_in
 from dse.analysis.response_time import PLAIN, Stream, Task, is_plain
@@ -112,7 +112,7 @@ class _Rounds:
         look_at_the_clock()
         for place, (turns, before) in enumerate(zip(self.cores, self.interrupts, strict=True)):
             tasks = [
-                None if has_no_bound(space, turn.key[0], known)
+                late_task(space, turn.key, view) if has_no_bound(space, turn.key[0], known)
                 else self.lone[turn.key] if turn.key in self.lone else _task(space, turn.key, known, view, self.asked)
                 for turn in turns
             ]  # fmt: skip

@@ -39,7 +39,13 @@ def is_lone(space: Space, key: TaskKey, view: View) -> bool:
 
 def task_of(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
     """The task with the streams that release it; None when their jitter has no bound."""
-    return None if has_no_bound(space, key[0], known) else bounded_task(space, key, known, view)
+    return late_task(space, key, view) if has_no_bound(space, key[0], known) else bounded_task(space, key, known, view)
+
+
+def late_task(space: Space, key: TaskKey, view: View) -> Task | None:
+    """A task whose releases may be late without a bound: None, but for one that takes no time, which delays nothing."""
+    job = job_of(space, key, (), None, view)
+    return None if job.worst_ns else job
 
 
 def bounded_task(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | None], view: View) -> Task | None:
@@ -48,7 +54,7 @@ def bounded_task(space: Space, key: TaskKey, known: Mapping[TaskKey, Exact | Non
     component = space.components[number]
     streams = releases_of(space, number, part, known, view)
     if streams is None:
-        return None
+        return late_task(space, key, view)
     separated = part == "thread" and arrivals(component, view).is_separated
     return job_of(space, key, streams, at(component.period_ns, view) if separated else None, view)
 

@@ -43,6 +43,8 @@ def respond(
     task: Task | None, rivals: Sequence[Task | None], blocked_ns: Exact, *, are_plain: bool = False
 ) -> Exact | None:
     """The response time of a task under those that may delay it; `are_plain` where all their times are mere numbers."""
+    if task is not None and not task.worst_ns:
+        return 0
     given = [rival for rival in rivals if rival is not None]
     if task is None or len(given) < len(rivals):
         return None
@@ -111,8 +113,13 @@ def respond_in(
     since_ns: Mapping[int, Exact],
 ) -> Exact | None:
     """The response time of a task in an executor; each piece of its thread has ended so long `since_ns` before it."""
-    found, task = around(space, turns, tasks, before, turn, succession), tasks[turns.index(turn)]
-    if found is None or task is None:
+    task = tasks[turns.index(turn)]
+    if task is None:
+        return None
+    if not task.worst_ns and not turn.pieces:
+        return 0
+    found = around(space, turns, tasks, before, turn, succession)
+    if found is None:
         return None
     kind, beside, higher, is_in_line = found
     blocked = blocking_ns(turn)

@@ -213,7 +213,9 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
         return None
     blocked = blocking_ns(turn)
     found: _Found | None
-    if turn.executor is None:
+    if not task.worst_ns and not turn.pieces:
+        found = _Found()
+    elif turn.executor is None:
         job, rivals = beside_piece(turn, place.turns, place.tasks, place.rivals)
         given = [item for item in rivals if item is not None]
         found = None if job is None or len(given) < len(rivals) else _preempted(job, given, blocked)

@@ -128,11 +128,13 @@ class Scheduling:
         if self.reading.executor_of(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
         rivals = [
-            (self.releases(other), self.times(other)[1]) for other in self.beside(job) if self.goes_before(other, job)
+            (self.releases(other), self.times(other)[1])
+            for other in self.beside(job)
+            if self.times(other)[1] and self.goes_before(other, job)
         ]
         if own is None or any(releases is None for releases, _ in rivals):
             return None
-        before = [(releases, time) for releases, time in rivals if releases is not None and time]
+        before = [(releases, time) for releases, time in rivals if releases is not None]
         shares = self.shares(job)
         if shares is None or has_no_end([(own, work), *before, *shares], 0):
             return None
@@ -199,8 +201,12 @@ class Scheduling:
             return self._reserved_before(job)
         budget, period = self._budget(home)
         outside = [other for other in self.cores[self._core(job)] if self.reading.reservation_of(other[0]) is None]
-        given = [(self.releases(other), self.times(other)[1]) for other in outside if self.goes_before(other, job)]
-        before = [(releases, work) for releases, work in given if releases is not None and work]
+        given = [
+            (self.releases(other), self.times(other)[1])
+            for other in outside
+            if self.times(other)[1] and self.goes_before(other, job)
+        ]
+        before = [(releases, work) for releases, work in given if releases is not None]
         before += self._reserved_before(job)
         if any(releases is None for releases, _ in given):
             return None
