@@ -193,6 +193,11 @@ class Waiting:
             bounds = [(literal, floor_int(bound * self.scale)) for literal, bound in table]
             if operator == "<":
                 bounds = [(literal, -floor_int(-bound * self.scale) - 1) for literal, bound in table]
+            # no response of the model is longer, and so none breaks a longer limit
+            most = self.scale * (
+                UNBOUNDED_NS + max((worst for _, worst in self.places.threads[number].worst), default=0)
+            )
+            bounds = [(literal, min(bound, most)) for literal, bound in bounds]
             self._deadlines.add(position)
             if item.guard is None:
                 self._latest[number] = max(bound for _, bound in bounds)
