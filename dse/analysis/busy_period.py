@@ -63,12 +63,12 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
     for item in sorted((item for item in here if item.kind != "wait_set" and not item.is_piece), key=_urgency):
         if item.kind is not None:
             return _of_executor(core, item)
-        found = worst_job_ns(item.task, item.rivals, item.blocked_ns)
+        found = worst_job_ns(item.task, item.rivals, item.blocking_ns)
         if found is None:
             continue
         if sum(most_jobs(rival, found[1]) for rival in (*item.rivals, item.task)) > MOST_JOBS:
             return None
-        pieces = played(item.task, item.rivals, item.blocked_ns, found)
+        pieces = played(item.task, item.rivals, item.blocking_ns, found)
         return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
     return _of_segments(core, [item for item in here if item.is_piece and not item.executor])
 
@@ -78,7 +78,7 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
     found = []
     for item in segments:
         job = single(item.task)
-        worst_job = worst_job_ns(job, item.rivals, item.blocked_ns)
+        worst_job = worst_job_ns(job, item.rivals, item.blocking_ns)
         if worst_job is not None:
             found.append((worst_job[1], item, job))
     if not found:
@@ -86,7 +86,7 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
     end, item, job = max(found, key=lambda one: one[0])
     if sum(most_jobs(rival, end) for rival in item.rivals) > MOST_JOBS:
         return None
-    pieces = played(job, item.rivals, item.blocked_ns, (0, end))
+    pieces = played(job, item.rivals, item.blocking_ns, (0, end))
     return BusyPeriod(core, item.name, pieces, 0, end, None, is_segment=True)
 
 
@@ -94,7 +94,7 @@ def _of_executor(core: int, item: Response) -> BusyPeriod | None:
     """That of a thread in an executor that runs jobs as they come, or by priority."""
     assert item.kind is not None
     found = executor_worst_job(
-        item.kind, item.task, item.fellows, item.rivals, item.blocked_ns, is_in_line=item.is_in_line
+        item.kind, item.task, item.fellows, item.rivals, item.blocking_ns, is_in_line=item.is_in_line
     )
     if (
         found is None
@@ -127,9 +127,9 @@ def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
         for job, release in enumerate(_until(one, found.until_ns), 1)
         if (release <= found.release_ns if one is item.task else job <= found.jobs(one))
     ]
-    begun = max(item.blocked_ns, found.behind_ns)
+    begun = max(item.blocking_ns, found.behind_ns)
     name = SECTION
-    if found.behind_ns > item.blocked_ns:
+    if found.behind_ns > item.blocking_ns:
         name = next(one.task.name for one in counted if not one.goes_first and one.task.worst_ns == begun)
     running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
     is_held = begun > found.behind_ns  # a section: nothing preempts it

@@ -15,10 +15,11 @@ from functools import cached_property, partial
 from dse.analysis.budgets import Budget, budget_of
 from dse.analysis.holistic import fixed_point
 from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.parts import Delay
 from dse.analysis.releases import thread_releases
 from dse.analysis.responding import counts_once
 from dse.analysis.response_time import Task
-from dse.analysis.scheduling import Delay, Response, all_responses, response_of
+from dse.analysis.scheduling import Response, all_responses, response_of
 from dse.analysis.segments import apart_ns, elapsed_ns
 from dse.analysis.shortening import Shorter, Trials
 from dse.analysis.tasks import TaskKey
@@ -67,7 +68,7 @@ class Late:
     core: int
     late_ns: Exact | None
     work_ns: int
-    blocked_ns: int
+    blocked_ns: Exact
     executor: str
     delays: tuple[Delay, ...]
     shorter: tuple[Shorter, ...]

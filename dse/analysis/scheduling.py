@@ -9,19 +9,21 @@ together (`dse.analysis.holistic`). Offsets between threads are never used to ad
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TypeAlias
 
-from dse.analysis.executors import Fellow, executor_worst_job, jobs_before
+from dse.analysis.executors import Fellow
 from dse.analysis.holistic import fixed_point
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.overheads import interrupting
+from dse.analysis.parts import Delay, Parts, executed, preempted
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.releases import task_of
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece, respond
-from dse.analysis.response_time import Task, most_jobs, worst_job_ns
+from dse.analysis.response_time import Task
 from dse.analysis.segments import elapsed_ns
 from dse.analysis.subsets import Subsets
 from dse.analysis.succession import Succession
@@ -43,26 +45,17 @@ ONLY = "only these groups"
 
 
 @dataclass(frozen=True)
-class Delay:
-    """The jobs of a more urgent task until the end of a task's worst job: their number, and their work together."""
-
-    name: str
-    jobs: int
-    work_ns: Exact
-
-
-@dataclass(frozen=True)
 class Response:
     """The response time of a thread or a hybrid thread's callback; None where it has no bound.
 
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
-    priority; `deadline_ns` is the thread's, else its period, else None; `blocked_ns` how long the less urgent thread
-    `blocked_by` may keep the core. `worst_ns` is the longest execution time, the task's own worst time has its context
-    switches, too. `executor` is what runs it beside others, and `reservation` what both are in, else empty; `rivals`
-    are the tasks that go before it, the most urgent first, `delays` the jobs of these and of its `fellows` in the
-    executor, of a `kind`, before its worst one: nothing where it has no bound. Of one that `is_piece` of a thread with
-    segments the response time counts from the release of the thread, and `rivals` are there on a core. An accelerator
-    has one core, which has no number to anybody: what it runs `is_served`.
+    priority; `deadline_ns` is the thread's, else its period, else None; `blocking_ns` how long a less urgent thread of
+    the core may keep that, whether or not this counts (`parts`). `worst_ns` is the longest execution time, the task's
+    own worst time has its context switches, too. `executor` is what runs it beside others, and `reservation` what both
+    are in, else empty; `rivals` are the tasks that go before it, the most urgent first, `fellows` the others of the
+    executor, of a `kind`: nothing where it has no bound. `is_in_line` is that of `executor_response_ns`. Of one that
+    `is_piece` of a thread with segments the response time counts from the release of the thread, and `rivals` are there
+    on a core. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
     """
 
     component: int
@@ -73,10 +66,9 @@ class Response:
     best_ns: int
     response_ns: Exact | None
     deadline_ns: int | None
-    blocked_ns: int
+    blocking_ns: int
     worst_ns: int
     executor: str
-    delays: tuple[Delay, ...] = ()
     rivals: tuple[Task, ...] = ()
     fellows: tuple[Fellow, ...] = ()
     kind: ExecutorKind | None = None
@@ -84,7 +76,7 @@ class Response:
     reservation: str = ""
     is_served: bool = False
     is_in_line: bool = False
-    blocked_by: str = ""
+    blocking_name: str = ""
 
     @property
     def name(self) -> str:
@@ -97,6 +89,34 @@ class Response:
         if self.deadline_ns is None:
             return None
         return self.response_ns is not None and self.response_ns <= self.deadline_ns
+
+    @cached_property
+    def parts(self) -> Parts:
+        """What the response time is made of beside the task's own time; nothing without a bound, and of a piece."""
+        found: Parts | None = Parts()
+        if self.response_ns is None or self.is_piece:
+            return Parts()
+        if self.kind is None:
+            found = preempted(self.task, self.rivals, self.blocking_ns)
+        else:
+            blocked = self.blocking_ns
+            found = executed(self.kind, self.task, self.fellows, self.rivals, blocked, is_in_line=self.is_in_line)
+        return found or Parts()
+
+    @property
+    def delays(self) -> tuple[Delay, ...]:
+        """The jobs of others before the worst one."""
+        return self.parts.delays
+
+    @property
+    def blocked_ns(self) -> Exact:
+        """How long less urgent work keeps the core in the response time; of a piece how long it may."""
+        return self.blocking_ns if self.is_piece else self.parts.blocked_ns
+
+    @property
+    def blocked_by(self) -> str:
+        """The less urgent thread whose work that is; empty where none counts."""
+        return self.blocking_name if self.blocked_ns else ""
 
 
 _RECALLED: Recall[tuple[Response, ...]] = Recall()
@@ -232,26 +252,26 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         rank, blocked = place[2].rank + 1, blocking_ns(place[2])
         executor = at(component.executor, view)
         name = "" if executor is None else space.executors[executor].name
-        delays, rivals, fellows, kind, is_in_line = _before(schedule, place, task, known)
+        rivals, fellows, kind, is_in_line = _before(schedule, place, task, known)
         response = known[key]
-        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name, delays)
+        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name)
         is_piece = component.pieces is not None
         share = "" if component.reservation is None else space.reservations[component.reservation].name
         is_served = at(space.processors[place[0]].serves, view) is not None
         beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_in_line": is_in_line, "is_served": is_served}
-        blocked_by = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
-        found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocked_by=blocked_by))  # type: ignore[arg-type]
+        blocking = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
+        found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocking_name=blocking))  # type: ignore[arg-type]
     return tuple(found)
 
 
-Before: TypeAlias = "tuple[tuple[Delay, ...], tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None, bool]"
-NOTHING: Before = ((), (), (), None, False)
+Before: TypeAlias = "tuple[tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None, bool]"
+NOTHING: Before = ((), (), None, False)
 
 
 def _before(
     schedule: Schedule, place: tuple[int, int, Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
 ) -> Before:
-    """The jobs before the worst one of a task, and what they are of; nothing where it has no bound."""
+    """What goes before a task on its core, and in an executor; nothing where it has no bound."""
     space, view = schedule.space, schedule.view
     processor, core, turn = place
     turns = schedule.cores(processor)[core]
@@ -261,29 +281,12 @@ def _before(
     first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
     if turn.executor is not None:
         beside = around(space, turns, tasks, first, turn, Succession(space, turns, known, view))
-        return NOTHING if beside is None else _in_executor(task, beside, blocking_ns(turn))
+        if beside is None:
+            return NOTHING
+        kind, fellows, higher, is_in_line = beside
+        return tuple(higher), tuple(fellows.values()), kind, is_in_line
     given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
     if turn.pieces:
         rivals = beside_piece(turn, turns, tasks, given)[1]
-        return (), tuple(item for item in rivals if item is not None), (), None, False
-    found = worst_job_ns(task, given, blocking_ns(turn))
-    if found is None:
-        return NOTHING
-    return delays_of((item, most_jobs(item, found[1])) for item in given), tuple(given), (), None, False
-
-
-def _in_executor(
-    task: Task, around_it: tuple[ExecutorKind, dict[int, Fellow], list[Task], bool], blocked_ns: int
-) -> Before:
-    """The same of a task in an executor: what preempts it, then its fellows, and one of these that had begun."""
-    kind, beside, higher, is_in_line = around_it
-    fellows = tuple(beside.values())
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
-    if found is None:
-        return NOTHING
-    return delays_of(jobs_before(kind, found, fellows, higher, blocked_ns)), tuple(higher), fellows, kind, is_in_line
-
-
-def delays_of(jobs: Iterable[tuple[Task, int]]) -> tuple[Delay, ...]:
-    """What so many jobs of tasks delay, without what takes no time."""
-    return tuple(Delay(item.name, count, count * item.worst_ns) for item, count in jobs if item.worst_ns and count)
+        return tuple(item for item in rivals if item is not None), (), None, False
+    return tuple(given), (), None, False

@@ -12,16 +12,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from operator import attrgetter
 
 from dse.analysis.executor_work import jobs_by
-from dse.analysis.executors import Fellow, executor_worst_job, jobs_before
+from dse.analysis.executors import Fellow
 from dse.analysis.overheads import interrupting
+from dse.analysis.parts import Delay, Parts, delays_of, executed, preempted
 from dse.analysis.queues import queued_job
 from dse.analysis.releases import bounded_task, task_of, thread_releases
 from dse.analysis.reservations import before_task, blocking_ns
 from dse.analysis.responding import around, beside_piece
-from dse.analysis.response_time import Task, most_jobs, worst_job_ns
-from dse.analysis.scheduling import Delay, delays_of
+from dse.analysis.response_time import Task
 from dse.analysis.segments import Segments, single
 from dse.analysis.succession import Succession, longest_of_each
 from dse.analysis.tasks import TaskKey, task_name
@@ -131,7 +132,7 @@ class Place:
         given = [item for item in (self.task, *self.siblings, *counted) if item is not None]
         return sum((item.utilisation for item in given), Fraction(0)) if None not in counted else None
 
-    def made(self, work_ns: Exact, found: _Found, name: str = "") -> Wait:
+    def made(self, work_ns: Exact, found: Parts, name: str = "") -> Wait:
         """The wait that was found, with its names."""
         blocked_by = (
             blocking_name(self.schedule.space, self.turns, self.turn, self.schedule.view) if found.blocked_ns else ""
@@ -151,58 +152,6 @@ def told_name(space: Space, key: TaskKey) -> str:
     return f"{component.pieces.thread} (piece {component.pieces.members.index(key[0]) + 1})"
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What goes before the job that responds last."""
-
-    delays: tuple[Delay, ...] = ()
-    earlier_jobs: int = 0
-    earlier_ns: Exact = 0
-    blocked_ns: Exact = 0
-    over_ns: Exact = 0
-
-
-def _before(task: Task, delays: tuple[Delay, ...], blocked_ns: Exact, release_ns: Exact, end_ns: Exact) -> _Found:
-    """What goes before a job that is released and ends then, after the beginning of a busy period."""
-    earlier = end_ns - blocked_ns - sum(item.work_ns for item in delays) - task.worst_ns
-    jobs = int(earlier // task.worst_ns) if task.worst_ns else 0
-    return _Found(delays, jobs, earlier, blocked_ns, release_ns)
-
-
-def _preempted(task: Task, given: Sequence[Task], blocked_ns: Exact) -> _Found | None:
-    """That of a task of a core under fixed priorities."""
-    if not task.worst_ns:
-        return _Found()
-    found = worst_job_ns(task, given, blocked_ns)
-    if found is None:
-        return None
-    return _before(task, delays_of((item, most_jobs(item, found[1])) for item in given), blocked_ns, *found)
-
-
-def _executed(
-    kind: ExecutorKind,
-    task: Task,
-    fellows: Sequence[Fellow],
-    higher: Sequence[Task],
-    blocked_ns: Exact,
-    *,
-    is_in_line: bool = False,
-) -> _Found | None:
-    """That of a task in an executor: what preempts it, its fellows, and one of these that had begun."""
-    if not task.worst_ns:
-        return _Found()
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
-    if found is None:
-        return None
-    jobs = jobs_before(kind, found, fellows, higher, blocked_ns)
-    blocked_ns = blocked_ns if blocked_ns >= found.behind_ns else 0  # the longer of the two counts
-    delays = delays_of(jobs)
-    if found.chain_ns is None:
-        return _before(task, delays, blocked_ns, found.release_ns, found.end_ns)
-    blocked_ns = found.end_ns - task.worst_ns - found.chain_ns - sum(item.work_ns for item in delays)
-    return _Found(delays, blocked_ns=blocked_ns, over_ns=found.release_ns - found.chain_ns)
-
-
 def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait | None:
     """What a task waits for where it runs; None where it has no bound there.
 
@@ -212,13 +161,13 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
     if task is None:
         return None
     blocked = blocking_ns(turn)
-    found: _Found | None
+    found: Parts | None
     if not task.worst_ns and not turn.pieces:
-        found = _Found()
+        found = Parts()
     elif turn.executor is None:
         job, rivals = beside_piece(turn, place.turns, place.tasks, place.rivals)
         given = [item for item in rivals if item is not None]
-        found = None if job is None or len(given) < len(rivals) else _preempted(job, given, blocked)
+        found = None if job is None or len(given) < len(rivals) else preempted(job, given, blocked)
     else:
         beside = around(space, place.turns, place.tasks, place.first, turn, place.succession)
         if beside is None:
@@ -227,7 +176,7 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
         if turn.pieces:
             found = _served(place, task, kind, fellows, higher, since_ns or {})
         else:
-            found = _executed(kind, task, list(fellows.values()), higher, blocked, is_in_line=is_in_line)
+            found = executed(kind, task, list(fellows.values()), higher, blocked, is_in_line=is_in_line)
     return None if found is None else place.made(task.worst_ns, found)
 
 
@@ -238,38 +187,34 @@ def _served(
     beside: Mapping[int, Fellow],
     higher: Sequence[Task],
     since_ns: Mapping[int, Exact],
-) -> _Found | None:
+) -> Parts | None:
     """That of a piece on an accelerator (`dse.analysis.responding.respond_in`)."""
     turn, turns, blocked = place.turn, place.turns, blocking_ns(place.turn)
     own, fellows = place.siblings, list(beside.values())
     if kind == "fifo" and not higher:
         longest = longest_of_each([(item.task, item.line) for item in fellows])
         if longest is not None:
-            return _Found(delays_of((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
+            return Parts(delays_of((item, 1) for item in longest), blocked_ns=turn.blocked_ns)
         queued = queued_job(task, own, [item.task for item in fellows])
         if queued is None:
             return None
         came = delays_of((item.task, jobs_by(item.task, queued.until_ns)) for item in fellows)
-        return _Found(came, blocked_ns=turn.blocked_ns, over_ns=queued.ran_ns)
+        return Parts(came, blocked_ns=turn.blocked_ns, over_ns=queued.ran_ns)
     if kind != "callback_group" or higher or turn.shares_turn(turns):
-        return _executed(kind, task, [*fellows, *(Fellow(item, True) for item in own)], higher, blocked)
+        return executed(kind, task, [*fellows, *(Fellow(item, True) for item in own)], higher, blocked)
     job = single(task)
-    found = _executed("callback_group", job, fellows, [], blocked)
+    found = executed("callback_group", job, fellows, [], blocked)
     urgent = [item for item in fellows if item.goes_first]
     ran = ((place.tasks[at], since_ns[one.key[0]]) for at, one in enumerate(turns) if one.key[0] in since_ns)
     for item, time in ran if urgent else ():
         if item is None or found is None:
             continue
-        behind = _executed("callback_group", job, urgent, [], item.worst_ns)
+        behind = executed("callback_group", job, urgent, [], item.worst_ns)
         if behind is None:
             return None
         other = replace(behind, earlier_jobs=1, earlier_ns=item.worst_ns, blocked_ns=0, over_ns=item.worst_ns + time)
-        found = max(found, other, key=_waited)
+        found = max(found, other, key=attrgetter("waited_ns"))
     return found
-
-
-def _waited(found: _Found) -> Exact:
-    return found.earlier_ns + sum(item.work_ns for item in found.delays) + found.blocked_ns - found.over_ns
 
 
 def waits_of(schedule: Schedule, key: TaskKey, known: Known) -> tuple[Wait, ...] | None:
@@ -316,5 +261,5 @@ def _together(place: Place, segments: Segments, members: Sequence[int], released
     task = Task("", taken, ())
     if place.turn.shares_turn(place.turns):
         task = Task("", taken, released[0] or (), released[1])  # type: ignore[arg-type]
-    before = _preempted(task, rivals, blocked)
+    before = preempted(task, rivals, blocked)
     return None if before is None else place.made(taken - away, before, components[members[0]].stated_as)

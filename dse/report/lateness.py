@@ -8,7 +8,7 @@ from dse.analysis.budgets import Budget
 from dse.analysis.flow_waits import Delayed
 from dse.analysis.lateness import Full, Late
 from dse.analysis.overloads import Overload
-from dse.analysis.scheduling import Delay
+from dse.analysis.parts import Delay
 from dse.analysis.shortening import Shorter
 from dse.analysis.waiting import Wait
 from dse.report.amounts import listed

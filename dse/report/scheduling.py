@@ -116,10 +116,14 @@ def _row(item: Response, processor: str) -> tuple[str, ...]:
 
 
 def _waits_for(item: Response) -> str:
-    """Whose jobs go before the worst one, and how many of each."""
-    if item.executor and not item.delays:
-        return f"its turn in {item.executor}"
-    return ", ".join(f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays)
+    """Whose jobs go before the worst one, how many of each, and what of all that is over when it is released."""
+    found = [f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays]
+    earlier, over = item.parts.earlier_jobs, item.parts.over_ns
+    if earlier:
+        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({_ms(item.parts.earlier_ns)})")
+    if over:
+        found.append(f"of which {_ms(over)} are over when it is released")
+    return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")
 
 
 def _ms(value_ns: Exact) -> str:

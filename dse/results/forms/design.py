@@ -162,14 +162,24 @@ class ResponseTime(Form):
     execution_ns: list[int] = field("Its shortest and its longest execution time.", min_length=2, max_length=2)
     releases: Annotated[list[Releases], Of("task.streams")] = field("What releases it.")
     switching_ns: int = field("What the context switches of a job take.", earlier=0)
-    blocking_ns: Annotated[int, Of("blocked_ns")] = field(
-        "How long a less urgent thread of the core may keep it.", earlier=0
+    blocking_ns: Annotated[Figure, Of("blocked_ns")] = field(
+        "How long a less urgent thread of the core keeps it; 0 where that does not count.", earlier=0
     )
     blocked_by: str = field("That thread; missing where there is none.", default="")
     interference: Annotated[list[Interference], Of("delays")] = field(
         "What goes before its worst job; empty where it has no bound, and of segments.", earlier=[]
     )
-    response_ns: Figure | None = field("The longest time from release to completion; null where it has no bound.")
+    earlier_ns: Annotated[Figure, Of("parts.earlier_ns")] = field(
+        "What earlier jobs of its own take before its worst job; missing where there is none.", default=0
+    )
+    over_ns: Annotated[Figure, Of("parts.over_ns")] = field(
+        "How much of all that goes before its worst job is over when this is released; missing where nothing is.",
+        default=0,
+    )
+    response_ns: Figure | None = field(
+        "The longest time from release to completion; null where it has no bound. But for segments it is the longest "
+        "execution, switching, blocking, interference and earlier jobs, less what is over."
+    )
     deadline_ns: int | None = field("The deadline that it is compared with; null where there is none.")
     meets_deadline: bool | None = field("Whether it is met; null where there is none.")
 
