@@ -91,7 +91,21 @@ def draw(rng: random.Random) -> Core:
                 Callback(name, executor, priority, rng.choice((worst, 1)), worst, period, before, is_elsewhere)
             )
             names.append(name)
-    return Core(found, kinds, [rng.choice((None, 1, 3, 5)) for _ in kinds])
+    core = Core(found, kinds, [rng.choice((None, 1, 3, 5)) for _ in kinds])
+    _take_no_time(core, random.Random(repr(rng.getstate()[1][:2])))  # apart from all else
+    return core
+
+
+def _take_no_time(core: Core, rng: random.Random) -> None:
+    """Some callbacks take no time in every third core, and in some of these all of an executor but one."""
+    if rng.random() < 0.65:
+        return
+    kept = rng.choice(core.callbacks)
+    home = kept.executor if rng.random() < 0.3 else None
+    for item in core.callbacks:
+        is_beside = home is not None and item.executor == home and item is not kept
+        if is_beside or (item is not kept and rng.random() < 0.3):
+            item.best = item.worst = 0
 
 
 def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
@@ -120,7 +134,7 @@ def text_of(core: Core, *, more: str = "objectives: [minimise price]") -> str:
         fields.append("dispatch_protocol: aperiodic" if item.before else f"period: {item.period} ms")
         fields.append(f"compute_execution_time: {item.best} ms .. {item.worst} ms")
         fields += [] if item.priority is None else [f"priority: {item.priority}"]
-        fields += [f"non_preemptive: {item.worst} ms"] if item.holds else []
+        fields += [f"non_preemptive: {item.worst} ms"] if item.holds and item.worst else []
         lines.append(f"  {item.name}: {{{', '.join(fields)}}}")
     wires = [f"  w{item.name}: {{from: {item.before}, to: {item.name}}}" for item in core.callbacks if item.before]
     return "\n".join([*lines, *(["connections:", *wires] if wires else []), more, ""])
@@ -143,14 +157,20 @@ def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[s
     together, always_worst = rng.random() < 0.3, rng.random() < 0.5
     phase = {item.name: 0 if together else rng.randrange(item.period) for item in timers}
 
-    def release(item: Callback, time: int) -> None:
+    def release(item: Callback, time: int) -> Iterator[tuple[str, int]]:
+        """A job waits; one that takes no time does not: it is over, and what comes after it released."""
         left = item.worst if always_worst else rng.randint(item.best, item.worst)
-        home[item.name].queue.append(Job(item, time, left, rng.random()))
+        if item.worst:
+            home[item.name].queue.append(Job(item, time, left, rng.random()))
+            return
+        yield item.name, 0
+        for other in after.get(item.name, ()):
+            yield from release(other, time)
 
     for now in range(most_ms):
         for item in timers:
             if now >= phase[item.name] and (now - phase[item.name]) % item.period == 0:
-                release(item, now)
+                yield from release(item, now)
         for unit in _running(units, rng):
             job = unit.running = unit.running or _next(core, unit)
             job.left -= 1
@@ -158,7 +178,7 @@ def _responses(core: Core, rng: random.Random, most_ms: int) -> Iterator[tuple[s
                 unit.running = None
                 yield job.of.name, now + 1 - job.release
                 for item in after.get(job.of.name, ()):
-                    release(item, now + 1)
+                    yield from release(item, now + 1)
 
 
 def _running(units: list[Unit], rng: random.Random) -> list[Unit]:

@@ -63,6 +63,7 @@ class InExecutor:
         self.number, self.first, self.supply = number, first, supply
         self.period, self.jitter, self.cost, self.section, self.kind = figures
         executor = threads[number]["executor"]
+        rivals = [item for item in rivals if self.cost[item]]  # what takes no time delays nothing
         self.fellows = [item for item in rivals if threads[item]["executor"] is executor]
         self.others = [item for item in rivals if item not in self.fellows]
         self.urgent = [item for item in self.fellows if self.kind != "callback_group" or self._is_urgent(threads, item)]
@@ -182,7 +183,7 @@ class InExecutor:
     def in_lines(self, chains: Chains) -> Iterator[int]:
         """As jobs come, behind one of each line, where all are in lines."""
         is_preempted = bool(self.others or self.first or self.supply is not None)
-        if self.kind != "fifo" or not self.fellows or (self.is_held and is_preempted):
+        if self.kind != "fifo" or (self.is_held and is_preempted):
             return
         lines = chains.lines([*self.fellows, self.number])
         if lines is not None:

@@ -110,7 +110,19 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
     _share(rng, kind, threads, executors)
+    _take_no_time(random.Random(f"no time {kind} {seed}"), threads)  # apart from all else
     return {"types": types, "threads": threads}
+
+
+def _take_no_time(rng: random.Random, threads: list[dict[str, Any]]) -> None:
+    """In one of five systems some threads take no time, in another one two are alike."""
+    case = rng.random()
+    if case < 0.2:
+        for thread in rng.sample(threads, rng.randint(1, len(threads) - 1)):
+            thread |= {key: 0 for key in ("slow", "fast", "little") if key in thread}
+    elif case < 0.3:
+        one, other = rng.sample(threads, 2)
+        other |= {key: one[key] for key in ("periods", "slow", "fast", "little") if key in one}
 
 
 def _share(rng: random.Random, kind: str, threads: list[dict[str, Any]], executors: list[dict[str, Any]]) -> None:
@@ -384,6 +396,8 @@ def _response(
 ) -> int:
     """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
     threads, (levels, inner) = given
+    if not work[number] and not kind.get("switch", 0):
+        return 0  # it waits for nothing
     home = threads[number]["reservation"]
     here = [item for item in range(len(levels)) if cores[item] == cores[number] and item != number]
     urgent = [item for item in here if levels[item] <= levels[number]]
@@ -393,6 +407,7 @@ def _response(
         default=0,
     )
     cost = [item + 2 * kind.get("switch", 0) for item in work]
+    rivals = [item for item in rivals if cost[item]]
     first = _before_all(kind, [threads[item]["reservation"] for item in urgent], home)
     supply = None
     if home is not None:
@@ -403,6 +418,7 @@ def _response(
         ):
             return LATE
         rivals = [item for item in here if threads[item]["reservation"] is home and inner[item] <= inner[number]]
+        rivals = [item for item in rivals if cost[item]]
         blocked, first = 0, []
     if threads[number]["executor"]:
         what = kind["kinds"][threads[number]["executor"]["name"]]

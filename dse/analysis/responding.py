@@ -84,7 +84,8 @@ def around(
         else:
             higher.append(found)
     chains = succession.chains(turn.executor)
-    sections = [space.components[turns[item].key[0]].section_ns for item in (*beside, turns.index(turn))]
+    working = [*(position for position, item in beside.items() if item.worst_ns), turns.index(turn)]
+    sections = [space.components[turns[position].key[0]].section_ns for position in working]
     # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
     is_in_line = kind == "fifo" and chains.line(turn) is not None and (not higher or not any(sections))
     fellows = {}

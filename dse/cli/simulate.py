@@ -87,7 +87,8 @@ def command(
 ) -> int:
     """Play a design out in time, and hold what is observed against the analysis.
 
-    Exit code 4 when an observation contradicts the analysis.
+    Exit code 4 when an observation lies outside the analysed bounds, whatever
+    the reason.
     """
     check_writable(json_path, report)
     from dse.api.simulate import simulate

@@ -12,7 +12,7 @@ from dse.report.page import Block, Page, Plot, Section, Table, Text, few, listin
 from dse.report.plain import basis_words
 from dse.report.studyplots import histogram
 from dse.results.display import counted, readable
-from dse.results.simulate import LATENCY, FlowObservation, Simulation, TaskObservation
+from dse.results.simulate import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.space.settings import settings_of
 from dse.units import Exact, is_unbounded
 from dse.units.text import count_words
@@ -71,11 +71,13 @@ def _said(simulation: Simulation) -> tuple[str, str]:
     """Whether the analysis holds; where bounds were exceeded that need not hold, this first. In full, and in brief."""
     if simulation.contradictions:
         return "The analysis is contradicted.", ""
-    beyond = [flow for flow in simulation.flows if flow.outside]
-    if not beyond:
+    if not simulation.outside:
         return "No observation contradicts the analysis.", ""
+    beyond = [flow for flow in simulation.flows if flow.outside]
+    if any(task.is_outside for task in simulation.tasks) or any(item.is_outside for item in simulation.disparities):
+        return f"Outside the analysed bounds: {'; '.join(simulation.outside)}.", ""
     counts = [f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond]
-    excuses = list(dict.fromkeys(flow.excuse or "they leave out CPU contention" for flow in beyond))
+    excuses = list(dict.fromkeys(flow.excuse or CONTENTION for flow in beyond))
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
     words = [
@@ -152,6 +154,7 @@ def _disparity_table(simulation: Simulation) -> Table:
         seen = "-" if item.observed_ns is None else _ms(item.observed_ns)
         bound = "unbounded" if is_unbounded(item.bound_ns) else _ms(item.bound_ns)
         said = "CONTRADICTION" if item.is_contradiction else item.excuse or "within"
+        said = f"outside: {said}" if item.is_outside and not item.is_contradiction else said
         rows.append((item.name, seen, bound, said if item.observed_ns is not None else "never two inputs"))
     headings = ("reader", "observed", "analysed", "verdict")
     title, rest = "Disparity of inputs: the largest difference of age", "and {} more readers (--all)"
@@ -162,11 +165,19 @@ def _task_table(simulation: Simulation) -> Table:
     rows = []
     for task in sorted(simulation.tasks, key=_closeness):
         bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
-        said = "CONTRADICTION" if task.is_contradiction else "within" if task.is_compared else "not compared"
+        said = _of_task(task)
         rows.append((task.name, _ms(task.observed_ns), bound, said))
     headings = ("thread", "observed", "analysed", "verdict")
     rest = "and {} more threads (--all)"
     return Table("Response times, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+
+
+def _of_task(task: TaskObservation) -> str:
+    if task.is_contradiction:
+        return "CONTRADICTION"
+    if task.is_compared:
+        return "within"
+    return f"{'outside, ' if task.is_outside else ''}not compared"
 
 
 def _closeness(task: TaskObservation) -> tuple[bool, Fraction]:

@@ -21,6 +21,9 @@ LATENCY = (
     "moment at which the end of the flow has processed it or a newer one that overwrote it (reduced reaction time)."
 )
 
+CONTENTION = "they leave out CPU contention"
+"""Why bounds of execution times need not hold where threads share cores."""
+
 
 @dataclass(frozen=True)
 class Extreme:
@@ -39,7 +42,8 @@ class FlowObservation:
 
     `scheduled_ns` are the bounds with response times as processing times, where threads shared cores: then it is
     these that must hold. `allowance_ns` is what drifting clocks add to an upper bound. `excuse` says why the bounds
-    need not hold for this flow or this run; without one an observation outside them is a contradiction.
+    need not hold for this flow or this run; without one an observation outside them is a contradiction. With one it is
+    outside all the same.
     """
 
     name: str
@@ -83,6 +87,13 @@ class FlowObservation:
         return self._outside(self.claimed_ns) > 0 and not self.excuse
 
     @property
+    def outside_words(self) -> str:
+        """What lies outside the bounds of the question that was asked, and why; empty where nothing does."""
+        if not self.outside:
+            return ""
+        return f"{self.outside} of {self.count} latencies of {self.name} ({self.excuse or CONTENTION})"
+
+    @property
     def reach(self) -> Fraction | None:
         """The part of the analysed range [min, max] that was observed; None when there is nothing to reach."""
         least, most = self.claimed_ns
@@ -121,9 +132,22 @@ class TaskObservation:
     is_compared: bool = True
 
     @property
+    def is_outside(self) -> bool:
+        """Whether the observation is longer than the response time, for whatever reason."""
+        return self.bound_ns is not None and self.observed_ns > self.bound_ns
+
+    @property
     def is_contradiction(self) -> bool:
         """Whether the observation refutes the analysis."""
-        return self.is_compared and self.bound_ns is not None and self.observed_ns > self.bound_ns
+        return self.is_compared and self.is_outside
+
+    @property
+    def outside_words(self) -> str:
+        """What lies outside the bound, and why; empty where nothing does."""
+        if not self.is_outside:
+            return ""
+        why = "" if self.is_compared else " (some threads are dispatched at no stated rate)"
+        return f"the longest response of {self.name}{why}"
 
 
 @dataclass(frozen=True)
@@ -140,10 +164,19 @@ class DisparityObservation:
     excuse: str = ""
 
     @property
+    def is_outside(self) -> bool:
+        """Whether the observation is beyond the bound, for whatever reason."""
+        return self.observed_ns is not None and self.observed_ns > self.bound_ns + self.allowance_ns
+
+    @property
     def is_contradiction(self) -> bool:
         """Whether the observation refutes the analysis."""
-        seen = self.observed_ns
-        return seen is not None and not self.excuse and seen > self.bound_ns + self.allowance_ns
+        return self.is_outside and not self.excuse
+
+    @property
+    def outside_words(self) -> str:
+        """What lies outside the bound, and why; empty where nothing does."""
+        return f"the disparity of {self.name}{f' ({self.excuse})' if self.excuse else ''}" if self.is_outside else ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -182,7 +215,7 @@ class Simulation(Answer):
     @property
     def exit_code(self) -> int:
         """What the command line answers with."""
-        if self.contradictions:
+        if self.contradictions or self.outside:
             return EXIT_NO
         return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
 
@@ -190,6 +223,14 @@ class Simulation(Answer):
     def is_anything_observed(self) -> bool:
         """Whether a single datum came through, or a thread ended."""
         return any(flow.count for flow in self.flows) or any(task.observed_ns for task in self.tasks)
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Every observation outside the bounds of the question that was asked, with the reason where one is known."""
+        found = [flow.outside_words for flow in self.flows]
+        found += [task.outside_words for task in self.tasks]
+        found += [item.outside_words for item in self.disparities]
+        return tuple(words for words in found if words)
 
     @property
     def contradictions(self) -> tuple[str, ...]:

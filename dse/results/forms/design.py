@@ -352,6 +352,10 @@ class SimulationForm(Settings):
     seed: int = field("The seed.")
     definition: str = field("What a latency is.")
     contradictions: list[str] = field("Every observation that refutes the analysis, in words.")
+    outside: list[str] = field(
+        "Every observation outside the bounds of the question, with the reason where one is known, in words.",
+        earlier=[],
+    )
     flows: dict[str, ObservedFlow] = field("What was observed of each flow.")
     threads: Annotated[dict[str, ObservedThread], Of("tasks")] = field(
         "What was observed of each thread on a shared core."
