@@ -36,13 +36,14 @@ FILES = {
     "late.yaml": LATE,
     "plain.yaml": PLAIN,
 }
-CASES = [  # a simulation that answers 4 needs a wrong analysis: tests/simulation/test_simulation.py
+CASES = [
     (0, "solve STARTER -q"),
     (0, "explain STARTER"),
     (0, "sweep STARTER --vary price=200EUR,500EUR --no-store --workers 1"),
     (0, "analyse plain.yaml"),
     (0, "sensitivity plain.yaml --samples 100"),
-    (0, "simulate plain.yaml"),
+    (0, "simulate plain.yaml --processing response-time"),
+    (0, "simulate plain.yaml --no-contention"),
     (0, "verify good.json"),
     (2, "solve STARTER --require nonsense"),
     (2, "verify nothing.json"),
@@ -54,6 +55,7 @@ CASES = [  # a simulation that answers 4 needs a wrong analysis: tests/simulatio
     (4, "sweep STARTER --vary price=1EUR,2EUR --no-store --workers 1"),
     (4, "analyse late.yaml"),
     (4, "sensitivity late.yaml --samples 100"),
+    (4, "simulate plain.yaml"),
     (4, "verify forged.json"),
     (5, "verify carried.json"),
 ]

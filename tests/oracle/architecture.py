@@ -695,3 +695,21 @@ def state_executors(rng: random.Random, document: dict[str, Any]) -> None:
         if kinds == ["callback_group"] and rng.random() < 0.4:
             body["priority"] = rng.choice(["1", "2", "7"])
     document["executors"] = {"node": executor}
+
+
+def state_equal_times(rng: random.Random, document: dict[str, Any]) -> None:
+    """Some threads take no time, two take equally long, and an executor may have one thread alone."""
+    threads = document["threads"]
+    timed = [name for name, body in threads.items() if isinstance(body.get("compute_execution_time"), str)]
+    for name in timed:
+        if rng.random() < 0.25:
+            threads[name]["compute_execution_time"] = "0 ms .. 0 ms"
+    if len(timed) > 1 and rng.random() < 0.3:
+        one, other = rng.sample(timed, 2)
+        threads[one]["compute_execution_time"] = threads[other]["compute_execution_time"]
+    executors = document.get("executors", {})
+    inside = [body for body in threads.values() if body.get("executor") == "node"]
+    if len(inside) > 1 and rng.random() < 0.25 and "reservation" not in executors["node"]:
+        for body in inside[1:]:
+            del body["executor"]
+            body["processor"] = executors["node"]["processor"]

@@ -24,6 +24,7 @@ from .architecture import (
     Architecture,
     state_clocks,
     state_cores,
+    state_equal_times,
     state_executors,
     state_overload,
     state_reservations,
@@ -93,6 +94,8 @@ def draw(seed: int, size: str) -> str:
     drawn = random.Random(f"executors {seed}")
     if size == "grouped" or drawn.random() < {"reserved": 0.5, "segmented": 0.5}.get(size, 0):
         state_executors(drawn, document)
+    if size in ("grouped", "reserved", "segmented"):
+        state_equal_times(random.Random(f"equal times {size} {seed}"), document)
     reserved = random.Random(f"reservations {seed}")
     if size == "reserved" or (size == "segmented" and reserved.random() < 0.5):
         state_reservations(reserved, document)

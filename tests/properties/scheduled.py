@@ -44,7 +44,20 @@ def with_scheduling(text: str, rng: random.Random) -> str:
     drawn = random.Random(repr(rng.getstate()[1][:2]))  # apart from all else
     if asked != "any" and drawn.random() < 0.4:
         _divide(document, drawn)
+    _equal_times(threads, random.Random(repr(rng.getstate()[1][:2]) + " times"))
     return text_of(document)
+
+
+def _equal_times(threads: dict[str, dict[str, Any]], rng: random.Random) -> None:
+    """In one of five problems some threads take no time, and two take equally long."""
+    timed = [body for body in threads.values() if isinstance(body.get("compute_execution_time"), str)]
+    if rng.random() < 0.8 or len(timed) < 2:
+        return
+    one, other = rng.sample(timed, 2)
+    one["compute_execution_time"] = other["compute_execution_time"]
+    for body in timed:
+        if rng.random() < 0.3:
+            body["compute_execution_time"] = "0 ms .. 0 ms"
 
 
 def _divide(document: Document, rng: random.Random) -> None:

@@ -6,7 +6,8 @@ import random
 from collections.abc import Iterator
 from functools import cache
 
-from effort import LONG
+import pytest
+from effort import LONG, cases
 from oracle import generator
 
 import dse
@@ -20,14 +21,14 @@ SEEDS = range(24) if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
 
 
 @cache
-def drawn(seed: int) -> dse.Problem:
+def drawn(seed: int, size: str = "tiny") -> dse.Problem:
     """A random problem, for both witnesses."""
-    return dse.loads(generator.random_problem(seed))
+    return dse.loads(generator.random_problem(seed, size))
 
 
-def random_simulation(seed: int, *, contention: bool) -> Simulation | None:
+def random_simulation(seed: int, *, contention: bool, size: str = "tiny") -> Simulation | None:
     """The simulation of a random design of a random problem; None when it has no flow or no design is found."""
-    problem = drawn(seed)
+    problem = drawn(seed, size)
     space, rng = problem.space, random.Random(seed)
     evaluator = Evaluator(space)
     for _ in range(100 if space.flows else 0):
@@ -65,3 +66,10 @@ def test_with_contention_response_times_hold() -> None:
     assert len(tasks) >= 30
     tight = [task for task in tasks if task.observed_ns == task.bound_ns]
     assert len(tight) >= len(tasks) // 5
+
+
+@pytest.mark.parametrize("seed", cases(20, 300))
+def test_response_times_of_executors_hold(seed: int) -> None:
+    """Threads that take no time, equal times and executors of one thread among them."""
+    result = random_simulation(seed, contention=True, size="grouped")
+    assert result is None or not result.contradictions

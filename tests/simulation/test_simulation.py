@@ -151,6 +151,9 @@ def test_endless_queues_are_beyond_the_bounds_and_say_so(size: str) -> None:
     [flow] = endless.flows
     assert not endless.lost and set(flow.latencies) == {10 * MS}
     assert flow.outside and not flow.is_contradiction and "queue" in flow.excuse
+    assert (lost.exit_code, endless.exit_code, endless.contradictions) == (0, 4, ())
+    assert endless.outside == (f"{flow.outside} of {flow.count} latencies of {flow.name} ({flow.excuse})",)
+    assert endless.to_dict()["outside"] == list(endless.outside)
 
 
 def test_a_sporadic_thread_keeps_its_separation() -> None:
@@ -238,8 +241,24 @@ def test_messages_wait_for_each_other_on_a_bus_when_told_so() -> None:
 
 def test_what_triggers_nothing_waits_and_the_gap_is_named() -> None:
     text = QUEUE.replace("a: {from: fast, to: sink}", "a: {from: fast, to: sink, port: data}")
-    [flow] = run_text(text, contention=False).flows
+    found = run_text(text, contention=False)
+    [flow] = found.flows
     assert flow.outside and "a does not dispatch sink" in flow.excuse and not flow.is_contradiction
+    assert found.exit_code == 4
+
+
+@pytest.mark.parametrize("processing", ["execution_time", "response_time"])
+def test_what_lies_outside_the_bounds_of_the_question_is_exit_code_4(processing: str) -> None:
+    """Low waits 3 ms for high: outside a bound of execution times, and within that of response times."""
+    text = f"""{{dse: 1, name: x, processing: {processing},
+        processor_types: {{t: {{}}}}, processors: {{p: {{type: t}}}}, devices: {{s: {{period: 10 ms}}}},
+        threads: {{low: {{processor: p, compute_execution_time: 2 ms, priority: 1}},
+                  high: {{processor: p, period: 10 ms, compute_execution_time: 3 ms, priority: 2}}}},
+        connections: {{w: {{from: s, to: low}}}}, flows: {{f: {{path: [s, low]}}}}}}"""
+    found = dse.simulate(dse.loads(text))
+    assert found.contradictions == ()
+    assert bool(found.outside) == (processing == "execution_time")
+    assert found.exit_code == (4 if found.outside else 0)
 
 
 def test_drift_is_allowed_for() -> None:
