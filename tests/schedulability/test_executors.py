@@ -299,3 +299,57 @@ def test_lines_behind_what_leaves_next_to_nothing_have_no_bound() -> None:
     nearly_all = periodic("nearly all", 999_999, 1_000_000)
     one, other = periodic("one", 10_000_000, 10**15), periodic("other", 5_000_000, 10**15)
     assert executor_response_ns("fifo", one, [Fellow(other, False, line=1)], [nearly_all], is_in_line=True) is None
+
+
+BESIDE_NOTHING = """
+dse: 1
+name: a thread beside one that takes no time
+processing: response_time
+overload: allowed
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+devices: {s: {period: 10 ms, latency: 0 ms .. 25 ms}}
+executors: {e: {kind: KIND, processor: c}}
+threads:
+  work: {executor: e, compute_execution_time: 4 ms, dispatch_protocol: aperiodic, queue_size: 9}
+  idle: {executor: e, compute_execution_time: TIME, period: 10 ms}
+connections: {w: {from: s, to: work}}
+flows: {f: {path: [s, work]}}
+objectives: [minimise latency of f]
+"""
+"""Three jobs of work may come at once: up to 25 ms late, every 10 ms."""
+
+
+@pytest.mark.parametrize("kind", ["fifo", "callback_group", "wait_set"])
+@pytest.mark.parametrize(("time", "expected"), [("0 ms", 12_000_000), ("1 ns", 12_000_001)])
+def test_earlier_jobs_count_beside_a_thread_that_takes_no_time(kind: str, time: str, expected: int) -> None:
+    problem = loads(BESIDE_NOTHING.replace("KIND", kind).replace("TIME", time))
+    found = {item.name: item.response_ns for item in dse.analyse(problem).responses["c"]}
+    assert (found["work"], found["idle"]) == (expected, 0 if time == "0 ms" else found["idle"])
+    lines = BESIDE_NOTHING.replace("KIND", kind).splitlines()
+    without = "\n".join(line for line in lines if "  idle:" not in line)
+    [single] = dse.analyse(loads(without)).responses["c"]
+    assert single.response_ns == 12_000_000
+    seen = dse.simulate(problem, runs=10)
+    assert not seen.contradictions
+
+
+def test_what_takes_no_time_responds_at_once_whatever_else_has_no_bound() -> None:
+    """Late has no bound, and what it releases may come any number of times at once; a job of nothing is over then."""
+    text = """
+dse: 1
+name: nothing to wait for
+processing: response_time
+overload: allowed
+processor_types: {cpu: {}}
+processors: {c: {type: cpu}}
+executors: {e: {kind: callback_group, processor: c}}
+threads:
+  late: {processor: c, priority: 9, compute_execution_time: 11 ms, period: 10 ms}
+  marker: {executor: e, compute_execution_time: 0 ms}
+  other: {processor: c, priority: 10, compute_execution_time: 1 ms, period: 10 ms}
+connections: {w: {from: late, to: marker}}
+objectives: [minimise price]
+"""
+    found = {item.name: item.response_ns for item in dse.analyse(loads(text)).responses["c"]}
+    assert found == {"other": 1_000_000, "late": None, "marker": 0}

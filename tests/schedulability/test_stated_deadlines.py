@@ -145,3 +145,32 @@ def test_a_list_of_the_first_cores_is_no_choice_among_all(more: str) -> None:
     latencies = [point.objectives["latency of f"] for point in found.front]
     assert latencies == [60_000_000, 59_000_000]  # 8 + 6 + 15 + 12 + 15 + 4 ms, from the sensor on
     assert dse.verify(found, problem=loads(FEW + more)).status == "verified"
+
+
+FAR = """
+dse: 1
+name: one deadline beyond all others
+processing: response_time
+processor_types: {cpu: {cores: 3}}
+processors: {c: {type: cpu}}
+threads:
+  first: {processor: c, core: [1, 2, 3], period: 80 ms, DEADLINE, priority: 9, compute_execution_time: 3 ms}
+  second: {processor: c, core: [1, 2, 3], dispatch_protocol: aperiodic, priority: 8, compute_execution_time: 16 ms}
+  third: {processor: c, core: [1, 2, 3], period: 80 ms, deadline: 80 ms, priority: 7, compute_execution_time: 2 ms}
+  fourth: {processor: c, core: [1, 2, 3], period: 100 ms, deadline: 100 ms, compute_execution_time: 20 ms}
+connections: {w: {from: first, to: second}}
+flows: {f: {path: [first, second]}, g: {path: [third]}}
+rules: [second.core == first.core, third.core == first.core, fourth.core == first.core]
+objectives: [minimise latency of f, minimise latency of g]
+"""
+
+
+@pytest.mark.parametrize("deadline", ["1e13 ms", "1e15 ms", "1e30 s"])
+def test_a_deadline_that_nothing_reaches_changes_nothing(deadline: str) -> None:
+    """However large it is: not even a response time without a bound, which counts as 27.8 h, is a row of it."""
+    found = dse.solve(loads(FAR.replace("DEADLINE", f"deadline: {deadline}")), workers=1)
+    without = dse.solve(loads(FAR.replace("DEADLINE", "deadline: 10 s")), workers=1)
+    assert found.status == without.status == "complete"
+    assert [point.objectives for point in found.front] == [point.objectives for point in without.front]
+    assert [point.decisions for point in found.front] == [point.decisions for point in without.front]
+    assert dse.check(loads(FAR.replace("DEADLINE", f"deadline: {deadline}")))
