@@ -26,6 +26,7 @@ from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
+from dse.units import TimeRange
 
 if TYPE_CHECKING:
     import pandas
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
 
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
+DEMANDS_OF_ONE = ("data_size", "overhead", "non_preemptive", "context_switch")
+"""Fields of demands that have no range: of several values the largest stands for all."""
+ONE_TAKEN = "of which the search takes one"
 MOST_NAMES = 10
 """The most decisions that one remark names."""
 
@@ -118,6 +122,7 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     found = tuple(impossible(evaluator.limits, ends))
     remarks = (
         *too_large(evaluator, ends),
+        *_lists_for_ranges(space),
         *_remarks(space),
         *_setting_remarks(asked, space),
         *_costs_of_nothing(asked),
@@ -149,6 +154,31 @@ def _rounded(problem: Problem) -> Iterator[str]:
     yield from found[:MOST_ROUNDED]
     if len(found) > MOST_ROUNDED:
         yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
+
+
+def _lists_for_ranges(space: Space) -> Iterator[str]:
+    """Lists of two ascending demands (times, sizes), which may stand where a range was meant: the search takes one.
+
+    A list that a rule or the baseline names is meant as one.
+    """
+    told: dict[str, None] = {}
+    for index, item in enumerate(space.decisions):
+        if (
+            len(item.values) != 2
+            or index in space.baseline
+            or any(mentions(rule.text, item.name) for rule in space.rules)
+        ):
+            continue
+        first, second = item.values
+        low, high = item.options
+        if isinstance(first, TimeRange):
+            if first.min_ns == first.max_ns < second.min_ns == second.max_ns:
+                told[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
+        elif item.field in DEMANDS_OF_ONE and first < second:
+            told[f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"] = (
+                None
+            )
+    yield from told
 
 
 def _limited(space: Space) -> set[tuple[str, int | None]]:
