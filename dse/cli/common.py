@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
-from dse.errors import UsageError
+from dse.errors import UsageError, nearest
 from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
@@ -48,13 +48,21 @@ class ExistingPath(click.Path):
 
 def _near(path: Path) -> Path | None:
     """The file of the same folder whose name is the nearest."""
-    from difflib import get_close_matches
-
     try:
         there = [found.name for found in path.parent.iterdir()]
     except (OSError, ValueError):
         return None
-    return next((path.with_name(found) for found in get_close_matches(path.name, there, 1, 0.75)), None)
+    near = nearest(path.name, there, 0.75)
+    return path.with_name(near) if near else None
+
+
+def _example_in(folder: str | os.PathLike[str]) -> str:
+    """A problem file of a folder, as an example; empty where it has none."""
+    try:
+        there = sorted(found for found in Path(folder).iterdir() if found.suffix in (".yaml", ".yml"))
+    except OSError:
+        return ""
+    return next((f" such as {str(found)!r}" for found in there if _holds_a_problem(found)), "")
 
 
 class ProblemPath(ExistingPath):
@@ -70,7 +78,9 @@ class ProblemPath(ExistingPath):
             self.fail(f"{value} is an alternative of a result: give the problem file, and --design {value}", param, ctx)
         path = super().convert(value, param, ctx)
         if Path(str(path)).is_dir() and not is_model(Path(str(path))):
-            self.fail(f"File {str(path)!r} is a directory.", param, ctx)
+            self.fail(
+                f"{str(path)!r} is a folder without AADL models: name a problem file{_example_in(path)}.", param, ctx
+            )
         return path
 
 

@@ -11,7 +11,7 @@ import click
 
 from dse.cli.common import discard_output
 from dse.cli.interrupts import Interrupts
-from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError
+from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError, nearest
 from dse.files.guard import guarding
 from dse.version import __version__
 
@@ -63,11 +63,9 @@ class LazyGroup(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            from difflib import get_close_matches
-
-            near = get_close_matches(args[0], COMMANDS, n=1) if args[0] not in COMMANDS else []
+            near = nearest(args[0], COMMANDS) if args[0] not in COMMANDS else ""
             if near:
-                raise click.UsageError(f"{error.message.rstrip('.')}. (Did you mean '{near[0]}'?)", ctx) from None
+                raise click.UsageError(f"{error.message.rstrip('.')}. (Did you mean '{near}'?)", ctx) from None
             raise
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

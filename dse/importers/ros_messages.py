@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.extras import needed_for
 from dse.files.reading import UnreadableFileError, read_text
 from dse.records import dataclass
@@ -154,10 +154,8 @@ class Types:
         for text in (name, f"{package}/msg/{rest}"):
             if text in self.store.fielddefs:
                 return text
-        from difflib import get_close_matches
-
-        close = get_close_matches(f"{package}/msg/{rest}", list(self.store.fielddefs), 1, 0.5)
-        raise UsageError(f"there is no message type {name!r}" + (f"; did you mean {close[0]}?" if close else ""))
+        hint = did_you_mean(f"{package}/msg/{rest}", self.store.fielddefs, 0.5)
+        raise UsageError(f"there is no message type {name!r}" + (f"; {hint}" if hint else ""))
 
     def _fields(self, name: str, above: Sequence[str]) -> Any:
         if name in above:

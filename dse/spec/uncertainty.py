@@ -11,15 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from fractions import Fraction
 from math import erfc, sqrt
 
-from dse.errors import UsageError
+from dse.errors import UsageError, did_you_mean
 from dse.records import dataclass
 from dse.spec.fields import COUNT
 from dse.spec.model import Spec, Uncertainty
-from dse.spec.quantities import BASE, Figure, figures_of, matching, read_value
+from dse.spec.quantities import BASE, LIKE_A_PATH, Figure, figures_of, matching, read_value
 from dse.spec.quantity_fields import TOTAL
 from dse.spec.samples import SampleError, Samples
 from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, range_ends, shown, unit_ratio
@@ -94,8 +93,7 @@ class _Reader:
         self.path, self.entry, self.samples = path, entry, samples
         self.figures = tuple(matching(figures, path))
         if not self.figures:
-            close = get_close_matches(path, [item.path for item in figures], 1, 0.0)
-            hint = f'did you mean "{close[0]}"?' if close else ""
+            hint = did_you_mean(path, [item.path for item in figures], LIKE_A_PATH)
             raise UncertaintyError("", "no quantity of the problem has this path", hint, is_of_nothing=True)
         self.is_factor = entry.factor is not None
         if not self.is_factor and len(self.figures) > 1:
