@@ -93,8 +93,8 @@ class _Reader:
         self.path, self.entry, self.samples = path, entry, samples
         self.figures = tuple(matching(figures, path))
         if not self.figures:
-            hint = did_you_mean(path, [item.path for item in figures], LIKE_A_PATH)
-            raise UncertaintyError("", "no quantity of the problem has this path", hint, is_of_nothing=True)
+            meant = did_you_mean(path, [item.path for item in figures], LIKE_A_PATH)
+            raise UncertaintyError("", "no quantity of the problem has this path", meant, is_of_nothing=True)
         self.is_factor = entry.factor is not None
         if not self.is_factor and len(self.figures) > 1:
             names = ", ".join(item.path for item in self.figures[:4])

@@ -12,7 +12,7 @@ from dse.report.answers import Told
 from dse.report.charts import whole_spec
 from dse.report.figures import _figures
 
-NAMES = ["a\\", 'a\\"+1', "a\"b'c", "a\\nb", "var(--x)", "var(--ink)", "${x}|<b>&amp;", "\\u0041"]
+NAMES = ["a\\", 'a\\"+1', 'a"b', "a'b", "a\\nb", "var(--x)", "var(--ink)", "${x}|<b>&amp;", "\\u0041"]
 PROBLEM = """
 dse: 1
 name: NAME
@@ -43,8 +43,8 @@ def test_every_plot_shows_any_name(name: str) -> None:
     drawn = _drawn(result)
     assert len(drawn) > 5
     assert all(f"{word}{name}" in html.unescape("".join(drawn)) for word in ("in ", "cpu ", ""))
-    assert _drawn(dse.analyse(result.front[0]))
-    assert _drawn(dse.sensitivity(result.front[0]))
+    assert _drawn(dse.analyse(text, result.front[0]))
+    assert _drawn(dse.sensitivity(text, result.front[0]))
     assert _drawn(dse.sweep(text, "price=60EUR..300EUR", store=None))
 
 
