@@ -9,6 +9,7 @@ import click
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
+from dse.cli.saying import tell
 
 
 @click.command("check")
@@ -33,5 +34,5 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
 
     answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
     if description.too_large:
-        click.echo(f"dse: {description.too_large}", err=True)
+        tell(f"dse: {description.too_large}")
     return description.exit_code

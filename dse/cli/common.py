@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from dse.cli.saying import in_a_line, tell, visible
 from dse.errors import UsageError, nearest
 from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
@@ -113,7 +114,7 @@ def load_told(file: str | os.PathLike[str]) -> Problem:
 
     problem = load(file if isinstance(file, Model) else Path(file))
     for item in problem.loaded.told:
-        click.echo(str(item), err=True)
+        tell(in_a_line(str(item)))
     return problem
 
 
@@ -198,25 +199,30 @@ def report_folder(path: str) -> Path:
 def tell_plots() -> None:
     """Say on standard error that pages have no plots, where that is so."""
     if not is_installed("plots"):
-        click.echo(f"dse: a page without plots: they need {how_to_install('plots')}", err=True)
+        tell(f"dse: a page without plots: they need {how_to_install('plots')}")
 
 
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:
     """Say on standard error that the problem file is not there, and what was worked with instead."""
     if is_carried:
         what = f"{file} names files that are not there" if Path(file).is_file() else f"{file} is not there"
-        click.echo(f"dse: {what}: working with the problem that the result itself carries", err=True)
+        tell(f"dse: {what}: working with the problem that the result itself carries")
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:
     """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8; COLUMNS is its width."""
     from rich.console import Console
+    from rich.text import Text
 
     class PipedConsole(Console):
         """Goes on without a reader that has gone: files are still written, and the exit code stays what it means."""
 
         def on_broken_pipe(self) -> None:
             discard_output()
+
+        def render_str(self, text: str, **how: Any) -> Text:
+            """Every text that is printed, before it is measured: nothing in it steers the terminal."""
+            return super().render_str(visible(text), **how)
 
     stream = sys.stderr if err else sys.stdout
     if hasattr(stream, "reconfigure"):
