@@ -21,7 +21,18 @@ from dse.spec.model import Spec, Uncertainty
 from dse.spec.quantities import BASE, LIKE_A_PATH, Figure, figures_of, matching, read_value
 from dse.spec.quantity_fields import TOTAL
 from dse.spec.samples import SampleError, Samples
-from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, range_ends, shown, unit_ratio
+from dse.units import (
+    DIMENSIONLESS,
+    POWER_DRAW,
+    UNITS,
+    Kind,
+    UnitError,
+    expectation,
+    parse_quantity,
+    range_ends,
+    shown,
+    unit_ratio,
+)
 
 PLAIN = Kind("a factor", "1.1", DIMENSIONLESS)
 Ends = tuple[Fraction, Fraction]
@@ -217,9 +228,13 @@ class _Reader:
         if isinstance(texts, SampleError):
             raise UncertaintyError(texts.field, texts.message, texts.hint) from texts
         known: dict[str, Fraction] = {}  # measured values repeat, and there may be a million of them
-        for text in texts:
+        for number, text in enumerate(texts, start=1):
             if text not in known:
-                known[text] = self._number("samples", f"{text} {unit}" if unit else text)
+                try:
+                    known[text] = self._number("samples", f"{text} {unit}" if unit else text)
+                except UncertaintyError:  # the file may be any: nothing of it is quoted
+                    message = f"sample {number} of {given} is not {expectation(self.kind)}, or it is negative"
+                    raise UncertaintyError("samples", message, "" if unit else "`unit` states that of all") from None
         return sorted(known[text] for text in texts), f"of {given}"
 
 

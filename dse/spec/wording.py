@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
 from dse.errors import Diagnostic, did_you_mean
-from dse.spec.fields import describe
+from dse.spec.fields import describe, kind_of
 from dse.spec.frames import MODELS as FRAMES
 from dse.spec.hardware import TransmissionTime
 from dse.spec.model import Catalogue, PathElement, Spec
@@ -53,6 +53,8 @@ MEANT: dict[str, tuple[str, ...]] = {
 def translated(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
     """A finding of pydantic with its place in the file; `root` is what the file was read as."""
     path, kind = list(item["loc"]), item["type"]
+    if not path:  # the file may be any that a problem file includes: nothing of it is quoted
+        return source.diagnostic([], f"expected a mapping, got {kind_of(item['input'])}")
     if path and path[-1] == "[key]":
         return source.diagnostic(path[:-1], *_words(item), at_key=True)
     if kind == "extra_forbidden":
