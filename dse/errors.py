@@ -27,6 +27,9 @@ EXIT_MEANINGS = {
 }
 """What each exit code means, whichever command answers with it; README.md says what that is for each."""
 
+LONGEST_COMPARED = 200
+"""Letters of a name that are compared with known ones."""
+
 
 @dataclass(frozen=True)
 class Diagnostic:
@@ -66,6 +69,46 @@ class Suggestion(str):
     >>> Suggestion('did you mean "threads"?').partition(" ")[0]
     'did'
     """
+
+
+def nearest(name: str, known: Iterable[str], likeness: float = 0.6) -> str:
+    """The known name that is closest to a name which is none of them; empty where none is at least so alike.
+
+    Capitals count for nothing.
+
+    Examples
+    --------
+    >>> nearest("Aperiodic", ["periodic", "aperiodic"]), nearest("WCTE", ["wcet"], 0.5), nearest("x", ["period"])
+    ('aperiodic', 'wcet', '')
+    """
+    from difflib import get_close_matches
+
+    folded: dict[str, str] = {}
+    for item in known:
+        folded.setdefault(item.casefold(), item)
+    wanted = name[:LONGEST_COMPARED].casefold()
+    close = [wanted] if wanted in folded else get_close_matches(wanted, folded, 1, likeness)
+    return folded[close[0]] if close else ""
+
+
+def did_you_mean(name: str, known: Iterable[str], likeness: float = 0.6) -> Suggestion:
+    """``did you mean "x"?`` for the known name that is closest; empty where none is at least so alike.
+
+    Names that look alike are told apart.
+
+    Examples
+    --------
+    >>> print(did_you_mean("mean power", ["mean  power"]))
+    did you mean "mean  power"? It differs in its blanks or in the codes of its letters
+    """
+    close = nearest(name, known, likeness)
+    if not close:
+        return Suggestion()
+    from unicodedata import normalize
+
+    ours, theirs = (" ".join(normalize("NFKC", item).split()) for item in (name, close))
+    alike = " It differs in its blanks or in the codes of its letters" if ours == theirs else ""
+    return Suggestion(f'did you mean "{close}"?{alike}')
 
 
 def in_order(findings: Iterable[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:

@@ -6,10 +6,9 @@ them.
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from pathlib import Path
 
-from dse.errors import UsageError
+from dse.errors import UsageError, did_you_mean
 
 
 def example_folder() -> Path:
@@ -50,6 +49,5 @@ def example_path(name: str) -> Path:
     stem = name.removesuffix(".yaml")
     if stem in known:
         return known[stem]
-    close = get_close_matches(stem, known, 1)
-    hint = f'did you mean "{close[0]}"?' if close else f"known: {', '.join(known)}"
+    hint = did_you_mean(stem, known) or f"known: {', '.join(known)}"
     raise UsageError(f'no example is called "{name}" ({hint})')

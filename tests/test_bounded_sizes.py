@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
 import dse
+from dse.analysis.bounds import Ends, impossible
+from dse.analysis.evaluate import Evaluator
 from dse.cli.main import run
 
 PUMP = (Path(__file__).parent / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
@@ -56,8 +59,14 @@ def test_check_says_what_solve_refuses(
     said = capsys.readouterr().err.strip().removeprefix("dse: ")
     assert said.startswith(f"too large to search exactly: {path}:{line}: {place}: a sum may reach")
     assert said in dse.check(path).remarks
-    assert run(["check", str(path)]) == 0
-    assert "too large to search exactly" in capsys.readouterr().out
+    assert dse.check(path).too_large == said
+    assert run(["check", str(path), "--json", str(tmp_path / "check.json")]) == 3
+    shown = capsys.readouterr()
+    assert "Pump: too large to search exactly" in shown.out
+    assert shown.err.strip().removeprefix("dse: ") == said
+    assert json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))["too_large"] == said
+    assert run(["check", str(path), "-q"]) == 3
+    assert capsys.readouterr().err.strip().removeprefix("dse: ") == said
 
 
 def test_an_objective_of_the_command_line_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -65,3 +74,35 @@ def test_an_objective_of_the_command_line_is_named(tmp_path: Path, capsys: pytes
     path.write_text(PUMP.replace("price: 60 EUR", "price: 99999999999999 EUR"), encoding="utf-8")
     assert run(["solve", str(path), "-q", "--minimise", "price"]) == 3
     assert "too large to search exactly: command line: minimise price" in capsys.readouterr().err
+
+
+WAITING = """
+dse: 1
+name: long bounds
+processing: response_time
+processor_types: {four: {cores: 4}}
+processors: {p: {type: four}}
+threads: {THREADS}
+flows: {f: {path: [t0]}}
+requirements: [min latency of f >= 1 h]
+objectives: [minimise latency of f]
+"""
+THREAD = "t%d: {processor: p, core: [1, 2, 3, 4], period: 100 ms, compute_execution_time: 1 ms .. 2 ms}"
+
+
+def test_check_works_out_no_response_time_for_a_minimum() -> None:
+    """Cores of thirty threads make 4^30 cases, a response time in each; the least latency of one is its own 1 ms."""
+    text = WAITING.replace("THREADS", ", ".join(THREAD % number for number in range(30)))
+    space = dse.loads(text).space
+    [limit] = [item for item in Evaluator(space).limits if item.requirement.metric.kind == "min latency"]
+    [found] = impossible([limit], Ends(space))
+    assert (found.value, found.limit) == (1_000_000, 3_600_000_000_000)
+
+
+def test_what_check_has_no_time_for_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dse.api import check
+
+    monkeypatch.setattr(check, "TIME_S", -1.0)
+    found = dse.check(dse.loads(PUMP))
+    assert "what else there is to remark was not found out within -1 s" in found.remarks
+    assert (found.size, found.too_large) == (48, "")

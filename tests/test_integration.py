@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -61,6 +62,18 @@ def test_the_action_calls_what_there_is() -> None:
     said = " ".join(step.get("run", "") for step in action["runs"]["steps"])
     assert ".ci/pull-request" in said
     assert all(os.access(ROOT / ".ci" / name, os.X_OK) for name in ("comment", "pull-request", "run"))
+
+
+def test_the_workflow_may_do_little_and_runs_what_is_known() -> None:
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))
+    assert workflow["permissions"] == {"contents": "read"}
+    action = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
+    steps = [step for job in workflow["jobs"].values() for step in job["steps"]] + action["runs"]["steps"]
+    used = [step["uses"] for step in steps if "uses" in step]
+    assert len(used) == 3
+    assert all(re.fullmatch(r"actions/[a-z-]+@[0-9a-f]{40}", item) for item in used), "by commit: a tag can be moved"
+    [hook] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+    assert "--time-limit" in hook["entry"]
 
 
 GH = """#!/bin/sh

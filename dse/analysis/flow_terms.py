@@ -139,7 +139,10 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield from _placed_terms(space, element, name, kind)
             continue
 
-        def value(view: View, step: Step = step, space: Space = space) -> Fraction:
+        is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
+        counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
+
+        def value(view: View, step: Step = step, space: Space = counted) -> Fraction:
             figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
             if kind == "run jitter":
                 figure += _run_excess_ns(space, step, view)
@@ -156,7 +159,6 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
                 return least, most
             return least - period, most + 2 * period
 
-        is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
         counts = is_scheduled and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
         only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
         waits_where = _waits_where(space, step.index) if only_waits else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible
 from dse.analysis.changes import counted_decisions
@@ -14,6 +14,7 @@ from dse.api.exactness import too_large
 from dse.api.meanings import changed_meanings
 from dse.api.problem import Problem, Source, load
 from dse.api.question import Question
+from dse.errors import EXIT_COMPLETE, EXIT_INVALID
 from dse.records import dataclass
 from dse.results.answer import Answer
 from dse.space.activation import exclusions
@@ -26,13 +27,21 @@ from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
+from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+from dse.units import TimeRange
 
 if TYPE_CHECKING:
     import pandas
 
 
+T = TypeVar("T")
+TIME_S = 10.0
+"""Seconds that each of the questions beside the form of the file may take: bounds, exact sums, remarks."""
 MOST_ROUNDED = 20
 """The most figures of which is said one by one that they are rounded."""
+DEMANDS_OF_ONE = ("data_size", "overhead", "non_preemptive", "context_switch")
+"""Fields of demands that have no range: of several values the largest stands for all."""
+ONE_TAKEN = "of which the search takes one"
 MOST_NAMES = 10
 """The most decisions that one remark names."""
 
@@ -42,7 +51,8 @@ class Description(Answer):
     """The space of a problem: open decisions with their options, its size, and remarks.
 
     `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both
-    figures; there may be others.
+    figures; there may be others. `too_large` says which sum the search cannot count exactly, with its place, where it
+    would refuse the problem for that.
 
     Examples
     --------
@@ -58,6 +68,12 @@ class Description(Answer):
     size: int
     remarks: tuple[str, ...]
     impossible: tuple[Impossible, ...] = ()
+    too_large: str = ""
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with: 3 where `dse solve` refuses the problem as too large."""
+        return EXIT_INVALID if self.too_large else EXIT_COMPLETE
 
     def frame(self) -> pandas.DataFrame:
         """The open decisions; columns ``decision`` and ``options``, one text."""
@@ -115,16 +131,30 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     space = asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
     evaluator, ends = Evaluator(space), Ends(space)
-    found = tuple(impossible(evaluator.limits, ends))
+    unfinished: list[str] = []
+    found = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
+    sums = _in_time(too_large(evaluator, ends), unfinished, "whether sums stay within exact arithmetic")
     remarks = (
-        *too_large(evaluator, ends),
-        *_remarks(space),
+        *_lists_for_ranges(space),
+        *_in_time(_remarks(space), unfinished, "what else there is to remark"),
         *_setting_remarks(asked, space),
         *_costs_of_nothing(asked),
         *changed_meanings(asked),
         *_rounded(asked),
     )
-    return Description(space, decisions, space_size(space), remarks, found)
+    return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), found, *sums)
+
+
+def _in_time(items: Iterator[T], unfinished: list[str], what: str) -> tuple[T, ...]:
+    """The items that are found within `TIME_S`; where that is too short, `unfinished` takes a note of it."""
+    found: list[T] = []
+    try:
+        with until(TimeLimit.after(TIME_S)):
+            found.extend(items)
+    except OutOfTime:
+        look_at_the_clock()
+        unfinished.append(f"{what} was not found out within {TIME_S:g} s")
+    return tuple(found)
 
 
 def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:
@@ -149,6 +179,31 @@ def _rounded(problem: Problem) -> Iterator[str]:
     yield from found[:MOST_ROUNDED]
     if len(found) > MOST_ROUNDED:
         yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
+
+
+def _lists_for_ranges(space: Space) -> Iterator[str]:
+    """Lists of two ascending demands (times, sizes), which may stand where a range was meant: the search takes one.
+
+    A list that a rule or the baseline names is meant as one.
+    """
+    told: dict[str, None] = {}
+    for index, item in enumerate(space.decisions):
+        if (
+            len(item.values) != 2
+            or index in space.baseline
+            or any(mentions(rule.text, item.name) for rule in space.rules)
+        ):
+            continue
+        first, second = item.values
+        low, high = item.options
+        if isinstance(first, TimeRange):
+            if first.min_ns == first.max_ns < second.min_ns == second.max_ns:
+                told[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
+        elif item.field in DEMANDS_OF_ONE and first < second:
+            told[f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"] = (
+                None
+            )
+    yield from told
 
 
 def _limited(space: Space) -> set[tuple[str, int | None]]:

@@ -329,21 +329,21 @@ def _requirement_or_rule(space: Space, text: str) -> tuple[Requirement, ...] | R
             return read_requirements(space, body, ORIGIN)
         return read_rule(space, text, ORIGIN)
     except (ExpressionError, QuestionError) as error:
-        said = error if is_metric else _of_misspelt_metric(space, body) or error
-        raise UsageError(f"--require {text!r}: {said}") from error
+        said = None if is_metric else _of_quoted_or_misspelt_metric(space, body)
+        if isinstance(said, tuple):
+            return said
+        raise UsageError(f"--require {text!r}: {said or error}") from error
 
 
-def _of_misspelt_metric(space: Space, text: str) -> QuestionError | None:
-    """What is wrong with a text that has the form of a requirement; None where it has not, or names a decision."""
+def _of_quoted_or_misspelt_metric(space: Space, text: str) -> tuple[Requirement, ...] | QuestionError | None:
+    """A requirement, or what is wrong with one; None where a text has not its form, or names a decision."""
     try:
         written = parse_requirement(text)
-        if "." not in str(written.metric):
-            read_requirements(space, text, ORIGIN)
+        return None if "." in str(written.metric) else read_requirements(space, text, ORIGIN)
     except ExpressionError:
         return None
     except QuestionError as error:
         return error
-    return None
 
 
 def _objectives(space: Space, texts: Sequence[str]) -> tuple[Objective, ...]:

@@ -12,7 +12,7 @@ from dse.files.reading import UnreadableFileError, read_text
 from dse.results.answer import DataAnswer
 from dse.results.forms.base import Form
 from dse.results.forms.registry import FORMS
-from dse.results.reading import check_data
+from dse.results.reading import check_data, no_json
 
 ANSWERS: Final[Mapping[str, tuple[str, str]]] = {
     "sweep": ("dse.results.sweep", "SweepResult"),
@@ -56,11 +56,12 @@ def read(path: str | Path) -> DataAnswer | Form:
     48
     """
     try:
-        data = parse_json(read_text(path, what="an answer"))
+        text = read_text(path, what="an answer")
+        data = parse_json(text)
     except UnreadableFileError as error:
         raise UsageError(f"{path}: cannot be read: {error.reason}") from error
     except ValueError as error:
-        raise UsageError(f"{path}: is not JSON: {error}") from error
+        raise UsageError(f"{path}: {no_json(text, error)}") from error
     name = _name_of(data)
     if name is None:
         known = ", ".join(f"dse-{name}/1" for name in FORMS)

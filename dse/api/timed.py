@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.errors import Diagnostic, UsageError
+from dse.errors import Diagnostic, UsageError, did_you_mean
 from dse.fitting.catalogue import catalogue
 from dse.fitting.fit import Execution, Fit, Options, fit_measurements
 from dse.importers.registry import Imported, importer_of, read_foreign
@@ -50,8 +49,7 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     for item in found.executions if found is not None else ():
         name = _thread_of(item, {**dict.fromkeys(threads), **imported.aliases})
         if name is None:
-            close = get_close_matches(item.name, [key.replace(".", "_") for key in threads], 1, 0.5)
-            hint = f"did you mean {close[0]}?" if close else ""
+            hint = did_you_mean(item.name, [key.replace(".", "_") for key in threads], 0.5)
             file, _, line = item.summary.place.rpartition(":")
             text = f"there is no thread for the times of {item.name}"
             remarks.append(Diagnostic(text, file=file, line=int(line or 0), hint=hint, severity="warning"))

@@ -9,6 +9,7 @@ import click
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
+from dse.cli.saying import tell
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
 if TYPE_CHECKING:
@@ -63,5 +64,5 @@ def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
 
     found = named_design(problem, texts)
     for remark in found.remarks:
-        click.echo(f"dse: {remark}", err=True)
+        tell(f"dse: {remark}")
     return found

@@ -9,6 +9,7 @@ import click
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.pages import answer, report_option
 from dse.cli.question import question_of, question_options
+from dse.cli.saying import tell
 
 
 @click.command("check")
@@ -22,7 +23,8 @@ from dse.cli.question import question_of, question_options
 def command(file: str, every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
-    With the options of `dse solve` the question is the one that they ask.
+    With the options of `dse solve` the question is the one that they ask. Exit code 3 also when `dse solve` would
+    refuse it as too large to search exactly.
     """
     check_writable(json_path, report)
     from dse.api.check import check
@@ -31,4 +33,6 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     from dse.report.check import description_page
 
     answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
-    return 0
+    if description.too_large:
+        tell(f"dse: {description.too_large}")
+    return description.exit_code

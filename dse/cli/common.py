@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
-from dse.errors import UsageError
+from dse.cli.saying import in_a_line, tell, visible
+from dse.errors import UsageError, nearest
 from dse.extras import how_to_install, is_installed
 from dse.files import writing as files
 from dse.files.guard import PathLike, claim
@@ -48,13 +49,21 @@ class ExistingPath(click.Path):
 
 def _near(path: Path) -> Path | None:
     """The file of the same folder whose name is the nearest."""
-    from difflib import get_close_matches
-
     try:
         there = [found.name for found in path.parent.iterdir()]
     except (OSError, ValueError):
         return None
-    return next((path.with_name(found) for found in get_close_matches(path.name, there, 1, 0.75)), None)
+    near = nearest(path.name, there, 0.75)
+    return path.with_name(near) if near else None
+
+
+def _example_in(folder: str | os.PathLike[str]) -> str:
+    """A problem file of a folder, as an example; empty where it has none."""
+    try:
+        there = sorted(found for found in Path(folder).iterdir() if found.suffix in (".yaml", ".yml"))
+    except OSError:
+        return ""
+    return next((f" such as {str(found)!r}" for found in there if _holds_a_problem(found)), "")
 
 
 class ProblemPath(ExistingPath):
@@ -70,7 +79,9 @@ class ProblemPath(ExistingPath):
             self.fail(f"{value} is an alternative of a result: give the problem file, and --design {value}", param, ctx)
         path = super().convert(value, param, ctx)
         if Path(str(path)).is_dir() and not is_model(Path(str(path))):
-            self.fail(f"File {str(path)!r} is a directory.", param, ctx)
+            self.fail(
+                f"{str(path)!r} is a folder without AADL models: name a problem file{_example_in(path)}.", param, ctx
+            )
         return path
 
 
@@ -103,7 +114,7 @@ def load_told(file: str | os.PathLike[str]) -> Problem:
 
     problem = load(file if isinstance(file, Model) else Path(file))
     for item in problem.loaded.told:
-        click.echo(str(item), err=True)
+        tell(in_a_line(str(item)))
     return problem
 
 
@@ -188,25 +199,30 @@ def report_folder(path: str) -> Path:
 def tell_plots() -> None:
     """Say on standard error that pages have no plots, where that is so."""
     if not is_installed("plots"):
-        click.echo(f"dse: a page without plots: they need {how_to_install('plots')}", err=True)
+        tell(f"dse: a page without plots: they need {how_to_install('plots')}")
 
 
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:
     """Say on standard error that the problem file is not there, and what was worked with instead."""
     if is_carried:
         what = f"{file} names files that are not there" if Path(file).is_file() else f"{file} is not there"
-        click.echo(f"dse: {what}: working with the problem that the result itself carries", err=True)
+        tell(f"dse: {what}: working with the problem that the result itself carries")
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:
     """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8; COLUMNS is its width."""
     from rich.console import Console
+    from rich.text import Text
 
     class PipedConsole(Console):
         """Goes on without a reader that has gone: files are still written, and the exit code stays what it means."""
 
         def on_broken_pipe(self) -> None:
             discard_output()
+
+        def render_str(self, text: str, **how: Any) -> Text:
+            """Every text that is printed, before it is measured: nothing in it steers the terminal."""
+            return super().render_str(visible(text), **how)
 
     stream = sys.stderr if err else sys.stdout
     if hasattr(stream, "reconfigure"):

@@ -18,6 +18,7 @@ from dse.cli.common import (
     tell_carried,
 )
 from dse.cli.pages import answer, report_option
+from dse.cli.saying import tell
 from dse.errors import EXIT_COMPLETE, EXIT_NO
 
 
@@ -119,5 +120,5 @@ def _measured(
         from dse.report.plot_files import page_figures
 
         for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
-            click.echo(f"figure: {path}", err=True)
+            tell(f"figure: {path}")
     return EXIT_NO if any(item.is_newly_broken for item in found.requirements) else EXIT_COMPLETE

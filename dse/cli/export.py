@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, tell_carried, write_text
+from dse.cli.saying import tell
 from dse.errors import UsageError, about
 
 if TYPE_CHECKING:
@@ -99,4 +100,4 @@ def _write_property_set(output: Path, text: str) -> None:
         raise UsageError(f"{path}: is there already, and is not the property set that {output} uses")
     check_writable(str(path), replaces_problems=True)
     write_text(str(path), TEXT)
-    click.echo(f"wrote {path}, the property set that it uses", err=True)
+    tell(f"wrote {path}, the property set that it uses")

@@ -10,6 +10,7 @@ import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, report_folder
 from dse.cli.pages import answer, report_option
+from dse.cli.saying import say, tell
 
 REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
 
@@ -117,13 +118,13 @@ def command(
     rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))
     answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
     if is_below and json_path != "-":
-        click.echo(f"\n{text}", nl=False)
+        say(f"\n{text}".removesuffix("\n"))
     if figures is not None:
         from dse.files.writing import write_files
         from dse.report.plot_files import page_figures
 
         for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
-            click.echo(f"figure: {path}", err=True)
+            tell(f"figure: {path}")
     return 0
 
 

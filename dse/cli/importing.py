@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, write_text
+from dse.cli.saying import in_a_line, tell
 from dse.importers.registry import IMPORTERS
 
 
@@ -61,7 +62,7 @@ def command(
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
     found = import_file(files, form, times, bags, **given)
     for remark in found.remarks:
-        click.echo(str(remark), err=True)
+        tell(in_a_line(str(remark)))
     write_text(output, found.text)
     return 0
 

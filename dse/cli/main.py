@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -11,7 +12,8 @@ import click
 
 from dse.cli.common import discard_output
 from dse.cli.interrupts import Interrupts
-from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError
+from dse.cli.saying import in_a_line, say, tell
+from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError, nearest
 from dse.files.guard import guarding
 from dse.version import __version__
 
@@ -63,11 +65,9 @@ class LazyGroup(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            from difflib import get_close_matches
-
-            near = get_close_matches(args[0], COMMANDS, n=1) if args[0] not in COMMANDS else []
+            near = nearest(args[0], COMMANDS) if args[0] not in COMMANDS else ""
             if near:
-                raise click.UsageError(f"{error.message.rstrip('.')}. (Did you mean '{near[0]}'?)", ctx) from None
+                raise click.UsageError(f"{error.message.rstrip('.')}. (Did you mean '{near}'?)", ctx) from None
             raise
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -78,7 +78,7 @@ class LazyGroup(click.Group):
 
 def _version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     if value:
-        click.echo(f"dse {__version__}")
+        say(f"dse {__version__}")
         ctx.exit()
 
 
@@ -110,16 +110,18 @@ def run(arguments: list[str]) -> int:
             discard_output()
         return code
     except click.ClickException as error:
-        error.show()
+        shown = io.StringIO()
+        error.show(shown)
+        tell(shown.getvalue().removesuffix("\n"))
         return EXIT_USAGE
     except (click.Abort, KeyboardInterrupt):
         return _say("interrupted", EXIT_INCOMPLETE)
     except ProblemError as error:
         count = len(error.diagnostics)
         for item in error.diagnostics[:MOST_MISTAKES]:
-            click.echo(str(item), err=True)
+            tell(in_a_line(str(item)))
         if count > MOST_MISTAKES:
-            click.echo(f"... and {count - MOST_MISTAKES} more", err=True)
+            tell(f"... and {count - MOST_MISTAKES} more")
         return _say(
             f"{count} mistake{'s' if count != 1 else ''} in the problem; nothing was solved or written", error.exit_code
         )
@@ -140,7 +142,7 @@ def _bug(error: Exception) -> int:
     if Interrupts.came:
         return _say("interrupted", EXIT_INCOMPLETE)
     if os.environ.get("DSE_TRACEBACK"):
-        traceback.print_exc()
+        tell(traceback.format_exc())
     return _say(
         f"a bug in dse: {type(error).__name__}: {error}\nplease report it with the problem file; "
         f"DSE_TRACEBACK=1 shows where",
@@ -149,5 +151,5 @@ def _bug(error: Exception) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    click.echo(f"dse: {message}", err=True)
+    tell(f"dse: {message}")
     return code

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from dse.cli.common import check_writable, write_text
+from dse.cli.saying import say
 from dse.errors import UsageError
 from dse.examples import example_files, example_path
 from dse.files.reading import MOST_BYTES, beginning
@@ -47,7 +48,7 @@ def command(
     """
     if list_only:
         for path in example_files():
-            click.echo(path.stem)
+            say(path.stem)
         return 0
     if is_random:
         if _is_given(ctx, "example"):
@@ -74,8 +75,8 @@ def _write_random(text: str, file: str, force: bool) -> int:
     write_text(file, text if file == "-" else explained(text))
     if file != "-":
         _write_schema(Path(file))
-        click.echo(f"wrote {file}")
-        click.echo(f"Next: dse check {file}; dse solve {file}")
+        say(f"wrote {file}")
+        say(f"Next: dse check {file}; dse solve {file}")
     return 0
 
 
@@ -98,7 +99,7 @@ def _write_schema(problem: Path) -> None:
     path = problem.parent / SCHEMA_FILE
     check_writable(str(path), replaces_problems=True)
     write_text(str(path), json.dumps(schema(), ensure_ascii=False, separators=(",", ":")) + "\n")
-    click.echo(f"wrote {path}")
+    say(f"wrote {path}")
 
 
 def _is_same(original: Path, copy: Path) -> bool:
@@ -122,8 +123,8 @@ def _copy_example(source: Path, file: str | None, force: bool) -> int:
         check_writable(str(copy), replaces_problems=True)
         text = original.read_text(encoding="utf-8")
         write_text(str(copy), explained(text) if copy is target and file != "-" else text)
-        click.echo(f"wrote {copy}")
+        say(f"wrote {copy}")
     if file != "-":
         _write_schema(target)
-    click.echo(f"Next: dse check {target}; dse solve {target}")
+    say(f"Next: dse check {target}; dse solve {target}")
     return 0

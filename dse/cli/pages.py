@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dse.cli.common import F, console, save, tell_plots
+from dse.cli.saying import tell
 from dse.files.writing import PAGES
 from dse.timelimit import OutOfTime, TimeLimit, until
 
@@ -57,7 +58,7 @@ def in_what_is_left(limit: TimeLimit, write: Callable[[], OSError | None], failu
             failed, in_time = write(), True
         failure = failure or failed
     except OutOfTime:
-        click.echo("dse: no report: the time limit came first; `dse report` makes one of what --json writes", err=True)
+        tell("dse: no report: the time limit came first; `dse report` makes one of what --json writes")
     if failure is not None:
         raise failure
     return in_time

@@ -7,10 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from dse.cli.common import save
 from dse.cli.pages import in_what_is_left, print_front
+from dse.cli.saying import tell
 from dse.errors import EXIT_INCOMPLETE
 from dse.files.writing import write_files
 from dse.timelimit import TimeLimit
@@ -87,4 +86,4 @@ def _write_report(study: RobustResult, folder: Path, top: int | None, *, quiet: 
     files = {name: study.to_json() if name.endswith(".json") else text for name, text in files.items()}
     for path in write_files(folder, files.items()):
         if not quiet:
-            click.echo(f"report: {path}", err=True)
+            tell(f"report: {path}")

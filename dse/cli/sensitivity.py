@@ -21,6 +21,7 @@ from dse.cli.common import (
 )
 from dse.cli.pages import write_page
 from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
+from dse.cli.saying import rewrite
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.timelimit import TimeLimit, until
 
@@ -116,7 +117,7 @@ def command(
 
     def say(what: str) -> None:
         if live:
-            click.echo(f"\r\033[K{what}", err=True, nl=False)
+            rewrite(what)
 
     settings = Settings(swing, samples, seed, front)
     with until(time_limit):
@@ -125,7 +126,7 @@ def command(
         found = named(design, problem)
         result = sensitivity_asked(found.problem, found.texts, settings, say)
     if live:
-        click.echo("\r\033[K", err=True, nl=False)
+        rewrite("")
     from dse.report.study import study_page
     from dse.report.terminal import SCREEN, print_page
 

@@ -31,6 +31,7 @@ from dse.cli.question import (
     question_options,
     ranking_options,
 )
+from dse.cli.saying import rewrite, tell
 from dse.cli.studies import folder_of, study_report_options
 from dse.errors import EXIT_INCOMPLETE, about
 from dse.files.writing import is_stream, write_files
@@ -213,11 +214,11 @@ def _insisted(result: Result, workers: int | None, scheduler: str | None, limit:
 
     def tell(done: int, whole: int) -> None:
         if live:
-            click.echo(f"\r\033[K{done} of {whole} options", err=True, nl=False)
+            rewrite(f"{done} of {whole} options")
 
     found = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
     if live:
-        click.echo("\r\033[K", err=True, nl=False)
+        rewrite("")
     return found
 
 
@@ -248,7 +249,7 @@ def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None
         failure = save((json_path, result.to_json))
         if failure is not None and not told:
             told = True
-            click.echo(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}", err=True)
+            tell(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}")
 
     return write
 
@@ -268,7 +269,7 @@ def _write_reports(document: Document, folder: Path | None, page: str | None, *,
     failure = save((page, lambda: front_text(document, page))) if page else None
     for path in write_files(folder, report_files(document)) if folder is not None else ():
         if not quiet:
-            click.echo(f"report: {path}", err=True)
+            tell(f"report: {path}")
     return failure
 
 
@@ -279,14 +280,14 @@ class _Reporter:
         self.quiet = quiet
         self.live = sys.stderr.isatty()
         self.said = time.monotonic()
-        self.write: Callable[[str], None] = lambda text: click.echo(text, err=True, nl=not self.live)
+        self.write: Callable[[str], None] = rewrite if self.live else tell
 
     def __enter__(self) -> _Reporter:
         return self
 
     def __exit__(self, *_: object) -> None:
         if self.live and not self.quiet:
-            click.echo("\r\033[K", err=True, nl=False)
+            rewrite("")
 
     def __call__(self, progress: Progress) -> None:
         now = time.monotonic()
@@ -297,4 +298,4 @@ class _Reporter:
             f"{count_words(progress.points, 'point')}, {count_words(progress.open_regions, 'region')} open, "
             f"{progress.elapsed_s:.1f} s"
         )
-        self.write(f"\r\033[K{text}" if self.live else text)
+        self.write(text)

@@ -9,6 +9,7 @@ import click
 
 from dse.cli.common import check_writable, report_folder, tell_plots
 from dse.cli.pages import check_page_or_folder
+from dse.cli.saying import tell
 from dse.errors import UsageError, about
 from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
@@ -45,7 +46,7 @@ def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet:
     files = study_files(result.to_dict(), result.to_csv(), result.to_json())
     for path in write_files(folder, files):
         if not quiet:
-            click.echo(f"report: {path}", err=True)
+            tell(f"report: {path}")
 
 
 def folder_of(report: str | None, folder: str) -> Path | None:

@@ -24,6 +24,7 @@ from dse.cli.common import (
 )
 from dse.cli.pages import write_page
 from dse.cli.question import OrderedCommand, objective_options, objectives_of, question_of, question_options
+from dse.cli.saying import rewrite, tell
 from dse.cli.studies import claim_study, folder_of, study_report_options, write_study
 from dse.files.guard import claim
 from dse.files.writing import is_stream
@@ -135,7 +136,7 @@ def command(
     if failure is not None:
         raise failure
     if result.status == "incomplete" and path is not None and not quiet:
-        click.echo("dse: stopped early; the same command goes on from here", err=True)
+        tell("dse: stopped early; the same command goes on from here")
     return result.exit_code
 
 
@@ -162,7 +163,7 @@ class Estimate:
 
     def __exit__(self, *_: object) -> None:
         if self.live and not self.quiet:
-            click.echo("\r\033[K", err=True, nl=False)
+            rewrite("")
 
     def __call__(self, progress: SweepProgress) -> None:
         """Say where the sweep stands, unless it was said just now."""
@@ -173,10 +174,10 @@ class Estimate:
         left = "" if progress.left_s is None else f", about {duration(progress.left_s)} left"
         text = f"{progress.done} of {progress.total} runs{left}"
         if not self.live:
-            click.echo(text, err=True)
+            tell(text)
             return
         filled = 30 * progress.done // progress.total
-        click.echo(f"\r\033[K[{'#' * filled}{'.' * (30 - filled)}] {text}", err=True, nl=False)
+        rewrite(f"[{'#' * filled}{'.' * (30 - filled)}] {text}")
 
 
 def duration(seconds: float) -> str:

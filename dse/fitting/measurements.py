@@ -7,7 +7,6 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
-from difflib import get_close_matches
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
 from dse.records import dataclass
 from dse.spec.sources import OnDisk, read_source
@@ -143,8 +142,7 @@ def _check_units(units: Mapping[str, str], columns: Sequence[Column]) -> None:
     there = list(dict.fromkeys(text for column in columns for text in (column.role, column.name)))
     for name, unit in units.items():
         if name not in there and there:
-            close = get_close_matches(name, there, 1, 0.5)
-            words = f"did you mean {close[0]}?" if close else f"roles and columns: {', '.join(there)}"
+            words = did_you_mean(name, there, 0.5) or f"roles and columns: {', '.join(there)}"
             raise UsageError(f"--unit {name}={unit}: no column has this role or name ({words})")
 
 

@@ -188,7 +188,8 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
         when there is no format of that name.
     """
     if form is None and path.is_dir():
-        return next((item for item in IMPORTERS if item.inside and any(path.rglob(item.inside))), IMPORTERS[0])
+        inside = [] if is_model(path) else [item for item in IMPORTERS if item.inside and any(path.rglob(item.inside))]
+        return inside[0] if inside else IMPORTERS[0]
     for importer in IMPORTERS:
         is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
         is_its = is_its and (form is not None or _tells(path, importer.telltale))

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.extras import needed_for
 from dse.files.reading import UnreadableFileError, read_text
 from dse.records import dataclass
@@ -63,6 +63,10 @@ class LengthError(UsageError):
         self.path, self.reason = path, reason
 
 
+class _WrongFormError(ValueError):
+    """A file that has not the form of a definition, in our words."""
+
+
 class Types:
     """Message types: those of a distribution of ROS, and of files of definitions."""
 
@@ -104,7 +108,8 @@ class Types:
             except UnreadableFileError as error:
                 yield Diagnostic(error.reason, file=str(file))
             except (self.error, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-                words = " ".join(str(error).split())[:200] or type(error).__name__
+                # the file may be any that a problem file names: nothing of it is quoted
+                words = str(error) if isinstance(error, _WrongFormError) else "it cannot be read"
                 line = next((number for number, text_line in enumerate(text.splitlines(), 1) if _is_odd(text_line)), 1)
                 yield Diagnostic(f"no definition of a message: {words}", file=str(file), line=line)
 
@@ -112,7 +117,7 @@ class Types:
         from rosbags.typesys import get_types_from_idl, get_types_from_msg
 
         if file.suffix not in SUFFIXES:
-            raise ValueError(f"expected a file with one of the suffixes {', '.join(SUFFIXES)}")
+            raise _WrongFormError(f"expected a file with one of the suffixes {', '.join(SUFFIXES)}")
         if file.suffix == ".idl":
             yield from get_types_from_idl(text).items()
             return
@@ -123,7 +128,7 @@ class Types:
         if text.lstrip().startswith("---") and file.suffix != ".msg":
             parts = ["", *parts[1:]] if parts[0].strip("- \n") == "" and len(parts) > 1 else ["", parts[0]]
         if len(parts) != len(PARTS[file.suffix]):
-            raise ValueError(f"expected {len(PARTS[file.suffix])} parts with --- between them, got {len(parts)}")
+            raise _WrongFormError(f"expected {len(PARTS[file.suffix])} parts with --- between them, got {len(parts)}")
         for ending, part in zip(PARTS[file.suffix], parts, strict=True):
             name = (
                 f"{package}/msg/{file.stem}{ending}"  # what a service names without a package is a message of its own
@@ -154,10 +159,8 @@ class Types:
         for text in (name, f"{package}/msg/{rest}"):
             if text in self.store.fielddefs:
                 return text
-        from difflib import get_close_matches
-
-        close = get_close_matches(f"{package}/msg/{rest}", list(self.store.fielddefs), 1, 0.5)
-        raise UsageError(f"there is no message type {name!r}" + (f"; did you mean {close[0]}?" if close else ""))
+        hint = did_you_mean(f"{package}/msg/{rest}", self.store.fielddefs, 0.5)
+        raise UsageError(f"there is no message type {name!r}" + (f"; {hint}" if hint else ""))
 
     def _fields(self, name: str, above: Sequence[str]) -> Any:
         if name in above:

@@ -6,7 +6,7 @@ names or in expressions: fields are called ``o0``, ``o1``, … in the order of t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from textwrap import wrap
 from typing import Any, TypeAlias
@@ -25,6 +25,8 @@ TITLE_WIDTH = 40
 EDGE = 0.4
 """How far beyond the front the baseline is drawn at most, as a share of the front's range."""
 KEPT = "kept === null || indexof(kept, datum.id) >= 0"
+ESCAPED = str.maketrans({"\\": "\\\\", "\n": "\\n", "\r": "\\r", "\u2028": "\\u2028", "\u2029": "\\u2029"})
+"""What ends a text in an expression of Vega, but for quotes."""
 CONFIG: Spec = {
     "background": None,
     "font": "system-ui, sans-serif",
@@ -330,11 +332,51 @@ def _params(chosen: int | None) -> list[Spec]:
 
 
 def whole_spec(spec: Spec, description: str) -> Spec:
-    """The specification with what all of them share; the description is what a screen reader says."""
+    """The specification with what all of them share; the description is what a screen reader says.
+
+    Vega-Lite writes titles into expressions and escapes nothing in them but quotes: those of tooltips are escaped here,
+    and where another one would end its expression, marks are not described one by one.
+    """
+    safe = _with_safe_tooltips(spec)
+    is_plain = all(_in_expression(title) == title for title in _titles(spec))
     return {
         "$schema": SCHEMA,
         "description": description,
         "width": "container",
-        "config": CONFIG,
-        **spec,
+        "config": CONFIG if is_plain else {**CONFIG, "mark": {"aria": False}},
+        **safe,
     }
+
+
+def _in_expression(title: str) -> str:
+    """A title for an expression in which Vega-Lite escapes its quotes.
+
+    >>> len(_in_expression(chr(92)))
+    2
+    """
+    return title.translate(ESCAPED)
+
+
+def _with_safe_tooltips(part: Any) -> Any:
+    """The part of a specification with the titles of its tooltips as expressions need them; data stay what they are."""
+    if isinstance(part, list):
+        return [_with_safe_tooltips(item) for item in part]
+    if not isinstance(part, dict):
+        return part
+    found = {key: value if key == "data" else _with_safe_tooltips(value) for key, value in part.items()}
+    if isinstance(found.get("tooltip"), list):
+        found["tooltip"] = [{**item, "title": _in_expression(item["title"])} for item in found["tooltip"]]
+    return found
+
+
+def _titles(part: Any) -> Iterator[str]:
+    """The titles in a part of a specification, but for those of tooltips."""
+    if isinstance(part, dict):
+        for key, value in part.items():
+            if key == "title" and isinstance(value, str | list):
+                yield value if isinstance(value, str) else "".join(value)
+            elif key not in ("data", "tooltip"):
+                yield from _titles(value)
+    elif isinstance(part, list):
+        for item in part:
+            yield from _titles(item)

@@ -48,5 +48,6 @@ def description_page(description: Description) -> Page:
         else:
             blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
     blocks += texts(scale_words(space))
-    lead = f"{space.name}: valid ({basis_words(settings_of(space))})"
+    verdict = "too large to search exactly" if description.too_large else "valid"
+    lead = f"{space.name}: {verdict} ({basis_words(settings_of(space))})"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))

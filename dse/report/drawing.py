@@ -91,7 +91,7 @@ class Drafter:
         first, *rest = self.lines(design)
         paper = f"<rect width='{self.width:.0f}' height='{self.height:.0f}' fill='var(--paper)'/>"
         style = f"<style>{STYLE}</style>"
-        return with_colours("\n".join([first, style, paper, *rest]), LIGHT) + "\n"
+        return "\n".join([first, with_colours(style, LIGHT), with_colours(paper, LIGHT), *rest]) + "\n"
 
     def _edge(self, number: int, route: tuple[tuple[float, int], ...], view: View) -> str:
         connection = self.space.connections[number]

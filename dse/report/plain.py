@@ -49,8 +49,8 @@ def basis_words(settings: Mapping[str, Any]) -> str:
 
 
 def plain(text: str) -> str:
-    """Text in which square brackets are no markup."""
-    return text.replace("[", r"\[")
+    """Text of one line in which square brackets are no markup."""
+    return text.replace("[", r"\[").replace("\n", r"\n").replace("\t", r"\t")
 
 
 def print_hanging(console: Console, text: str, indent: str = "  ") -> None:

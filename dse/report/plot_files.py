@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Sequence
 from itertools import chain
@@ -21,6 +20,8 @@ from dse.report.writing import report_name
 
 WIDTH = 760
 SCALE = 1.5
+NAMED = ("values", "title", "description", "sort", "domain")
+"""Where names of the problem stand in a specification."""
 
 
 def figure_files(
@@ -69,12 +70,24 @@ def svg_of(spec: Spec) -> str:
     with needed_for("A plot as a picture", "plots"):
         import vl_convert
 
-    literal: dict[str, Any] = json.loads(with_colours(json.dumps(spec), LIGHT))
+    literal: dict[str, Any] = _literal(spec)
     literal["width"] = WIDTH
     literal["config"] = {**literal["config"], "background": LIGHT["paper"], "font": "sans-serif", "padding": 12}
     literal["config"]["text"] = {**literal["config"]["text"], "font": "sans-serif"}
     svg: str = vl_convert.vegalite_to_svg(literal)
     return svg
+
+
+def _literal(part: Any) -> Any:
+    """The part of a specification with literal colours; names in data and titles stay what they are."""
+    if isinstance(part, dict):
+        return {
+            key: value if key in NAMED and not isinstance(value, dict) else _literal(value)
+            for key, value in part.items()
+        }
+    if isinstance(part, list | tuple):
+        return [_literal(item) for item in part]
+    return with_colours(part, LIGHT) if isinstance(part, str) else part
 
 
 def png_of(svg: str) -> bytes:

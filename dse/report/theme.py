@@ -53,9 +53,9 @@ def css_variables(theme: Mapping[str, str]) -> str:
 
 
 def with_colours(text: str, theme: Mapping[str, str]) -> str:
-    """The text with ``var(--name)`` replaced by the colour.
+    """The text with ``var(--name)`` replaced by the colour, where there is one of that name.
 
-    >>> with_colours("fill: var(--ink)", LIGHT)
-    'fill: #1c2430'
+    >>> with_colours("fill: var(--ink); var(--x)", LIGHT)
+    'fill: #1c2430; var(--x)'
     """
-    return re.sub(r"var\(--([a-z0-9]+)\)", lambda found: theme[found.group(1)], text)
+    return re.sub(r"var\(--([a-z0-9]+)\)", lambda found: theme.get(found.group(1), found.group()), text)

@@ -11,6 +11,7 @@ from dse.files.plain_json import parse_json
 from dse.files.reading import UnreadableFileError, read_text
 from dse.results.forms.agreement import check_whole
 from dse.results.solve import Result
+from dse.spec.recognising import is_problem
 from dse.version import SEMANTICS
 
 
@@ -36,15 +37,23 @@ def read_stated(path: str | Path) -> dict[str, Any]:
         when it cannot be read or says that it is something else.
     """
     try:
-        data = parse_json(read_text(path, what="the result"))
+        text = read_text(path, what="the result")
+        data = parse_json(text)
     except UnreadableFileError as error:
         raise UsageError(f"{path}: cannot be read as a result: {error.reason}") from error
     except ValueError as error:
-        raise UsageError(f"{path}: cannot be read as a result: not JSON: {error}") from error
+        raise UsageError(f"{path}: {no_json(text, error, 'cannot be read as a result: not JSON')}") from error
     if not isinstance(data, dict) or data.get("format") != Result.format():
         raise UsageError(f"{path}: is no result of `dse solve --json` ({Result.format()})")
     check_semantics(data, path)
     return data
+
+
+def no_json(text: str, error: ValueError, otherwise: str = "is not JSON") -> str:
+    """What a text is that was to be a file of `--json`, and is no JSON: a problem file, or `otherwise`."""
+    if is_problem(text):
+        return "is a problem file, and no result: `dse solve PROBLEM --json RESULT.json` writes one"
+    return f"{otherwise}: {error}"
 
 
 def check_data(name: str, data: object, path: object) -> None:

@@ -61,14 +61,17 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
         return _FINDERS[kind](space, ref.of)
     if kind in KINDS and KINDS[kind].of:
         return _indexed(space, kind, ref.of, KINDS[kind].of)
+    declared = [*space.totals, *(item.name for item in space.derived)]
+    if kind not in (*SYSTEM_METRICS, *declared):  # several blanks in a name are one in an expression
+        kind = next((name for name in declared if " ".join(name.split()) == kind), kind)
     if kind in SYSTEM_METRICS or kind in space.totals:
-        return (_system_metric(space, ref),)
+        return (_system_metric(space, replace(ref, metric=kind)),)
     for number, derived in enumerate(space.derived):
         if derived.name == kind:
             if ref.of is not None:
                 raise QuestionError(f"the derived metric {shown(kind)} has no `of`")
             return (Metric(kind, "derived", number),)
-    known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
+    known = [*BUILT_IN, *declared]
     meant = _MEANT.get(kind.lower())
     hint = f'did you mean "{meant}"?' if meant else closest(kind, known) or "known: " + ", ".join(known)
     raise QuestionError(f"unknown metric {shown(kind)}", Suggestion(hint), unknown=kind)

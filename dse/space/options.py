@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from typing import Any
 
-from dse.errors import Suggestion
+from dse.errors import Suggestion, did_you_mean
 from dse.space.metrics import (
     QuestionError,
 )
@@ -125,7 +124,7 @@ def _never(reference: Reference, text: str) -> QuestionError:
     options = list(dict.fromkeys(str(option) for option in reference.texts.values()))
     if len(options) == 1:
         return QuestionError(f"{reference.name} is always {options[0]}, never {shown(text)}")
-    match = get_close_matches(text, options, n=1) if reference.kind not in PARSERS else []
+    meant = did_you_mean(text, options) if reference.kind not in PARSERS else ""
     shortened = options[:SHOWN_OPTIONS] + ["..."] * (len(options) > SHOWN_OPTIONS)
-    hint = f'did you mean "{match[0]}"?' if match else f"options: {', '.join(shortened)}"
+    hint = meant or f"options: {', '.join(shortened)}"
     return QuestionError(f"{reference.name} is never {shown(text)}", Suggestion(hint))

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field, replace
-from difflib import get_close_matches
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
-from dse.errors import Diagnostic, Suggestion, in_order
+from dse.errors import Diagnostic, Suggestion, did_you_mean, in_order
 from dse.records import dataclass
 from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
 from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
@@ -195,10 +194,7 @@ def _names(words: str, name: str) -> bool:
 def closest(name: str, known: Iterable[str]) -> str:
     """A hint with the closest known name, or with all of them where they are few."""
     names = [str(item) for item in known]
-    match = get_close_matches(name, names, n=1)
-    if match:
-        return Suggestion(f'did you mean "{match[0]}"?')
-    return Suggestion("known: " + ", ".join(names) if 0 < len(names) <= 8 else "")
+    return did_you_mean(name, names) or Suggestion("known: " + ", ".join(names) if 0 < len(names) <= 8 else "")
 
 
 def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:

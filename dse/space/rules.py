@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import Any
 
+from dse.errors import did_you_mean
 from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
 from dse.space.metrics import QuestionError
 from dse.space.options import offered_value, read_value
@@ -99,8 +99,7 @@ def _used(space: Space, name: str) -> UsedTest:
     own = {f"{name}.type"} if direct else set()
     having = [item for item in space.references.values() if item.kind == "type" and name in item.texts]
     if not having and not any(name in names for names in space.catalogue.values()):
-        match = get_close_matches(name, _bare_names(space), n=1)
-        raise QuestionError(f"nothing is called {shown(name)}", f'did you mean "{match[0]}"?' if match else "")
+        raise QuestionError(f"nothing is called {shown(name)}", did_you_mean(name, _bare_names(space)))
     bindings = [*(item.bus for item in space.connections), *(item.carrier for item in space.buses)]
     bound: list[tuple[Tree, tuple[int, ...]]] = [
         (tree, (number,)) for number in direct for tree in bindings if number in set(leaves(tree))

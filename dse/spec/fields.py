@@ -46,6 +46,13 @@ def describe(value: Any) -> str:
     return "a list" if isinstance(value, list | tuple) else str(value)
 
 
+def kind_of(value: Any) -> str:
+    """What the file holds in a place, without quoting it: ``text``, ``a number``, ``a list``."""
+    if isinstance(value, str):
+        return "text"
+    return "a number" if isinstance(value, int | float) and not isinstance(value, bool) else describe(value)
+
+
 # --- text ---------------------------------------------------------------------------------------------------------
 
 

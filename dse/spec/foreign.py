@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any
 
-from dse.errors import Diagnostic
+from dse.errors import Diagnostic, did_you_mean
 from dse.importers.registry import Imported, Key, Place
 from dse.spec.document import SECTIONS
 from dse.spec.reader import Entry, Node
@@ -68,10 +67,7 @@ def strangers(node: Node, model: Node, file: str) -> Iterator[Diagnostic]:
         for name, entry in _entries(node, section).items():
             if name in _entries(model, section):
                 continue
-            close = get_close_matches(name, homes, 1, 0.6)
-            hint = f'did you mean "{close[0]}"?' if close else ""
-            if name in homes:
-                hint = f"it is among its {homes[name]}"
+            hint = f"it is among its {homes[name]}" if name in homes else did_you_mean(name, homes)
             message = f"the model has no {shown(name)} among its {section}"
             yield Diagnostic(message, f"{section}.{name}", file, entry.line, entry.column, hint)
 

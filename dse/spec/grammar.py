@@ -76,7 +76,7 @@ def parse_objective(text: str) -> ObjectiveExpr:
     verb, _, rest = text.strip().partition(" ")
     sense = _SENSES.get(verb)
     if sense is None:
-        hint = f'such as "minimise {text.strip()[:80] or "price"}"'
+        hint = f'such as "{_meant_objective(verb, rest.strip()[:80], text.strip()[:80])}"'
         raise ExpressionError('expected "minimise" or "maximise"', 0, hint)
     offset = len(text) - len(rest)
     _check_closed(rest, offset)
@@ -84,6 +84,18 @@ def parse_objective(text: str) -> ObjectiveExpr:
     if found is not None:
         raise ExpressionError("an objective has no comparison", offset + found[0], "make it a requirement")
     return ObjectiveExpr(text.strip(), sense, _metric(rest, offset))
+
+
+def _meant_objective(verb: str, rest: str, text: str) -> str:
+    """The objective that a text without "minimise" or "maximise" may mean.
+
+    >>> _meant_objective("min", "price", "min price"), _meant_objective("", "", "price")
+    ('minimise price', 'minimise price')
+    """
+    short = verb.casefold()
+    if rest and short[:3] in ("min", "max"):
+        return f"{'minimise' if short.startswith('min') else 'maximise'} {rest}"
+    return f"minimise {text or 'price'}"
 
 
 def parse_derived(text: str) -> DerivedExpr:

@@ -74,6 +74,8 @@ PRICED = ("price", "power")
 FIELDS: Mapping[str, Mapping[str, Kind]] = {section: _kinds(section) for section in SECTIONS}
 """Which fields hold figures, and of which kind: as the form of the problem file says."""
 PARTS = ("fixed", "per_byte")
+LIKE_A_PATH = 0.5
+"""How alike a path must be to one that was given for being suggested (see `dse.errors.nearest`)."""
 EXECUTION = "compute_execution_time"
 """The figure that each segment of a thread has."""
 RANGES = (TIME_RANGE, TRANSMISSION)

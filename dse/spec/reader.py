@@ -161,7 +161,8 @@ def read_yaml(text: str, file: str) -> Node:
     RepeatedKeysError
         YAML in which only keys that are there twice are wrong.
     ProblemError
-        Text that is not YAML, or not the YAML described above; holds every finding up to the one that stops the parser.
+        Text that is not YAML, of which nothing is quoted (anybody may read the messages, and the file may be any that
+        a problem file includes); or not the YAML described above, with every finding.
     """
     check_characters(text, file)
     builder, work = _Builder(file), Work()
@@ -170,7 +171,7 @@ def read_yaml(text: str, file: str) -> Node:
             work.go_on()
             builder.take(event)
     except yaml.YAMLError as error:
-        builder.findings.append(_syntax_error(error, file))
+        builder.findings = [_syntax_error(error, file)]  # of a file that is not YAML nothing is quoted
     except _Stopped:
         pass
     if builder.findings:
@@ -281,7 +282,7 @@ class _Builder:
 
     def _check_tag(self, event: Any, line: int, column: int) -> None:
         if event.tag is not None:
-            self._find("tags are not supported", line, column, f"remove {shown(event.tag)}")
+            self._find("tags are not supported", line, column, "remove what begins with !")
 
     def _open(self, event: yaml.CollectionStartEvent, line: int, column: int) -> None:
         if len(self._stack) >= MAX_DEPTH:
@@ -297,10 +298,10 @@ class _Builder:
 
     def _alias(self, name: str | None, line: int, column: int) -> _Measured:
         if any(frame.anchor == name for frame in self._stack):
-            raise self._stopped(f'the alias "*{name}" refers to what contains it', line, column)
+            raise self._stopped("the alias refers to what contains it", line, column)
         done = self._anchors.get(name or "")
         if done is None:
-            raise self._stopped(f'unknown alias "*{name}"', line, column, "put text that begins with * in quotes")
+            raise self._stopped("unknown alias", line, column, "put text that begins with * in quotes")
         return done
 
     def _scalar(self, event: yaml.ScalarEvent, line: int, column: int) -> _Measured:

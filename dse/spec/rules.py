@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from difflib import get_close_matches
 from functools import lru_cache
 from typing import Literal
 
-from dse.errors import Suggestion
+from dse.errors import did_you_mean
 from dse.spec.expressions import And, Compare, Condition, MultipleOf, Not, OneOf, Operator, Or, Ref, RuleExpr, Used
 from dse.spec.scan import STOPS, ExpressionError, Scanner, operator_at
 from dse.units import shown
@@ -241,8 +240,7 @@ class RuleParser:
         return self.text[start : self.at].strip()
 
     def _closest(self, name: str, known: Collection[str]) -> str:
-        close = get_close_matches(name[:200], sorted(known), 1, 0.6)
-        return Suggestion(f'did you mean "{close[0]}"?' if close else "")
+        return did_you_mean(name, sorted(known))
 
     # --- characters and words -------------------------------------------------------------------------------------
 

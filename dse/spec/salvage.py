@@ -7,12 +7,12 @@ follow from a part that is missing is not reported: see `Remains`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from dse.errors import nearest
 from dse.records import dataclass
 from dse.spec.model import Catalogue, Spec
 from dse.spec.reader import PathPart
@@ -115,7 +115,7 @@ def _is_dispensable(place: Place) -> bool:
     """Whether what is left can be judged without what is cut here."""
     if len(place) == 1:
         key = str(place[0])
-        return key not in NAMING if key in Spec.model_fields else not get_close_matches(key, NAMING, 1)
+        return key not in NAMING if key in Spec.model_fields else not nearest(key, NAMING)
     return bool(place) and not (len(place) == 2 and place[0] in ("include", *PARTS))
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,6 +14,7 @@ from dse.spec.model import Spec
 from dse.spec.sources import Files
 from dse.units import UnitError, parse_quantity
 
+_A_NAME = re.compile(r"[^\W\d][\w .\[\]()%/-]{0,39}")
 MOST_SAMPLES = 1_000_000
 MOST_BYTES = 64_000_000
 
@@ -78,18 +80,23 @@ def column(text: str, file: str, name: str | None) -> list[str]:
             )
         if name is None and len(columns) != 1:
             raise SampleError(
-                "samples", f"{file} has {len(columns)} columns", f"say which with `column`: {', '.join(columns)}"
+                "samples", f"{file} has {len(columns)} columns", f"say which with `column`{_named(columns)}"
             )
         chosen = name if name is not None else columns[0]
         if chosen not in columns:
-            raise SampleError("column", f"{file} has no such column", f"columns: {', '.join(columns)}")
+            raise SampleError("column", f"{file} has no such column", f"there are {len(columns)}{_named(columns)}")
         texts = [str(row[chosen]).strip() for row in reader if row[chosen]]
         texts = [chosen.strip(), *texts] if bare else texts
     except csv.Error as error:
-        raise SampleError("samples", f"{file} cannot be read: {error}") from error
+        raise SampleError("samples", f"{file} is no table of comma-separated values") from error
     if not texts or len(texts) > MOST_SAMPLES:
         raise SampleError("samples", f"{file}: {len(texts)} samples", f"from 1 to {MOST_SAMPLES}")
     return texts
+
+
+def _named(columns: Sequence[str]) -> str:
+    """The names of several columns, where all of them are names: of a file that is no table nothing is quoted."""
+    return f": {', '.join(columns)}" if len(columns) > 1 and all(map(_A_NAME.fullmatch, columns)) else ""
 
 
 def _is_figure(text: str) -> bool:

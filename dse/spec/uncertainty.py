@@ -11,18 +11,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from fractions import Fraction
 from math import erfc, sqrt
 
-from dse.errors import UsageError
+from dse.errors import UsageError, did_you_mean
 from dse.records import dataclass
 from dse.spec.fields import COUNT
 from dse.spec.model import Spec, Uncertainty
-from dse.spec.quantities import BASE, Figure, figures_of, matching, read_value
+from dse.spec.quantities import BASE, LIKE_A_PATH, Figure, figures_of, matching, read_value
 from dse.spec.quantity_fields import TOTAL
 from dse.spec.samples import SampleError, Samples
-from dse.units import DIMENSIONLESS, POWER_DRAW, UNITS, Kind, UnitError, parse_quantity, range_ends, shown, unit_ratio
+from dse.units import (
+    DIMENSIONLESS,
+    POWER_DRAW,
+    UNITS,
+    Kind,
+    UnitError,
+    expectation,
+    parse_quantity,
+    range_ends,
+    shown,
+    unit_ratio,
+)
 
 PLAIN = Kind("a factor", "1.1", DIMENSIONLESS)
 Ends = tuple[Fraction, Fraction]
@@ -94,9 +104,8 @@ class _Reader:
         self.path, self.entry, self.samples = path, entry, samples
         self.figures = tuple(matching(figures, path))
         if not self.figures:
-            close = get_close_matches(path, [item.path for item in figures], 1, 0.0)
-            hint = f'did you mean "{close[0]}"?' if close else ""
-            raise UncertaintyError("", "no quantity of the problem has this path", hint, is_of_nothing=True)
+            meant = did_you_mean(path, [item.path for item in figures], LIKE_A_PATH)
+            raise UncertaintyError("", "no quantity of the problem has this path", meant, is_of_nothing=True)
         self.is_factor = entry.factor is not None
         if not self.is_factor and len(self.figures) > 1:
             names = ", ".join(item.path for item in self.figures[:4])
@@ -219,9 +228,13 @@ class _Reader:
         if isinstance(texts, SampleError):
             raise UncertaintyError(texts.field, texts.message, texts.hint) from texts
         known: dict[str, Fraction] = {}  # measured values repeat, and there may be a million of them
-        for text in texts:
+        for number, text in enumerate(texts, start=1):
             if text not in known:
-                known[text] = self._number("samples", f"{text} {unit}" if unit else text)
+                try:
+                    known[text] = self._number("samples", f"{text} {unit}" if unit else text)
+                except UncertaintyError:  # the file may be any: nothing of it is quoted
+                    message = f"sample {number} of {given} is not {expectation(self.kind)}, or it is negative"
+                    raise UncertaintyError("samples", message, "" if unit else "`unit` states that of all") from None
         return sorted(known[text] for text in texts), f"of {given}"
 
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from dse.errors import Diagnostic
-from dse.spec.fields import describe
+from dse.errors import Diagnostic, did_you_mean
+from dse.spec.fields import describe, kind_of
 from dse.spec.frames import MODELS as FRAMES
 from dse.spec.hardware import TransmissionTime
 from dse.spec.model import Catalogue, PathElement, Spec
 from dse.spec.parts import Model
-from dse.spec.reader import PathPart
+from dse.spec.reader import Node, PathPart
 
 if TYPE_CHECKING:
     from dse.spec.load import Source
@@ -24,10 +23,38 @@ if TYPE_CHECKING:
 BUS_SCHEDULE = "put a device of `category: bus` with `period`, `clock` and `offset` before the message that it sends"
 """How the schedule of a bus is said."""
 
+RATES = ("frequency", "freq", "rate", "hz", "fps")
+MEANT: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(RATES, ("period",)),
+    **dict.fromkeys(("wcet", "bcet", "acet", "exec_time", "execution_time", "runtime"), ("compute_execution_time",)),
+    **dict.fromkeys(("wcrt", "response"), ("response_time",)),
+    **dict.fromkeys(("event", "event_triggered", "event_driven", "triggered"), ("aperiodic", "dispatch_protocol")),
+    **dict.fromkeys(("timer", "timed", "time_triggered", "cyclic", "time_driven"), ("periodic", "dispatch_protocol")),
+    **dict.fromkeys(("cpu", "ecu", "computer", "host", "machine"), ("processor",)),
+    **dict.fromkeys(("cpus", "ecus", "computers", "hosts", "machines"), ("processors",)),
+    **dict.fromkeys(("tasks", "nodes", "callbacks", "runnables"), ("threads",)),
+    **dict.fromkeys(("sensors", "actuators"), ("devices",)),
+    **dict.fromkeys(("networks", "links"), ("buses",)),
+    **dict.fromkeys(("topics", "channels", "signals"), ("connections",)),
+    **dict.fromkeys(("chains", "paths"), ("flows",)),
+    **dict.fromkeys(("constraints", "limits"), ("requirements", "rules")),
+    **dict.fromkeys(("goals", "optimise", "optimize", "minimise", "minimize"), ("objectives",)),
+    **dict.fromkeys(("bitrate", "bit_rate", "baudrate", "baud_rate", "baud"), ("bandwidth",)),
+    **dict.fromkeys(("size", "payload", "message_size", "bytes", "dlc"), ("data_size",)),
+    **dict.fromkeys(("phase",), ("offset",)),
+    **dict.fromkeys(("delay",), ("latency",)),
+    **dict.fromkeys(("cost", "costs"), ("price",)),
+    **dict.fromkeys(("src", "sender", "publisher"), ("from",)),
+    **dict.fromkeys(("dst", "dest", "receiver", "subscriber"), ("to",)),
+}
+"""Other names of keys and values, with what the format calls them."""
+
 
 def translated(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
     """A finding of pydantic with its place in the file; `root` is what the file was read as."""
     path, kind = list(item["loc"]), item["type"]
+    if not path:  # the file may be any that a problem file includes: nothing of it is quoted
+        return source.diagnostic([], f"expected a mapping, got {kind_of(item['input'])}")
     if path and path[-1] == "[key]":
         return source.diagnostic(path[:-1], *_words(item), at_key=True)
     if kind == "extra_forbidden":
@@ -63,9 +90,16 @@ def _literal(expected: str, value: Any) -> tuple[str, str]:
 
 
 def suggestion(value: Any, allowed: Sequence[str]) -> str:
-    """``did you mean "x"?`` for the closest of the allowed texts, or ""."""
-    close = get_close_matches(value, allowed, 1, 0.6) if isinstance(value, str) and len(value) < 200 else []
-    return f'did you mean "{close[0]}"?' if close else ""
+    """``did you mean "x"?`` for the allowed text of another name, or the closest one; or ""."""
+    if not isinstance(value, str):
+        return ""
+    word = value.casefold().replace(" ", "_").replace("-", "_")
+    if word not in allowed:
+        for meant in MEANT.get(word, ()):
+            if meant in allowed:
+                more = " It is a time: 20 ms for 50 Hz" if word in RATES else ""
+                return f'did you mean "{meant}"?{more}'
+    return did_you_mean(value, allowed)
 
 
 def _unknown_key(path: Sequence[PathPart], source: Source, root: type[Model]) -> tuple[str, str]:
@@ -75,10 +109,23 @@ def _unknown_key(path: Sequence[PathPart], source: Source, root: type[Model]) ->
     if len(path) == 3 and path[0] in ("buses", "bus_types") and key in ("clock", "offset"):
         return f"a bus has no {key}: its schedule is that of its messages", BUS_SCHEDULE
     fields = _model_at(path[:-1], root).model_fields
+    if comma := _decimal_comma(key, source.node.at(path[:-1])):
+        return "unknown key", f'decimals are written with a point: "{comma}"'
     if "totals" in fields and source.node.known(["totals", key]) == ("totals", key):
         return "unknown key", f"it is a declared total: `totals: {{{key}: …}}`"
     allowed = [info.alias or name for name, info in fields.items()]
     return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
+
+
+def _decimal_comma(key: str, node: Node) -> str:
+    """What ``{price: 60,50 EUR}`` says, of which YAML makes two entries: the number with a point; else ""."""
+    keys = list(node.value) if isinstance(node.value, dict) else []
+    if not key[:1].isdigit() or key not in keys[1:]:
+        return ""
+    assert isinstance(node.value, dict)
+    before = node.value[keys[keys.index(key) - 1]].node.value
+    is_number = isinstance(before, int) and not isinstance(before, bool)
+    return f"{before}.{key}" if is_number and node.value[key].node.value is None else ""
 
 
 def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:

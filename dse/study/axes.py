@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any, Literal
 
 from dse.api.problem import Problem
-from dse.errors import UsageError
+from dse.errors import UsageError, nearest
 from dse.records import dataclass
 from dse.space.cores import with_open_cores
 from dse.space.criteria import Metric, Requirement
@@ -136,7 +135,7 @@ def _names_metric(space: Space, name: str) -> bool:
     known = [*BUILT_IN, *space.totals, *(item.name for item in space.derived)]
     if kind in known or " of " in name or CALL.match(name):
         return True
-    return "." not in name and bool(get_close_matches(name, known, 1, 0.6))
+    return "." not in name and bool(nearest(name, known))
 
 
 # --- limits -------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.api.problem import Problem, Source, load, with_stated_cores
 from dse.api.question import Decided, Question, decisions_as_texts
-from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.fitting.observed import Observed, read_observed
 from dse.records import dataclass
 from dse.results.analyse import Analysis
@@ -334,10 +334,7 @@ def _analysed(space: Space, design: Design) -> Analysis:
 
 def _known(name: str, names: Mapping[str, int], kind: str) -> int:
     if name not in names:
-        from difflib import get_close_matches
-
-        close = get_close_matches(name, names, 1, 0.5)
-        raise _UnknownError(f"there is no such {kind}", f'did you mean "{close[0]}"?' if close else "")
+        raise _UnknownError(f"there is no such {kind}", did_you_mean(name, names, 0.5))
     return names[name]
 
 

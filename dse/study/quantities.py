@@ -10,17 +10,16 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any
 
 from dse.api.problem import Problem
-from dse.errors import UsageError
+from dse.errors import UsageError, did_you_mean
 from dse.records import dataclass
 from dse.space.metric_kinds import asks_for_changes
 from dse.space.types import Space
 from dse.spec.fields import COUNT
-from dse.spec.quantities import BASE, EXECUTION, FIELDS, PARTS, RANGES
+from dse.spec.quantities import BASE, EXECUTION, FIELDS, LIKE_A_PATH, PARTS, RANGES
 from dse.spec.quantity_fields import TOTAL
 from dse.units import (
     TIME_RANGE,
@@ -141,9 +140,8 @@ class Inputs:
         for alias, targets in self.aliases.items():
             if path.startswith(f"{alias}."):
                 return f" (it comes from the type: {' or '.join(target + path[len(alias) :] for target in targets)})"
-        names = list(self.groups)
-        close = get_close_matches(path, names, 1, 0.0)
-        return f' (did you mean "{close[0]}"?)' if close else ""
+        hint = did_you_mean(path, self.groups, LIKE_A_PATH)
+        return f" ({hint})" if hint else ""
 
     def set(self, data: dict[str, Any], path: str, text: str) -> None:
         """Put a value at a path of `data`, in place.

@@ -216,14 +216,36 @@ def range_ends(text: str) -> tuple[str, str] | None:
     return (low if parse_quantity(low).unit or not unit else f"{low} {unit}"), high
 
 
+_OTHER_RANGE = re.compile(
+    r"\s*(?P<low>[0-9.]+\s*[a-zµ]*?)\s*(?:\.{3}|[-\u2010-\u2015~\u2026;:]|,\s|\bto\b|\s\.\s)\s*(?P<high>[0-9.]+\s*[a-zµ]+)\s*",
+    re.IGNORECASE,
+)
+"""Two quantities between which stands something else than two points."""
+
+
+def _meant_range(text: str) -> str:
+    """How a range is written, where a text is one in another way; else "".
+
+    >>> _meant_range("200 us - 900 us"), _meant_range("1...3 ms"), _meant_range("3 ms")
+    ('a range is written "200 us .. 900 us"', 'a range is written "1 .. 3 ms"', '')
+    """
+    found = _OTHER_RANGE.fullmatch(text)
+    return f'a range is written "{found["low"].strip(". ")} .. {found["high"].strip(". ")}"' if found else ""
+
+
 def _range(kind: Kind, text: str, scale: int = 1) -> tuple[Fraction, Fraction]:
     """Both ends, exact, times `scale`; they are equal where there is one figure."""
     low, separator, high = (part.strip() for part in text.partition(".."))
     if not separator:
-        value = _read(kind, text).value * scale
+        try:
+            value = _read(kind, text).value * scale
+        except UnitError:
+            if hint := _meant_range(text):
+                _refuse(kind, text, hint)
+            raise
         return value, value
     if "..." in text or ".." in high or not low or not high:
-        _refuse(kind, text)
+        _refuse(kind, text, _meant_range(text))
     greatest = _read(kind, high)
     number = _NUMBER.fullmatch(low)
     least = _read(kind, f"{low} {greatest.unit}" if number else low)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from enum import Enum
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
+from dse.errors import nearest
 from dse.records import dataclass
 
 
@@ -225,7 +225,7 @@ def unit_hint(unit: str, dimension: Dimension | None = None) -> str:
     close += [known for known in allowed if known.replace("bit", "b").lower() == unit.lower() and known not in close]
     close = [known for known in close if known in allowed and known != unit]
     if not close and canonical_unit(unit) not in UNITS:
-        close = get_close_matches(unit, allowed, 1, 0.7)
+        close = list(filter(None, [nearest(unit, allowed, 0.7)]))
     if close:
         return "did you mean " + " or ".join(f'"{known}"' for known in close) + "?"
     return f"units: {', '.join(allowed)}" if dimension is not None else ""

@@ -140,3 +140,43 @@ def test_an_offset_of_a_whole_period_and_more_is_told_and_counts_as_what_is_left
 def test_what_is_offered_is_told_where_something_else_was_chosen() -> None:
     found = dse.analyse(dse.loads(CLOCKED.replace("LAST", "0 ms")), {"b.period": "10 ms", "b.offset": "15 ms"})
     assert found.breaches == ("b.offset: 15 ms is not offered with the other choices (offered: 0 ns, 5 ms)",)
+
+
+LISTS = """
+dse: 1
+name: lists
+processor_types: {small: {context_switch: [1 us, 2 us]}, large: {}}
+processors: {p: {type: [small, large]}}
+bus_types: {can: {bandwidth: 1 Mbit/s, latency: [1 ms, 2 ms], transmission_time: {fixed: [0.5 ns, 2 us]}}}
+buses: {can0: {type: can}}
+thread_types: {A: {compute_execution_time: [3 ms, 4 ms]}}
+devices: {s: {period: 20 ms, compute_execution_time: [9 ms, 1 ms], latency: [1 ms .. 2 ms, 3 ms .. 4 ms]}}
+threads:
+  a: {processor: p, period: [20 ms, 40 ms], compute_execution_time: {small: [1 ms, 9 ms], large: 1 ms}}
+  b: {processor: p, period: 20 ms, type: A, deadline: [10 ms, 20 ms]}
+  c: {processor: p, period: 20 ms, response_time: [1 ms, 5 ms, 9 ms]}
+connections: {w: {from: s, to: a, bus: can0, data_size: [1 B, 9 B]}}
+flows: {f: {path: [s, a]}}
+"""
+
+
+def test_a_list_of_two_ascending_demands_may_be_meant_as_a_range() -> None:
+    def said(text: str) -> list[str]:
+        return [item for item in dse.check(dse.loads(text)).remarks if "two options" in item]
+
+    takes = "two options, of which the search takes one"
+    larger = "where it may be either, state the larger alone:"
+    assert said(LISTS) == [
+        f"p.context_switch: {takes}; {larger} `2 us`",
+        f"can0.transmission_time.fixed: {takes}; a range is written `0.5 ns .. 2 us`",
+        f"can0.latency: {takes}; a range is written `1 ms .. 2 ms`",
+        f"a.compute_execution_time: {takes}; a range is written `1 ms .. 9 ms`",
+        f"b.compute_execution_time: {takes}; a range is written `3 ms .. 4 ms`",
+        f"w.data_size: {takes}; {larger} `9 B`",
+    ]
+    assert said(LISTS.replace("[1 ms, 9 ms]", "1 ms .. 9 ms")) == [
+        item for item in said(LISTS) if not item.startswith("a.")
+    ]
+    rule = "rules: [a.compute_execution_time == 9 ms implies a.period == 40 ms]"
+    meant = f"{LISTS}{rule}\nbaseline: {{w: {{data_size: 9 B}}}}\n"
+    assert not [item for item in said(meant) if item.startswith(("a.", "w."))]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import dse
 from dse.cli.main import run
 from dse.examples import example_path
 
@@ -133,3 +134,50 @@ def test_a_misspelt_file_is_answered_with_the_nearest_name(
     for asked, near in (("pmup.yaml", "pump.yaml"), (str(tmp_path / "pum.yaml"), str(tmp_path / "pump.yaml"))):
         assert f"does not exist. (Did you mean {near!r}?)" in " ".join(said([command, asked], 2, capsys).split())
     assert "mean" not in said([command, "other/pump.yaml"], 2, capsys) + said([command, "robot.yaml"], 2, capsys)
+
+
+PUMP = (Path(__file__).parents[1] / "fuzz" / "pump.yaml").read_text(encoding="utf-8")
+
+
+def test_a_problem_file_is_no_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "pump.yaml"
+    path.write_text(PUMP)
+    words = f"{path}: is a problem file, and no result: `dse solve PROBLEM --json RESULT.json` writes one"
+    for command in (["verify", str(path)], ["report", str(path)], ["compare", str(path), str(path)]):
+        assert words in said(command, 2, capsys)
+    with pytest.raises(dse.UsageError, match=re.escape(words)):
+        dse.read(path)
+
+
+def test_a_folder_without_models_is_no_problem(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is said of traces, of which only `dse import` reads folders; the example is a problem file of it."""
+    words = f"'{tmp_path}' is a folder without AADL models: name a problem file"
+    (tmp_path / "metadata").write_text("")
+    assert f"{words}." in said(["solve", str(tmp_path)], 2, capsys)
+    (tmp_path / "a.yaml").write_text("x: 1\n")
+    (tmp_path / "b.yaml").write_text(PUMP)
+    assert f"{words} such as '{tmp_path / 'b.yaml'}'." in said(["solve", str(tmp_path)], 2, capsys)
+    (tmp_path / "a.aadl").write_text("package p\nend p;\n")
+    assert "trace" not in said(["solve", str(tmp_path)], 3, capsys)
+
+
+@pytest.mark.parametrize("name", ["mean power", "mean  power"])
+def test_a_metric_is_found_whatever_blanks_and_quotes_it_is_written_with(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "pump.yaml"
+    path.write_text(
+        PUMP.replace("objectives: [", f'metrics: {{"{name}": price * 2}}\nobjectives: [minimise mean power, ')
+    )
+    for text in ("mean power", "mean  power", f"'{name}'", f'"{name}"'):
+        said(["check", str(path), "-q", "--require", f"{text} <= 1000 EUR"], 0, capsys)
+    found = said(["check", str(path), "--require", "Mean Power <= 1000 EUR"], 2, capsys)
+    assert f'unknown metric "Mean Power" (did you mean "{name}"?' in found
+
+
+def test_no_path_is_suggested_that_is_like_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "pump.yaml"
+    path.write_text(PUMP)
+    found = said(["sweep", str(path), "--vary", "control.perod=1ms,2ms"], 2, capsys)
+    assert 'no quantity of the problem is called "control.perod" (did you mean "threads.control.period"?)' in found
+    assert "did you mean" not in said(["sweep", str(path), "--vary", "max wurst=1ms,2ms"], 2, capsys)

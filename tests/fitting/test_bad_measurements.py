@@ -158,5 +158,5 @@ def test_units_of_columns_that_are_not_there_are_refused(tmp_path: Path, capsys:
     path = tmp_path / "delays.csv"
     path.write_text("size,delay_us\n1,2\n2,3\n3,4\n", encoding="utf-8")
     assert run(["fit", str(path), "--unit", "sise=B"]) == 2
-    assert "--unit sise=B: no column has this role or name (did you mean size?)" in capsys.readouterr().err
+    assert '--unit sise=B: no column has this role or name (did you mean "size"?)' in capsys.readouterr().err
     assert run(["fit", str(path), "--unit", "size=B", "--name", "ipc"]) == 0

@@ -140,7 +140,10 @@ def test_other_encodings_and_empty_folders(tmp_path: Path, capsys: pytest.Captur
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["sensor_msgs/Imv"], "there is no message type 'sensor_msgs/Imv'; did you mean sensor_msgs/msg/Imu?"),
+        (
+            ["sensor_msgs/Imv"],
+            "there is no message type 'sensor_msgs/Imv'; did you mean \"sensor_msgs/msg/Imu\"?",
+        ),
         (
             ["std_msgs/String", "--length", "text=3"],
             "--length text: nothing of that path has a length; std_msgs/msg/String",

@@ -160,6 +160,7 @@ PROBLEMS = {
     "loaded": LOADED,
     "osate": OSATE,
     "missed": MISSED,
+    "huge": PUMP.replace("price: 60 EUR", "price: 99999999999999 EUR"),
 }
 COMMANDS = (
     "solve pump.yaml --further 2 --within 20% --json pump.json",
@@ -176,6 +177,7 @@ COMMANDS = (
     "solve shared.yaml --insist --json insist.json",
     "report pump.json -o reports",
     "check pump.yaml --json check.json",
+    "check huge.yaml --json too_large.json",
     "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
     "check pump.yaml --max-jitter 1us --max-price 1EUR --json impossible.json",
     "analyse pump.yaml --json analysis.json",

@@ -71,7 +71,7 @@ def test_a_result_carries_the_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 WRONG = {
-    "unknown": (STATED, "message: geometry_msgs/PoseArrai", "did you mean geometry_msgs/msg/PoseArray?", ""),
+    "unknown": (STATED, "message: geometry_msgs/PoseArrai", 'did you mean "geometry_msgs/msg/PoseArray"?', ""),
     "open": (STATED, "message: geometry_msgs/PoseArray", "depends on the length of header.frame_id, poses", "state it"),
     "path": ("poses: 32", "pose: 32", "data.lengths.pose: nothing of geometry_msgs/PoseArray", "has header.frame_id"),
     "size too": ("bus: ipc", "data_size: 4 B", "data.data_size: give `message` or `data_size`, not both", ""),

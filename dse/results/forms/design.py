@@ -279,6 +279,9 @@ class CheckForm(Settings):
     rules: list[str] = field("The rules in words.")
     objectives: list[str] = field("The objectives with their senses.")
     impossible: list[Impossible] = field("Requirements that no design meets, as bounds alone show.")
+    too_large: str = field(
+        "Which sum the search cannot count exactly, where it refuses the problem for that.", default=""
+    )
     remarks: list[str] = field("What a careful reader would remark.")
 
 
