@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from dse.importers.launch.allowance import TooMuchError, spend, spend_text
+from dse.importers.allowance import TooMuchError, spend, spend_text
 from dse.importers.launch.entities import Entity
 from dse.importers.launch.texts import NotStaticError
 

@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files.reading import UnreadableFileError, read_text
-from dse.importers.launch.allowance import at, spend
+from dse.importers.allowance import at, spend
 from dse.importers.launch.texts import Context
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.records import dataclass

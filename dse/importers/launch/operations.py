@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
+from dse.importers.allowance import TooMuchError, spend, spend_text
 from dse.importers.launch.actions import Unknown, as_text
-from dse.importers.launch.allowance import TooMuchError, spend, spend_text
 from dse.importers.launch.entities import Entity
 
 T = TypeVar("T", bound=Collection[Any])

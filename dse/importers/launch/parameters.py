@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 
-from dse.importers.launch.allowance import spend
+from dse.importers.allowance import spend
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.records import dataclass
 from dse.units import PARAMETER_RATES as RATES

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from dse.importers.allowance import at, spend, spend_text
 from dse.importers.launch.actions import ACTIONS, Unknown, as_text
-from dse.importers.launch.allowance import at, spend, spend_text
 from dse.importers.launch.entities import Entity, problem, text_of
 from dse.importers.launch.operations import METHODS, counted, entry_of, equal, is_open, quoted, sum_of
 from dse.importers.launch.texts import Context, NotStaticError, resolve, utf8

@@ -9,7 +9,7 @@ from typing import Any
 
 from dse.errors import Diagnostic, UsageError
 from dse.files.reading import real
-from dse.importers.launch.allowance import allowed, at, spend
+from dse.importers.allowance import allowed, at, spend
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.launch.running import Launch, Started, joined

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files.reading import obstacle, real
-from dse.importers.launch.allowance import TooMuchError, spend, too_much
+from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.launch.entities import Entity, problem, read_xml, read_yaml
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import Parameter, ParameterFile

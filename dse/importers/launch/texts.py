@@ -12,7 +12,7 @@ from dataclasses import field
 from pathlib import Path
 from typing import Any
 
-from dse.importers.launch.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
+from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 from dse.records import dataclass
 
 DEEPEST = 60

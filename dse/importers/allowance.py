@@ -1,7 +1,7 @@
-"""How much a launch may be made of: a few lines can ask for more steps, texts and nodes than there is memory or time.
+"""How much a file may ask for: a few lines of it can make more texts and parts than there is memory or time.
 
-Launch files include each other, lists hold lists, texts are doubled. So whatever is read, built or gone through counts
-against one allowance of the import, which looks at the clock as it is used up.
+Files include each other, lists hold lists, components hold arrays of arrays. So whatever is read, built or gone through
+counts against one allowance of the import, which looks at the clock as it is used up.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dse.records import dataclass
 from dse.timelimit import Work
 
 PIECES = 2_000_000
-"""Steps, values and entries of one import; a part of a launch file counts as several."""
+"""Steps, values and entries of one import of launch files; a part of a file counts as several."""
 MOST_TEXT = 100_000
 """The greatest number of characters of one text."""
 CHARACTERS = 32
@@ -62,7 +62,7 @@ def spend(pieces: int = 1) -> None:
     >>> with allowed(10):
     ...     spend(11)
     Traceback (most recent call last):
-    dse.importers.launch.allowance.TooMuchError: more than 10 steps, values and entries
+    dse.importers.allowance.TooMuchError: more than 10 steps, values and entries
     """
     found = _CURRENT.get()
     if found is None:
