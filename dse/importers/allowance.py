@@ -15,7 +15,7 @@ from dse.errors import Diagnostic, ProblemError
 from dse.records import dataclass
 from dse.timelimit import Work
 
-PIECES = 2_000_000
+PIECES = 1_000_000
 """Steps, values and entries of one import of launch files; a part of a file counts as several."""
 MOST_TEXT = 100_000
 """The greatest number of characters of one text."""

@@ -38,8 +38,6 @@ KNOWN: Mapping[str, str] = {
 LOOKS = re.compile(r"(?i)(rate|freq(uency)?|hz|fps|period(_?(s|sec|ms|us|ns))?)\Z")
 """What else may be one: it is told."""
 LONGEST_NS = 10**15
-PIECES = 5
-"""What a parameter of a node counts of the allowance."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ class ParameterFile:
         named = [] if "*" in node else self._by_name.get(node, [])
         for number in sorted([*with_stars, *named]):
             for parameter in self._flat(self.entries[number][1], ""):
-                spend(PIECES)
+                spend()
                 found[parameter.name] = parameter
         return list(found.values())
 

@@ -65,6 +65,7 @@ class _Reader:
         self.context: Context | None = None
         self.depth = 0
         self.open: list[Entity] = []
+        self.said: dict[ast.expr, str] = {}
         self.line = 1
 
     def start(self) -> Any:
@@ -162,7 +163,7 @@ class _Reader:
         """Do not follow a branch or loop: what it changes is unknown."""
         for name in _assigned([*item.body, *item.orelse]):
             names[name] = Unknown(name)
-        self.open.append(Entity("unknown", item.lineno, {"name": str(Unknown(_words(why)))}))
+        self.open.append(Entity("unknown", item.lineno, {"name": str(Unknown(self._words(why)))}))
 
     def _assign(self, target: ast.expr, value: Any, names: dict[str, Any]) -> None:
         match target:
@@ -171,7 +172,7 @@ class _Reader:
             case ast.Tuple(elts=parts) | ast.List(elts=parts):
                 values = value if isinstance(value, list | tuple) and len(value) == len(parts) else None
                 for number, part in enumerate(parts):
-                    self._assign(part, Unknown(_words(part)) if values is None else values[number], names)
+                    self._assign(part, Unknown(self._words(part)) if values is None else values[number], names)
             case ast.Subscript(value=ast.Name(id=name), slice=key):
                 owner, index = names.get(name), self.value(key, names)
                 if isinstance(owner, dict) and isinstance(index, str):
@@ -183,7 +184,7 @@ class _Reader:
         """The value of an expression, as far as it is known."""
         spend()
         found = self._value(node, names)
-        return Unknown(_words(node)) if found is NotImplemented else found
+        return Unknown(self._words(node)) if found is NotImplemented else found
 
     def _value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         match node:
@@ -264,6 +265,14 @@ class _Reader:
                 found |= counted(value)
         return found
 
+    def _words(self, node: ast.expr) -> str:
+        """The beginning of an expression."""
+        if node not in self.said:
+            text = ast.unparse(node)
+            spend(len(text) // NAMES)
+            self.said[node] = text[:80]
+        return self.said[node]
+
     def _part(self, item: ast.expr, names: Mapping[str, Any]) -> Any:
         return self.value(item.value if isinstance(item, ast.FormattedValue) else item, names)
 
@@ -305,9 +314,9 @@ class _Reader:
             return self._performed(owner)
         if act is not None and not isinstance(owner, Unknown):
             return act(owner, given)
-        if func.attr == "join" and _words(func.value) in ("os.path", "path"):
+        if func.attr == "join" and self._words(func.value) in ("os.path", "path"):
             return spend_text("/".join(as_text(item) for item in given))
-        if func.attr in ("get", "getenv") and _words(func.value) in ("os.environ", "environ", "os"):
+        if func.attr in ("get", "getenv") and self._words(func.value) in ("os.environ", "environ", "os"):
             return f"$(env {' '.join(quoted(item) for item in given)})"
         if isinstance(owner, Unknown):
             return self._named_call(func.attr, node, given, named)
@@ -361,13 +370,6 @@ def _copied(names: Mapping[str, Any]) -> dict[str, Any]:
     """The names of a scope, for one that begins as they are."""
     spend(1 + len(names) // NAMES)
     return dict(names)
-
-
-def _words(node: ast.expr) -> str:
-    """The beginning of an expression."""
-    text = ast.unparse(node)
-    spend(len(text) // NAMES)
-    return text[:80]
 
 
 def _is_stored(item: ast.Name) -> bool:

@@ -135,7 +135,8 @@ class LocatedFile:
         if event.anchor is not None:
             anchors[event.anchor] = found
         if isinstance(event, yaml.MappingStartEvent):
-            found.data = self._entries(events, anchors, depth)
+            found.data = {}
+            self._read_entries(found.data, events, anchors, depth)
         elif isinstance(event, yaml.SequenceStartEvent):
             found.data = []
             while not isinstance(inner := next(events), yaml.SequenceEndEvent):
@@ -145,8 +146,9 @@ class LocatedFile:
             found.data = None if is_null else str(event.value)
         return found
 
-    def _entries(self, events: Iterator[Any], anchors: dict[str | None, Place], depth: int) -> dict[str, Place]:
-        entries: dict[str, Place] = {}
+    def _read_entries(
+        self, entries: dict[str, Place], events: Iterator[Any], anchors: dict[str | None, Place], depth: int
+    ) -> None:
         while not isinstance(key := next(events), yaml.MappingEndEvent):
             mark: Any = key.start_mark
             if not isinstance(key, yaml.ScalarEvent):
@@ -154,7 +156,6 @@ class LocatedFile:
             if key.value in entries:
                 raise self._stop(f"{key.value[:80]!r} is there twice", mark.line + 1)
             entries[key.value] = self._place(next(events), events, anchors, depth + 1)
-        return entries
 
     def _stopped(self, message: str, event: Any) -> ProblemError:
         return self._stop(message, event.start_mark.line + 1, event.start_mark.column + 1)
