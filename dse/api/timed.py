@@ -13,6 +13,7 @@ from dse.fitting.fit import Execution, Fit, Options, fit_measurements
 from dse.importers.registry import Imported, importer_of, read_foreign
 from dse.importers.ros2.system import is_of_topic
 from dse.importers.ros_bags import read_bag
+from dse.timelimit import in_time
 from dse.units import format_rate
 
 
@@ -46,7 +47,7 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
         remarks += said
     by_thread: dict[str, list[Execution]] = {}
     found = fit_measurements(tables, Options()) if tables else None
-    for item in found.executions if found is not None else ():
+    for item in in_time(found.executions if found is not None else (), every=10):
         name = _thread_of(item, {**dict.fromkeys(threads), **imported.aliases})
         if name is None:
             hint = did_you_mean(item.name, [key.replace(".", "_") for key in threads], 0.5)
@@ -76,7 +77,7 @@ def with_bag(document: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
     """
     connections = dict(document.get("connections") or {})
     others: list[str] = []
-    for topic in read_bag(path):
+    for topic in in_time(read_bag(path), every=10):
         wires = [name for name, body in connections.items() if is_of_topic(name, body.get("port", ""), topic.name)]
         for name in wires:
             body = dict(connections[name])
@@ -115,7 +116,7 @@ def _from_trace(
     threads, uncertain = dict(document["threads"]), dict(document.get("uncertainty", {}))
     timed: set[str] = set()
     remarks: list[Diagnostic] = []
-    for name, entity in traced.entities.items():
+    for name, entity in in_time(traced.entities.items(), every=10):
         same = [own for own, text in entities.items() if text == entity]
         if len(same) != 1:
             words = "no thread is" if not same else f"{', '.join(same)} all are"

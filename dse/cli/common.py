@@ -264,7 +264,7 @@ def write_text(path: str, text: str) -> None:
     """Write a file whole or not at all; ``-`` is standard output."""
     if path == "-":
         try:
-            sys.stdout.buffer.write(text.encode())
+            sys.stdout.buffer.write(files.utf8(text))
             sys.stdout.flush()
         except BrokenPipeError:
             discard_output()

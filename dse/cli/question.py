@@ -181,7 +181,7 @@ class Top(click.ParamType[int | None]):
         """None for ``all``."""
         if value is None or value == "all":
             return None
-        if not str(value).isdecimal() or int(value) < 1:
+        if not str(value).isdecimal() or len(str(value)) > 18 or int(value) < 1:
             self.fail(f"{value!r}: expected a number from 1, or all", param, ctx)
         return int(value)
 

@@ -147,6 +147,17 @@ def obstacle(path: PathLike) -> str | None:
     return None if stat.S_ISREG(mode) else _other_kind(mode)
 
 
+def real(path: PathLike) -> Path:
+    """What tells a file from others, however it is spelled: the path without links and dots.
+
+    As it is where that cannot be told: no name has a NUL, and symbolic links may lead in a cycle.
+    """
+    try:
+        return Path(os.path.realpath(path))
+    except (OSError, ValueError):
+        return Path(path)
+
+
 def _other_kind(mode: int) -> str:
     kind = next((words for is_kind, words in _KINDS if is_kind(mode)), "something else")
     return f"expected a file, this is {kind}"

@@ -65,6 +65,15 @@ def _obstacle(path: Path) -> str | None:
     return None
 
 
+def utf8(text: str) -> bytes:
+    r"""A text as it is written; names of files that are no UTF-8 have a question mark in place of each such byte.
+
+    >>> utf8("a\udcff.yaml")
+    b'a?.yaml'
+    """
+    return text.encode("utf-8", "replace")
+
+
 def is_stream(path: PathLike) -> bool:
     """Whether something is there that is no regular file: it is written to, not replaced."""
     return Path(path).exists() and not Path(path).is_file()
@@ -84,7 +93,7 @@ def write_file(path: PathLike, content: str | bytes) -> None:
     OSError
         when it cannot be written; then what was there is there still.
     """
-    data = content.encode() if isinstance(content, str) else content
+    data = utf8(content) if isinstance(content, str) else content
     guard = current()
     if guard is not None and not guard.is_claimed(path):
         guard.claim(path)

@@ -36,6 +36,7 @@ from dse.fitting.lines import (
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.records import dataclass
 from dse.results.answer import Answer, With
+from dse.timelimit import in_time
 from dse.units import format_duration
 from dse.units.parse import round_to_int
 from dse.units.table import Rounding, SizeRange
@@ -223,7 +224,7 @@ def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
     if without_size:
         if options.is_round_trip:
             raise UsageError("--round-trip: execution times are no round trips; a column with sizes is missing")
-        executions = tuple(_execution(item, options) for item in without_size)
+        executions = tuple(_execution(item, options) for item in in_time(without_size, every=10))
         return replace(found, is_round_trip=False, executions=executions)
     return replace(found, transports=tuple(_transports(measured, with_size, options, is_round_trip)))
 
@@ -232,14 +233,17 @@ def _transports(
     measured: Measurements, summaries: Sequence[Summary], options: Options, is_round_trip: bool
 ) -> list[Transport]:
     name = options.name or Path(measured.files[0]).stem
-    ordered = sorted(summaries, key=lambda item: item.size_bytes or 0)
-    groups = list(dict.fromkeys(item.group for item in summaries))
+    groups: dict[Group, list[Summary]] = {}
+    for item in summaries:
+        groups.setdefault(item.group, []).append(item)
     return [
-        _transport(
-            group, group.transport or name, [item for item in ordered if item.group == group], options, is_round_trip
-        )
-        for group in groups
+        _transport(group, group.transport or name, sorted(items, key=_size), options, is_round_trip)
+        for group, items in in_time(groups.items(), every=10)
     ]
+
+
+def _size(item: Summary) -> int:
+    return item.size_bytes or 0
 
 
 def _transport(
@@ -264,7 +268,7 @@ def _transport(
     remarks += left_out_remarks([item.size_bytes or 0 for item in used], left_out)
     found = [
         (item.size_bytes or 0, tail)
-        for item in (used if options.extremes else ())
+        for item in in_time(used if options.extremes else (), every=10)
         for tail in tails(item.samples_ns, options.extremes or 1)
     ]
     return Transport(

@@ -12,6 +12,7 @@ import numpy as np
 from dse.fitting.lines import Floats, Line, Points
 from dse.fitting.measurements import Summary
 from dse.records import dataclass
+from dse.timelimit import in_time
 
 Kind: TypeAlias = Literal[
     "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread",
@@ -86,7 +87,7 @@ def bend(points: Points, line: Line) -> int | None:
         return None
     best, at = min(
         (_rest(np.column_stack([np.ones_like(sizes), sizes, np.maximum(sizes - knee, 0)]), times), knee)
-        for knee in sizes[1:-1]
+        for knee in in_time(sizes[1:-1], every=10)
     )
     freedom = len(points) - 4
     ratio = (straight - best) / 2 / max(best / freedom, straight * 1e-12)
@@ -125,20 +126,21 @@ def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
     found: list[tuple[int, int]] = []
     for position in np.flatnonzero(ratios >= JUMP):
         first = last = int(position)
+        if found and first <= found[-1][1]:
+            continue
         while first > 0 and ratios[first - 1] >= RISE:
             first -= 1
         while last + 1 < len(ratios) and ratios[last + 1] >= RISE:
             last += 1
-        if (first, last) not in found:
-            found.append((first, last))
+        found.append((first, last))
     return found
 
 
 def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
     """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slopes = (y[:, None] - y) / (x[:, None] - x)  # NaN of each point with itself
-    slope = float(np.median(np.nanmedian(slopes, axis=1)))
+    with np.errstate(divide="ignore", invalid="ignore"):  # NaN of each point with itself
+        medians = [np.nanmedian((y[at] - y) / (x[at] - x)) for at in in_time(range(len(x)))]
+    slope = float(np.median(medians))
     return slope, float(np.median(y - slope * x))
 
 
@@ -215,7 +217,7 @@ def _of(item: Summary) -> str:
 
 def resolution_remark(summaries: Sequence[Summary], words: Callable[[Fraction], str]) -> Remark | None:
     """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us."""
-    figures = [value for item in summaries for value in (item.min_ns, item.max_ns) if value]
+    figures = [value for item in in_time(summaries) for value in (item.min_ns, item.max_ns) if value]
     step = _grid(figures)
     least = min(figures, default=Fraction(0))
     if len(figures) < 4 or step * 20 < least:
@@ -229,6 +231,6 @@ def _grid(values: Sequence[Fraction]) -> Fraction:
     for power in range(12, -4, -1):
         for factor in (5, 2, 1):
             step = factor * Fraction(10) ** power
-            if all(value % step == 0 for value in values):
+            if all(value % step == 0 for value in in_time(values, every=1000)):
                 return step
     return Fraction(0)

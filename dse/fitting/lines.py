@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from dse.extras import needed_for
 from dse.records import dataclass
+from dse.timelimit import A_MOMENT_S, in_force, look_at_the_clock
 
 Method: TypeAlias = Literal["ols", "envelope", "quantile"]
 Points: TypeAlias = Sequence[tuple[int, Fraction]]
@@ -169,7 +170,10 @@ def quantile_line(samples: Iterable[tuple[int, Floats]], share: Fraction) -> Lin
     tau = float(share)
     bounds = np.column_stack([-(1 - tau) * weights, tau * weights])
     rows = np.vstack([np.ones_like(sizes), sizes / scale_size])
-    solved = linprog(-times / scale_time, A_ub=rows, b_ub=[0.0, 0.0], bounds=bounds, method="highs")
+    limit = in_force()
+    timed = {} if limit.deadline is None else {"time_limit": max(limit.left_s, A_MOMENT_S)}
+    solved = linprog(-times / scale_time, A_ub=rows, b_ub=[0.0, 0.0], bounds=bounds, method="highs", options=timed)
+    look_at_the_clock()
     assert solved.status == 0, solved.message  # always feasible (all zero) and bounded
     fixed, slope = (max(0.0, -float(value)) for value in solved.ineqlin.marginals)
     return Line(Fraction(fixed * scale_time), Fraction(slope * scale_time / scale_size))

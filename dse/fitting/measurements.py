@@ -19,6 +19,7 @@ from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
 from dse.records import dataclass
 from dse.spec.sources import OnDisk, read_source
+from dse.timelimit import in_time
 from dse.units import DATA, TIME, UnitError, parse_quantity
 
 MOST_BYTES = 64_000_000
@@ -211,7 +212,7 @@ class _Reader:
         header = [name.strip() for name in header]
         self.columns, self.unused = find_columns(header, stated, units)
         self._check_columns(header)
-        for number, line in joined_rows(lines):
+        for number, line in in_time(joined_rows(lines)):
             self.line = number
             [cells] = csv.reader(io.StringIO(line, newline=""), delimiter=separator, strict=True)
             if len(cells) != len(header):
@@ -296,7 +297,7 @@ class _Reader:
         text = cells[column.index].strip() if column is not None else ""
         if not text or column is None:
             return None
-        if not (text.isascii() and text.isdecimal() and 0 < int(text) < 10**15):
+        if not (text.isascii() and text.isdecimal() and len(text) < 16 and int(text)):
             self._wrong(f"expected the number of samples, got {text[:40]!r}", self.line, "", column.name)
             return None
         return int(text)
@@ -340,7 +341,7 @@ class _Reader:
     def summaries(self) -> Iterator[Summary]:
         """What was read, in the order of the file; samples by their group and size."""
         yield from (item for item, _ in self.rows)
-        for key, values in self.samples.items():
+        for key, values in in_time(self.samples.items()):
             low, high, line = self.extremes[key]
             array = np.array(values, dtype=np.float64)
             mean, median = Fraction(float(array.mean())), Fraction(float(np.median(array)))
@@ -350,21 +351,24 @@ class _Reader:
 
 def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
     """The lines with their numbers, without remarks and empty ones."""
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in in_time(enumerate(text.splitlines(), start=1), every=1000):
         if line.strip() and not line.startswith("#"):
             yield number, line
 
 
 def joined_rows(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
     """Rows: lines, joined where a quoted cell goes on in the next one."""
-    waiting, start = "", 0
+    waiting: list[str] = []
+    start, quotes = 0, 0
     for number, line in lines:
-        waiting, start = (f"{waiting}\n{line}", start) if waiting else (line, number)
-        if waiting.count('"') % 2 == 0:
-            yield start, waiting
-            waiting = ""
+        start = start if waiting else number
+        waiting.append(line)
+        quotes += line.count('"')
+        if quotes % 2 == 0:
+            yield start, "\n".join(waiting)
+            waiting, quotes = [], 0
     if waiting:
-        yield start, waiting
+        yield start, "\n".join(waiting)
 
 
 __all__ = ["NAMES", "Group", "Measurements", "Summary", "read_measurements"]

@@ -19,6 +19,7 @@ from dse.errors import Diagnostic, ProblemError
 from dse.fitting.measurements import MOST_BYTES, MOST_MISTAKES, joined_rows, numbered_lines
 from dse.records import dataclass
 from dse.spec.sources import OnDisk, read_source
+from dse.timelimit import in_time
 from dse.units import Quantity, UnitError, parse_quantity
 
 SUBJECTS: Mapping[str, str] = {
@@ -186,7 +187,7 @@ class _Reader:
         if self.mistakes:
             return None
         rows = 0
-        for self.line, row in joined_rows(lines):
+        for self.line, row in in_time(joined_rows(lines)):
             [cells] = csv.reader(io.StringIO(row, newline=""), delimiter=separator, strict=True)
             rows += 1
             if len(cells) != len(header):
@@ -266,7 +267,7 @@ class _Reader:
         if mean is not None and not low.value <= mean.value <= high.value:
             return self._wrong("the mean is not between the minimum and the maximum", "are the units right?")
         count = cells[self.columns["count"].index] if "count" in self.columns else ""
-        if count and not (count.isascii() and count.isdecimal() and 0 < int(count) < 10**15):
+        if count and not (count.isascii() and count.isdecimal() and len(count) < 16 and int(count)):
             return self._wrong(f"expected the number of samples, got {count[:40]!r}", "", self.columns["count"].title)
         return self._add(kind, name, low, high, mean, int(count) if count else None)
 

@@ -14,6 +14,7 @@ from dse.errors import Diagnostic
 from dse.importers.registry import Imported
 from dse.importers.ros2.located import ros_name
 from dse.records import dataclass
+from dse.timelimit import in_time
 from dse.units import parse_period_ns
 
 
@@ -78,7 +79,7 @@ def _by_node(imported: Imported) -> dict[str, list[str]]:
 
 def _threads(found: Match, first: Imported, second: Imported) -> None:
     ours, theirs = _by_node(first), _by_node(second)
-    for node, names in theirs.items():
+    for node, names in in_time(theirs.items()):
         known = [name for name in ours.get(node, []) if _kind(first.entities[name])]
         open_ = [name for name in ours.get(node, []) if not _kind(first.entities[name])]
         if known:
@@ -98,7 +99,7 @@ def _same_node(found: Match, known: list[str], names: list[str], first: Imported
     """The callbacks of a node that both have."""
     left = list(known)
     late = []
-    for name in names:
+    for name in in_time(names):
         entity = second.entities[name]
         same = [own for own in left if first.entities[own] == entity]
         if len(same) == 1:
@@ -127,7 +128,7 @@ def _connections(found: Match, first: Imported, second: Imported) -> None:
         source, target, is_data = _ends(body)
         ours[name] = (found.successors.get(source, source), found.successors.get(target, target), is_data)
     news = {*_of(second, "threads")} - {*found.threads}
-    for name, body in _of(second, "connections").items():
+    for name, body in in_time(_of(second, "connections").items()):
         source, target, is_data = _ends(body)
         if source in found.left_out or target in found.left_out:
             found.left_out.add(name)
@@ -137,7 +138,8 @@ def _connections(found: Match, first: Imported, second: Imported) -> None:
             if ours.get(name) == ends and body.get("bus") not in first.made_up & second.made_up:
                 found.connections[name] = name
             continue
-        free = [own for own in ours if own not in found.connections.values()]
+        taken = set(found.connections.values())
+        free = [own for own in ours if own not in taken]
         same = [own for own in free if ours[own] == ends]
         if not same and target in found.threads and not is_data:
             near = [own for own in free if ours[own][1:] == ends[1:] and (ours[own][0] == "" or source == "")]
@@ -164,7 +166,7 @@ def _executors(found: Match, ours: Mapping[str, Any], theirs: Mapping[str, Any])
     """Executors of the same threads; those of threads of which the first document has none; the others are told."""
     known = _members({name: body for name, body in ours.items() if name not in found.replaced})
     there = {name: body for name, body in theirs.items() if name not in found.left_out}
-    for name, members in _members(there, found.threads).items():
+    for name, members in in_time(_members(there, found.threads).items()):
         same = [own for own, of in known.items() if of == members]
         shared = [one for one in members if one in ours]
         if same:
@@ -200,7 +202,7 @@ def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
     threads: Mapping[str, Any] = document.get("threads") or {}
     of = {name: nodes.get(name) or nodes.get(str(body.get("process"))) for name, body in threads.items()}
     found = {}
-    for name, node in of.items():
+    for name, node in in_time(of.items()):
         if node is not None:
             found[name] = f"{node}@{_what(document, name, of)}"
     return found

@@ -6,9 +6,11 @@ step. Everything else (the command, its options, the keyword arguments of `dse.i
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
+from fnmatch import fnmatchcase
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -16,6 +18,7 @@ from typing import Any, TypeAlias
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.files.reading import UnreadableFileError, beginning, obstacle
 from dse.records import dataclass
+from dse.timelimit import in_time
 
 Key: TypeAlias = tuple[str | int, ...]
 """Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""
@@ -174,9 +177,15 @@ CHOICES = "choices"
 def is_model(path: Path) -> bool:
     """Whether every command takes this file (or folder) where it takes a problem file."""
     if path.is_dir():
-        return any(path.rglob("*.aadl"))
+        return any(found_below(path, "*.aadl"))
     importer = importer_of(path)
     return importer is not None and importer.is_problem
+
+
+def found_below(folder: Path, pattern: str) -> Iterator[Path]:
+    """What is called so in a folder and those within it, folder by folder; symbolic links are not followed."""
+    for here, folders, files in in_time(os.walk(folder)):
+        yield from (Path(here) / name for name in sorted([*folders, *files]) if fnmatchcase(name, pattern))
 
 
 def importer_of(path: Path, form: str | None = None) -> Importer | None:
@@ -188,8 +197,9 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
         when there is no format of that name.
     """
     if form is None and path.is_dir():
-        inside = [] if is_model(path) else [item for item in IMPORTERS if item.inside and any(path.rglob(item.inside))]
-        return inside[0] if inside else IMPORTERS[0]
+        if is_model(path):
+            return IMPORTERS[0]
+        return next((item for item in IMPORTERS if item.inside and any(found_below(path, item.inside))), IMPORTERS[0])
     for importer in IMPORTERS:
         is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
         is_its = is_its and (form is not None or _tells(path, importer.telltale))

@@ -20,6 +20,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from dse.extras import how_to_install, is_installed
+from dse.files.writing import utf8
 from dse.report.bars import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
 from dse.report.charts import EDGE, axis_title, colour_by, parallel, scatter
 from dse.report.contention import contention_words
@@ -108,7 +109,7 @@ def html_page(page: Page) -> str:
 
 def packed(text: str) -> str:
     """Text as gzip and base64: a third of its size, and nothing in it can end the script element that holds it."""
-    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(utf8(text), 9, mtime=0)).decode()
 
 
 def packed_json(data: Any) -> str:

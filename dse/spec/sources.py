@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from posixpath import normpath
 from typing import Protocol
 
 from dse.errors import Diagnostic, ProblemError
-from dse.files.reading import UnreadableFileError, obstacle, read_bytes
+from dse.files.reading import UnreadableFileError, obstacle, read_bytes, real
 
 
 class Files(Protocol):
@@ -37,11 +36,8 @@ class OnDisk:
         return obstacle(path)
 
     def real(self, path: Path) -> Path:
-        """The path without links and dots; as it is where that cannot be told."""
-        try:
-            return Path(os.path.realpath(path))
-        except (OSError, ValueError):
-            return path
+        """See `dse.files.reading.real`."""
+        return real(path)
 
 
 class Carried:

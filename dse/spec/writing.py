@@ -19,7 +19,8 @@ def yaml_text(value: str) -> str:
     """
     if _PLAIN.fullmatch(value) and not _RESERVED.fullmatch(value):
         return value
-    quoted = json.dumps(value, ensure_ascii=False)
+    # halves of characters, of names of files that are no UTF-8, are none in YAML, escaped or not
+    quoted = json.dumps(value.encode("utf-8", "replace").decode(), ensure_ascii=False)
     return "".join(char if char.isprintable() else f"\\U{ord(char):08x}" for char in quoted)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from dse.cli.main import run
+from dse.fitting.measurements import joined_rows
 
 HEAD = "size_bytes,min_us,max_us\n"
 GOOD = HEAD + "1,2,3\n2,3,4\n"
@@ -38,6 +39,7 @@ BAD = {
     "deviation too large": ("bytes,min_us,max_us,std_ms\n1,2,3,2\n", "m.csv:2: the deviation is larger than the range"),
     "no name": ("thread,duration_us\n,3\n", "m.csv:2: thread: expected a name, got nothing"),
     "no count": ("thread,min_us,max_us,n\na,1,2,-4\n", "m.csv:2: n: expected the number of samples, got '-4'"),
+    "a count of many digits": (f"thread,min_us,max_us,n\na,1,2,{'9' * 5000}\n", "m.csv:2: n: expected the number of"),
     "twice": (HEAD + "1,2,3\n1,2,3\n", "m.csv:3: 1 B is stated twice: here and at "),
     "no durations": ("size_bytes,colour\n1,2\n", "m.csv:1: no column holds durations (such as delay_us"),
     "of nothing": ("min_us,max_us\n1,2\n", "m.csv:1: no column says of what the durations are: a size, or a thread"),
@@ -77,6 +79,23 @@ def test_other_encodings(data: bytes, message: str, tmp_path: Path, capsys: pyte
     path.write_bytes(data)
     code, said = fit(path, capsys)
     assert code == 3 and message in said, said
+
+
+def test_an_open_quote_costs_no_more_than_its_rows() -> None:
+    rows = list(
+        joined_rows(
+            iter([(1, 'a,"'), *((number, "2,3") for number in range(2, 400_000)), (400_000, '"'), (400_001, "4")])
+        )
+    )
+    assert [number for number, _ in rows] == [1, 400_001]
+    assert rows[0][1].count("\n") == 399_999
+
+
+def test_a_file_of_measurements_keeps_the_limit_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text(HEAD + "".join(f"{number},2,3\n" for number in range(5000)), encoding="utf-8")
+    code, said = fit(path, capsys, "--time-limit", "0.001s")
+    assert code == 5 and "the time limit came" in said
 
 
 def test_gigabytes_are_refused_unread(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

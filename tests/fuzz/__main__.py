@@ -1,4 +1,4 @@
-"""The fuzzing command: ``python -m tests.fuzz [--cases 100000] [--seed 1] [--coverage] [--folder DIR]``."""
+"""The fuzzing command: ``python -m tests.fuzz [--of launches] [--cases 100000] [--seed 1] [--folder DIR]``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .harness import Fuzzer, Outcome
+from .launches import LaunchFuzzer
 
 SAY_EVERY = 1000
 
@@ -20,17 +21,22 @@ SAY_EVERY = 1000
 def main() -> int:
     """Run the cases; every fault leaves its file and what was called. The exit code is 1 when there was one."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    parser.add_argument("--of", choices=("problems", "launches"), default="problems", help="which files are mutated")
     parser.add_argument("--cases", type=int, default=100_000, help="how many mutated files")
     parser.add_argument("--first", type=int, default=0, help="the number of the first case, to repeat one")
     parser.add_argument("--seed", type=int, default=1, help="of all mutations")
-    parser.add_argument("--coverage", action="store_true", help="mutate on from files that reach new lines")
+    parser.add_argument("--coverage", action="store_true", help="of problems: mutate on from what reaches new lines")
     parser.add_argument("--memory", type=float, default=6.0, help="GB of address space that may be used")
     parser.add_argument("--folder", type=Path, help="where it works and leaves faults; else a temporary one")
     options = parser.parse_args()
     limit = int(options.memory * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     folder = options.folder or Path(tempfile.mkdtemp(prefix="fuzz-"))
-    fuzzer = Fuzzer(folder.resolve(), options.seed, coverage=options.coverage)
+    fuzzer: Fuzzer | LaunchFuzzer
+    if options.of == "launches":
+        fuzzer = LaunchFuzzer(folder.resolve(), options.seed)
+    else:
+        fuzzer = Fuzzer(folder.resolve(), options.seed, coverage=options.coverage)
     codes: Counter[str] = Counter()
     slowest: list[tuple[float, int, str]] = []
     faults = 0
@@ -55,7 +61,7 @@ def main() -> int:
         "seconds": round(time.monotonic() - started),
         "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
     }
-    if fuzzer.coverage is not None:
+    if isinstance(fuzzer, Fuzzer) and fuzzer.coverage is not None:
         found["lines"] = len(fuzzer.coverage.seen)
         found["corpus"] = len(fuzzer.problems) + len(fuzzer.results)
     print(json.dumps(found, indent=1))

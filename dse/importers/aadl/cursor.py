@@ -8,6 +8,7 @@ from typing import NoReturn
 from dse.errors import Diagnostic
 from dse.importers.aadl.syntax import Path, Reference
 from dse.importers.aadl.tokens import Text, Token, finding
+from dse.importers.allowance import spend
 from dse.importers.registry import Place
 
 
@@ -36,6 +37,7 @@ class Cursor:
 
     def take(self) -> Token:
         """The token under the cursor, which moves on."""
+        spend()
         token = self.token
         if token.kind != "end":
             self.at += 1

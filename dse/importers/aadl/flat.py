@@ -19,6 +19,7 @@ from dse.importers.aadl.syntax import (
     Reference,
     Subcomponent,
 )
+from dse.importers.allowance import spend
 from dse.records import dataclass
 
 MAX_CHAIN = 60
@@ -88,6 +89,7 @@ class Flattener:
         if not environment and id(classifier) in self._done:
             return self._done[id(classifier)]
         chain = self._chain(classifier)
+        spend(len(chain))
         bound: dict[str, Actual] = {}
         for item in reversed(chain):
             bound |= self.bindings(item.bindings, item.package, environment or {})

@@ -12,6 +12,7 @@ from dse.importers.aadl.instance import Instance, is_active
 from dse.importers.aadl.library import Library
 from dse.importers.aadl.syntax import Flow, FlowSpec, Path
 from dse.importers.aadl.wiring import ConnectionInstance, Wire, Wiring
+from dse.importers.allowance import spend
 from dse.importers.registry import Place
 from dse.records import dataclass
 
@@ -93,6 +94,7 @@ class Flows:
         if depth > MAX_DEPTH or context.flat is None:
             raise self._tell(f"the flow {member.item.name} leads through itself", member.item.place)
         for number, path in enumerate(member.item.elements):
+            spend(1 + depth)
             key = tuple(name.lower() for name in path)
             is_end = number in (0, len(member.item.elements) - 1)
             if len(key) == 1 and key[0] in context.flat.connections:

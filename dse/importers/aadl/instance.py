@@ -6,14 +6,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from itertools import product
 
+from dse.errors import ProblemError
 from dse.importers.aadl.flat import Flat, Flattener, Member, Owned
 from dse.importers.aadl.library import Library
 from dse.importers.aadl.syntax import Classifier, Number, Path, Subcomponent, Value, Word
+from dse.importers.aadl.tokens import finding
+from dse.importers.allowance import spend
 from dse.importers.registry import Place
 from dse.records import dataclass
 
 MAX_DEPTH = 40
 MAX_INSTANCES = 200_000
+PIECES = 10
+"""What a component counts of the allowance."""
 HARDWARE = ("processor", "virtual processor", "bus", "virtual bus", "memory")
 
 
@@ -126,9 +131,9 @@ class Instantiator:
         self, component: Instance, member: Member[Subcomponent], inner: Flat | None, index: tuple[int, ...], depth: int
     ) -> None:
         self._count += 1
+        spend(PIECES)
         if self._count > MAX_INSTANCES:
-            self.library.fail(f"more than {MAX_INSTANCES} components", component.place)
-            return
+            raise ProblemError([finding(f"more than {MAX_INSTANCES} components", component.place)])
         item = member.item
         name = item.name + "".join(f"[{number}]" for number in index)
         category = item.category

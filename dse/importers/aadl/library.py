@@ -13,7 +13,7 @@ from dse.importers.aadl.parser import parse
 from dse.importers.aadl.predeclared import BASE_TYPES, PREDECLARED
 from dse.importers.aadl.syntax import Classifier, Package, PropertySet, Reference
 from dse.importers.aadl.tokens import finding
-from dse.importers.registry import Place
+from dse.importers.registry import Place, found_below
 from dse.records import dataclass
 
 MAX_BYTES = 20_000_000
@@ -168,12 +168,12 @@ def _declared(path: Path) -> dict[str, tuple[Path, str]]:
 
 def _files(folder: Path) -> list[Path]:
     found = []
-    for file in sorted(folder.rglob(f"*{SUFFIX}")):
+    for file in found_below(folder, f"*{SUFFIX}"):
         if file.is_file():
             found.append(file)
         if len(found) > MAX_FILES:
             raise ProblemError([Diagnostic(f"more than {MAX_FILES} files *{SUFFIX} in it", file=str(folder))])
-    return found
+    return sorted(found)
 
 
 def _texts(files: Iterable[Path]) -> dict[Path, str]:

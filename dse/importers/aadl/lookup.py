@@ -32,6 +32,7 @@ from dse.importers.aadl.syntax import (
     Value,
     Word,
 )
+from dse.importers.allowance import spend
 from dse.importers.registry import Place
 from dse.records import dataclass
 
@@ -172,6 +173,7 @@ class Properties:
         """The value that goes first, with what it is appended to."""
         appended: list[Found] = []
         last: Found | None = None
+        spend()
         for owned, base, via in found:
             if owned.association.binding and not self._is_in_binding(owned, bound):
                 continue
@@ -254,6 +256,7 @@ class Properties:
         def again(inner: Value) -> Value:
             return self._evaluated(inner, found, component, steps + 1)
 
+        spend()
         if steps > MAX_STEPS:
             self.library.fail("this value leads back to itself", found.place)
             return Computed("a cycle", found.place)

@@ -46,6 +46,8 @@ def parse(text: str, file: str) -> Parsed:
         parser.read()
     except ProblemError as error:
         parser.findings += error.diagnostics
+    except RecursionError:
+        parser.findings.append(finding("nested too deeply", parser.cursor.place))
     return Parsed(parser.unit, parser.cursor.remarks, parser.findings)
 
 

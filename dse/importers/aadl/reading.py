@@ -19,7 +19,11 @@ from dse.importers.aadl.model import Model, read_model
 from dse.importers.aadl.problem import Writer
 from dse.importers.aadl.tokens import finding
 from dse.importers.aadl.unread import tell
+from dse.importers.allowance import allowed, at
 from dse.importers.registry import CHOICES, Imported, Key, Place
+
+PIECES = 20_000_000
+"""The allowance of one import of a model."""
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -38,6 +42,11 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     ProblemError
         with every mistake, each with its file, line and column.
     """
+    with allowed(PIECES), at(path, 1):
+        return _read(path, options)
+
+
+def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     model = read_model(path, options)
     writer = Writer(model, path, options)
     choices = options.get(CHOICES, {})

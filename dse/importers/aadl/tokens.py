@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import NoReturn
 
 from dse.errors import Diagnostic, ProblemError
+from dse.importers.allowance import spend
 from dse.importers.registry import Place
 from dse.records import dataclass
 
@@ -23,6 +24,8 @@ _TOKEN = re.compile(
     re.X | re.S,
 )
 END = "the end of the file"
+PIECES = 10
+"""What a token counts of the allowance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,7 @@ class Text:
             kind = found.lastgroup
             assert kind is not None
             if kind != "blank":
+                spend(PIECES)
                 text = found.group()
                 yield Token(kind, text, text.lower() if kind == "name" else text, at)
             at = found.end()

@@ -10,12 +10,15 @@ from dse.importers.aadl.instance import Instance, is_active
 from dse.importers.aadl.library import Library
 from dse.importers.aadl.lookup import Properties
 from dse.importers.aadl.syntax import Connection, Feature, Listed, Path, Word
+from dse.importers.allowance import spend
 from dse.records import dataclass
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
 """Categories whose features are always the ends of connections."""
 CALLING = ("thread", "subprogram")
 """What may connect the subprograms that it calls, which are not read."""
+PIECES = 50
+"""What a feature counts of the allowance."""
 MAX_DEPTH = 20
 MAX_INSTANCES = 200_000
 TURNED = {"in": "out", "out": "in", "provides": "requires", "requires": "provides"}
@@ -79,6 +82,7 @@ class Features:
         return next((leaf for leaf in self.leaves(component.flat, name) if leaf.path == wanted), None)
 
     def _expanded(self, flat: Flat, name: str, prefix: Path, turned: bool, depth: int) -> Iterator[Leaf]:
+        spend(PIECES)
         member = flat.features[name]
         path = (*prefix, name)
         if member.item.kind == "feature group" and member.item.classifier is not None and depth < MAX_DEPTH:
@@ -127,6 +131,7 @@ class Wiring:
         sources, targets = (self._ends(context, member, path) for path in (member.item.source, member.item.target))
         for source, target in self._paired(wire, sources, targets):
             for one, other in self._leaves(member, source, target):
+                spend()
                 for start, end in self._directed(context, member, one, other):
                     self._edges[start].append((wire, end))
                     self._entered[end].append(wire)
@@ -269,6 +274,7 @@ class Wiring:
         stack: list[tuple[Node, Instance, tuple[Wire, ...]]] = [(start, context, ())]
         while stack:
             node, here, wires = stack.pop()
+            spend(1 + len(wires))
             component = node[0]
             following = [item for item in self._edges.get(node, ()) if item[0].context is here and item[0] not in wires]
             is_end = bool(wires) and here is component and component.category in ENDS

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
+from dse.importers.allowance import TooMuchError, spend, spend_text
 from dse.importers.launch.entities import Entity
 from dse.importers.launch.texts import NotStaticError
 
@@ -37,11 +38,32 @@ def as_text(value: Any) -> str:
     >>> as_text(["$(var ns)", "/", "cam"]), as_text(True), as_text(20.0)
     ('$(var ns)/cam', 'True', '20.0')
     """
+    if isinstance(value, str):
+        return spend_text(value)
     if isinstance(value, list | tuple):
-        return "".join(as_text(item) for item in value)
+        return spend_text("".join(as_text(item) for item in value))
     if isinstance(value, Entity):
         return value.text("file", "from", "name")
-    return "" if value is None else str(value)
+    return "" if value is None else written(value)
+
+
+def written(value: Any) -> str:
+    """A value as Python writes it.
+
+    >>> written([1, {"a": "b"}, True])
+    "[1, {'a': 'b'}, True]"
+    """
+    spend()
+    if isinstance(value, list | tuple):
+        return spend_text(f"[{', '.join(map(written, value))}]")
+    if isinstance(value, dict):
+        return spend_text(f"{{{', '.join(f'{written(key)}: {written(item)}' for key, item in value.items())}}}")
+    if isinstance(value, Entity):
+        return repr(as_text(value))
+    try:
+        return repr(spend_text(value)) if isinstance(value, str) else str(value)
+    except ValueError:  # a whole number of thousands of digits
+        raise TooMuchError("a number of too many digits") from None
 
 
 def _word(value: Any) -> str:
@@ -63,7 +85,7 @@ def _entity(kind: str, line: int, named: Named, **texts: Any) -> Entity:
     if isinstance(condition, Lazy):
         found.texts["if" if condition.is_wanted else "unless"] = condition.text
     elif condition is not None:
-        found.texts["if"] = str(condition)
+        found.texts["if"] = as_text(condition)
     return found
 
 
@@ -83,7 +105,7 @@ def _parameter(name: str, value: Any, line: int) -> list[Entity]:
     if isinstance(value, dict):
         return [part for key, inner in value.items() for part in _parameter(f"{name}.{key}", inner, line)]
     if isinstance(value, list | tuple) and len(value) != 1:
-        value = "".join(map(as_text, value)) if any("$(" in as_text(item) for item in value) else str(list(value))
+        value = as_text(value) if any("$(" in as_text(item) for item in value) else written(value)
     return [Entity("param", line, {"name": name, "value": as_text(value)})]
 
 
@@ -121,6 +143,7 @@ def _actions(values: Any, line: int) -> list[Entity]:
     items = values if isinstance(values, list | tuple) else [] if values is None else [values]
     found: list[Entity] = []
     for item in items:
+        spend()
         if isinstance(item, list | tuple):
             found += _actions(item, line)
         elif isinstance(item, Entity):

@@ -14,13 +14,16 @@ from xml.parsers import expat
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files.reading import UnreadableFileError, read_text
+from dse.importers.allowance import at, spend
 from dse.importers.launch.texts import Context
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.records import dataclass
 
-MOST_BYTES = 4_000_000
+MOST_BYTES = 1_000_000
 DEEPEST = 60
 WHAT = "a launch file"
+PIECES = 10
+"""What a part of a launch file counts of the allowance."""
 
 
 @dataclass
@@ -35,6 +38,10 @@ class Entity:
     texts: dict[str, str] = field(default_factory=dict)
     children: list[Entity] = field(default_factory=list)
     later: Callable[[Context], list[Entity]] | None = None
+
+    def __post_init__(self) -> None:
+        """Count it."""
+        spend(PIECES)
 
     def text(self, *names: str) -> str:
         """The first of the texts that is there; "" where none is."""
@@ -75,12 +82,13 @@ def read_xml(path: Path) -> Entity:
     text = text_of(path)
     top = Entity("", 0)
     open_ = [top]
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate("utf-8")  # whatever encoding it states: it is text by now
 
     def start(name: str, attributes: dict[str, str]) -> None:
         if len(open_) > DEEPEST:
             raise problem(path, f"more than {DEEPEST} levels", parser.CurrentLineNumber)
-        item = Entity(name.replace("-", "_"), parser.CurrentLineNumber, dict(attributes))
+        with at(path, parser.CurrentLineNumber):
+            item = Entity(name.replace("-", "_"), parser.CurrentLineNumber, dict(attributes))
         open_[-1].children.append(item)
         open_.append(item)
 
@@ -107,7 +115,8 @@ def read_yaml(path: Path) -> Entity:
     top = file.root["launch"]
     if not isinstance(top.data, list):
         raise problem(path, "expected `launch:` and a list of actions", top.line)
-    return Entity("launch", top.line, {}, [part for item in top for part in _actions(item)])
+    with at(path, top.line):
+        return Entity("launch", top.line, {}, [part for item in top for part in _actions(item)])
 
 
 def _actions(item: Place) -> Iterator[Entity]:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, TypeVar
 
+from dse.importers.allowance import TooMuchError, spend, spend_text
 from dse.importers.launch.actions import Unknown, as_text
 from dse.importers.launch.entities import Entity
+
+T = TypeVar("T", bound=Collection[Any])
+MOST_BITS = 10_000
+"""Whole numbers are not longer than this."""
 
 
 def quoted(value: Any) -> str:
@@ -15,17 +20,33 @@ def quoted(value: Any) -> str:
     return f'"{text}"' if not text or (any(char.isspace() for char in text) and not text.startswith("$(")) else text
 
 
+def counted(values: T) -> T:
+    """Values that are copied, of which each uses up a piece of the allowance."""
+    spend(len(values))
+    return values
+
+
 def sum_of(left: Any, right: Any) -> Any:
     """``left + right``, as far as it is known."""
     if isinstance(left, list | tuple) and isinstance(right, list | tuple):
-        return [*left, *right]
+        return [*counted(left), *counted(right)]
     if isinstance(left, list | tuple) and isinstance(right, Unknown):
-        return [*left, right]
+        return [*counted(left), right]
     if isinstance(left, int | float) and isinstance(right, int | float):
-        return left + right
+        return _total(left, right)
     if isinstance(left, str | list | tuple) or isinstance(right, str):
         return as_text([left, right])
     return Unknown("a sum")
+
+
+def _total(left: float, right: float) -> float:
+    try:
+        found = left + right
+    except OverflowError:
+        raise TooMuchError("a sum beyond all numbers") from None
+    if isinstance(found, int) and found.bit_length() > MOST_BITS:
+        raise TooMuchError("a number of too many digits")
+    return found
 
 
 def is_open(value: Any) -> bool:
@@ -37,7 +58,17 @@ def equal(left: Any, right: Any, is_equal: bool) -> Any:
     """Whether two values are equal, or differ; NotImplemented where one is not known."""
     if is_open(left) or is_open(right):
         return NotImplemented
-    return (left == right) is is_equal
+    return _is_same(left, right) is is_equal
+
+
+def _is_same(left: Any, right: Any) -> bool:
+    """Whether two values are equal, one entry after the other: lists may hold each other many times."""
+    spend()
+    if isinstance(left, list) and isinstance(right, list):
+        return len(left) == len(right) and all(map(_is_same, left, right))
+    if isinstance(left, dict) and isinstance(right, dict):
+        return left.keys() == right.keys() and all(_is_same(item, right[key]) for key, item in left.items())
+    return left is right if isinstance(left, Entity | Unknown) else bool(left == right)
 
 
 def entry_of(owner: Any, key: Any) -> Any:
@@ -50,24 +81,33 @@ def entry_of(owner: Any, key: Any) -> Any:
 
 
 def _add(owner: Any, given: list[Any]) -> Any:
-    """An action more for a launch description, or an item for a list."""
-    target = owner.children if isinstance(owner, Entity) else owner
+    """An action more for a launch description, or an item for a list; unknown of anything else."""
+    if isinstance(owner, list):
+        owner += given
+        return None
+    if not isinstance(owner, Entity):
+        return NotImplemented
     for item in given:
-        more = item if isinstance(item, list | tuple) else [item]
-        target += [one for one in more if isinstance(one, Entity)] if isinstance(owner, Entity) else [item]
+        more = counted(item) if isinstance(item, list | tuple) else [item]
+        owner.children += [one for one in more if isinstance(one, Entity)]
+    return None
 
 
 def _extend(owner: Any, given: list[Any]) -> Any:
     if isinstance(owner, list) and given and isinstance(given[0], list | tuple):
-        owner += given[0]
+        owner += counted(given[0])
+
+
+def _items(owner: Any, given: list[Any]) -> Any:
+    return [[key, value] for key, value in counted(owner).items()] if isinstance(owner, dict) else owner
 
 
 METHODS: Mapping[str, Callable[[Any, list[Any]], Any]] = {
     "add_action": _add,
     "append": _add,
     "extend": _extend,
-    "items": lambda owner, given: [[key, value] for key, value in owner.items()] if isinstance(owner, dict) else owner,
+    "items": _items,
     "perform": lambda owner, given: owner,
-    "lower": lambda owner, given: owner.lower() if isinstance(owner, str) and "$(" not in owner else owner,
-    "strip": lambda owner, given: owner.strip() if isinstance(owner, str) else owner,
+    "lower": lambda owner, given: spend_text(owner.lower()) if isinstance(owner, str) and "$(" not in owner else owner,
+    "strip": lambda owner, given: spend_text(owner.strip()) if isinstance(owner, str) else owner,
 }

@@ -6,7 +6,8 @@ import os
 import re
 from pathlib import Path
 
-from dse.files.reading import UnreadableFileError, beginning
+from dse.files.reading import UnreadableFileError, beginning, real
+from dse.timelimit import in_time
 
 MOST_FOLDERS = 50_000
 LEFT_OUT = ("build", "log", "node_modules", "__pycache__")
@@ -30,7 +31,7 @@ class Packages:
 
 def workspace_of(file: Path) -> Path | None:
     """The folder ``src`` or the repository around the package that has the file, else the folder around the package."""
-    folders = list(file.resolve().parents)
+    folders = list(real(file).parents)
     package = next((folder for folder in folders if (folder / "package.xml").is_file()), None)
     if package is None:
         return None
@@ -40,7 +41,7 @@ def workspace_of(file: Path) -> Path | None:
 
 def _packages(root: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
-    for number, (folder, folders, files) in enumerate(os.walk(root)):
+    for number, (folder, folders, files) in enumerate(in_time(os.walk(root))):
         if number > MOST_FOLDERS:
             break
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in LEFT_OUT)

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 
+from dse.importers.allowance import spend
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.records import dataclass
 from dse.units import PARAMETER_RATES as RATES
@@ -123,6 +124,10 @@ class ParameterFile:
         file = LocatedFile(path, WHAT)
         self.path = path
         self.entries = list(self._entries(file.root, ""))
+        self._with_stars = [number for number, (name, _) in enumerate(self.entries) if "*" in name]
+        self._by_name: dict[str, list[int]] = {}
+        for number, (name, _) in enumerate(self.entries):
+            self._by_name.setdefault(name, []).append(number)
         if not self.entries:
             file.wrong(file.root, f"expected the names of nodes and `{INSIDE}` below them, as {WHAT} has them")
         for name, place in self.entries:
@@ -145,10 +150,13 @@ class ParameterFile:
     def of(self, node: str) -> list[Parameter]:
         """The parameters of a node by its full name; a later one of the same name counts."""
         found: dict[str, Parameter] = {}
-        for name, place in self.entries:
-            if is_named(node, name):
-                for parameter in self._flat(place, ""):
-                    found[parameter.name] = parameter
+        spend(1 + len(self._with_stars))
+        with_stars = [number for number in self._with_stars if is_named(node, self.entries[number][0])]
+        named = [] if "*" in node else self._by_name.get(node, [])
+        for number in sorted([*with_stars, *named]):
+            for parameter in self._flat(self.entries[number][1], ""):
+                spend()
+                found[parameter.name] = parameter
         return list(found.values())
 
     def _flat(self, place: Place, prefix: str) -> Iterator[Parameter]:
@@ -166,8 +174,40 @@ def is_named(node: str, pattern: str) -> bool:
     >>> [is_named("/front/cam", text) for text in ("/**", "/front/cam", "/*/cam", "/cam", "/**/cam")]
     [True, True, True, False, True]
     """
-    text = re.escape(pattern).replace(r"/\*\*", "(/[^/]+)*").replace(r"\*", "[^/]+")
-    return re.fullmatch(text, node) is not None
+    if "*" not in pattern:
+        return node == pattern
+    parts = node.split("/")
+    reached = {0}
+    for wanted in pattern.split("/"):
+        if wanted == "**":
+            first = min(reached)
+            filled = next((number for number in range(first, len(parts)) if not parts[number]), len(parts))
+            reached |= set(range(first, filled + 1))
+        else:
+            reached = {number + 1 for number in reached if number < len(parts) and is_like(parts[number], wanted, 1)}
+        if not reached:
+            return False
+    return len(parts) in reached
+
+
+def is_like(text: str, pattern: str, least: int = 0) -> bool:
+    """Whether a text is a pattern with stars, each of which stands for any characters, at least so many.
+
+    >>> [is_like(text, "ca*m*", 1) for text in ("camm", "caxmx", "cam")]
+    [False, True, False]
+    """
+    first, *rest = pattern.split("*")
+    if not rest:
+        return text == pattern
+    if not text.startswith(first):
+        return False
+    position = len(first)
+    for part in rest[:-1]:
+        position = text.find(part, position + least)
+        if position < 0:
+            return False
+        position += len(part)
+    return text.endswith(rest[-1]) and len(text) - len(rest[-1]) >= position + least
 
 
 def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[Stated]) -> tuple[list[Timer], list[str]]:
@@ -190,9 +230,7 @@ def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[State
 
 
 def _is_meant(item: Stated, node: str, name: str) -> bool:
-    return (not item.node or is_named(node, item.node)) and (
-        item.name == name or re.fullmatch(re.escape(item.name).replace(r"\*", ".*"), name) is not None
-    )
+    return (not item.node or is_named(node, item.node)) and (item.name == name or is_like(name, item.name))
 
 
 def _period_ns(text: str, unit: str) -> int | None:

@@ -12,14 +12,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dse.importers.launch.actions import ACTIONS, Lazy, Unknown, as_text
+from dse.importers.allowance import at, spend, spend_text
+from dse.importers.launch.actions import ACTIONS, Unknown, as_text
 from dse.importers.launch.entities import Entity, problem, text_of
-from dse.importers.launch.operations import METHODS, entry_of, equal, is_open, quoted, sum_of
-from dse.importers.launch.texts import Context, NotStaticError, resolve
+from dse.importers.launch.operations import METHODS, counted, entry_of, equal, is_open, quoted, sum_of
+from dse.importers.launch.texts import Context, NotStaticError, resolve, utf8
 
 START = "generate_launch_description"
-MOST_STEPS = 200_000
-DEEPEST = 40
+DEEPEST = 20
+"""So deep functions of the file may call each other."""
+NAMES = 8
+"""So many names that are copied count as one piece of the allowance."""
 
 
 def read_python(path: Path) -> Entity:
@@ -39,10 +42,8 @@ def read_python(path: Path) -> Entity:
     except (ValueError, RecursionError, MemoryError) as error:
         raise problem(path, f"not Python: {' '.join(str(error).split())[:200]}") from None
     reader = _Reader(path, tree)
-    try:
+    with at(path, 1):
         found = reader.start()
-    except RecursionError:
-        raise problem(path, "its functions call each other without end") from None
     if not isinstance(found, Entity):
         hint = "it returns LaunchDescription([...])"
         raise problem(path, f"{START} returns no launch description that can be read", reader.line, hint=hint)
@@ -62,8 +63,9 @@ class _Reader:
         self.aliases: dict[str, str] = {}
         self.functions: dict[str, ast.FunctionDef] = {}
         self.context: Context | None = None
-        self.steps = self.depth = 0
+        self.depth = 0
         self.open: list[Entity] = []
+        self.said: dict[ast.expr, str] = {}
         self.line = 1
 
     def start(self) -> Any:
@@ -90,7 +92,7 @@ class _Reader:
         if self.depth > DEEPEST:
             return Unknown(f"{function.name}")
         arguments = function.args
-        names: dict[str, Any] = dict(self.top)
+        names: dict[str, Any] = _copied(self.top)
         places = [item.arg for item in (*arguments.posonlyargs, *arguments.args)]
         for item, default in zip(reversed(places), reversed(arguments.defaults), strict=False):
             names[item] = self.value(default, names)
@@ -113,10 +115,9 @@ class _Reader:
 
     def _run(self, body: Sequence[ast.stmt], names: dict[str, Any]) -> None:
         for item in body:
-            self.steps += 1
-            if self.steps > MOST_STEPS:
-                raise problem(self.path, "it takes too many steps to read", item.lineno)
-            self._statement(item, names)
+            with at(self.path, item.lineno):
+                spend()
+                self._statement(item, names)
 
     def _statement(self, item: ast.stmt, names: dict[str, Any]) -> None:
         match item:
@@ -144,7 +145,7 @@ class _Reader:
     def _branch(self, item: ast.If | ast.For, names: dict[str, Any]) -> None:
         if isinstance(item, ast.If):
             test = self.value(item.test, names)
-            if not isinstance(test, Unknown | Entity | Lazy) and "$(" not in str(test):
+            if not is_open(test):
                 self._run(item.body if test else item.orelse, names)
                 return
             self._skip(item, item.test, names)
@@ -152,6 +153,7 @@ class _Reader:
         values = self.value(item.iter, names)
         if isinstance(values, list | tuple):
             for value in values:
+                spend()
                 self._assign(item.target, value, names)
                 self._run(item.body, names)
             return
@@ -161,7 +163,7 @@ class _Reader:
         """Do not follow a branch or loop: what it changes is unknown."""
         for name in _assigned([*item.body, *item.orelse]):
             names[name] = Unknown(name)
-        self.open.append(Entity("unknown", item.lineno, {"name": str(Unknown(ast.unparse(why)))}))
+        self.open.append(Entity("unknown", item.lineno, {"name": str(Unknown(self._words(why)))}))
 
     def _assign(self, target: ast.expr, value: Any, names: dict[str, Any]) -> None:
         match target:
@@ -170,7 +172,7 @@ class _Reader:
             case ast.Tuple(elts=parts) | ast.List(elts=parts):
                 values = value if isinstance(value, list | tuple) and len(value) == len(parts) else None
                 for number, part in enumerate(parts):
-                    self._assign(part, Unknown(ast.unparse(part)) if values is None else values[number], names)
+                    self._assign(part, Unknown(self._words(part)) if values is None else values[number], names)
             case ast.Subscript(value=ast.Name(id=name), slice=key):
                 owner, index = names.get(name), self.value(key, names)
                 if isinstance(owner, dict) and isinstance(index, str):
@@ -180,11 +182,14 @@ class _Reader:
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         """The value of an expression, as far as it is known."""
+        spend()
         found = self._value(node, names)
-        return Unknown(ast.unparse(node)[:80]) if found is NotImplemented else found
+        return Unknown(self._words(node)) if found is NotImplemented else found
 
     def _value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         match node:
+            case ast.Constant(value=str() as text):
+                return spend_text(utf8(text))
             case ast.Constant(value=value):
                 return value
             case ast.Name(id=name):
@@ -198,7 +203,7 @@ class _Reader:
             case ast.BinOp(left=left, op=ast.Add(), right=right):
                 return sum_of(self.value(left, names), self.value(right, names))
             case ast.BinOp(left=left, op=ast.Div(), right=right):
-                return f"{as_text(self.value(left, names))}/{as_text(self.value(right, names))}"
+                return as_text([self.value(left, names), "/", self.value(right, names)])
             case ast.Call():
                 return self._call(node, names)
         return self._logic(node, names)
@@ -233,7 +238,7 @@ class _Reader:
             return NotImplemented
         found = []
         for item in items:
-            inner = dict(names)
+            inner = _copied(names)
             self._assign(target, item, inner)
             found.append(self.value(element, inner))
         return found
@@ -243,7 +248,7 @@ class _Reader:
         for item in items:
             if isinstance(item, ast.Starred):
                 more = self.value(item.value, names)
-                found += more if isinstance(more, list | tuple) else [more]
+                found += counted(more) if isinstance(more, list | tuple) else [more]
             else:
                 found.append(self.value(item, names))
         return found
@@ -257,8 +262,16 @@ class _Reader:
             if key is not None:
                 found[as_text(self.value(key, names))] = value
             elif isinstance(value, dict):
-                found |= value
+                found |= counted(value)
         return found
+
+    def _words(self, node: ast.expr) -> str:
+        """The beginning of an expression."""
+        if node not in self.said:
+            text = ast.unparse(node)
+            spend(len(text) // NAMES)
+            self.said[node] = text[:80]
+        return self.said[node]
 
     def _part(self, item: ast.expr, names: Mapping[str, Any]) -> Any:
         return self.value(item.value if isinstance(item, ast.FormattedValue) else item, names)
@@ -273,7 +286,7 @@ class _Reader:
             if item.arg is not None:
                 named[item.arg] = value
             elif isinstance(value, dict):
-                named |= value
+                named |= counted(value)
         if isinstance(node.func, ast.Name):
             return self._named_call(self.aliases.get(node.func.id, node.func.id), node, given, named)
         if isinstance(node.func, ast.Attribute):
@@ -301,9 +314,9 @@ class _Reader:
             return self._performed(owner)
         if act is not None and not isinstance(owner, Unknown):
             return act(owner, given)
-        if func.attr == "join" and ast.unparse(func.value) in ("os.path", "path"):
-            return "/".join(as_text(item) for item in given)
-        if func.attr in ("get", "getenv") and ast.unparse(func.value) in ("os.environ", "environ", "os"):
+        if func.attr == "join" and self._words(func.value) in ("os.path", "path"):
+            return spend_text("/".join(as_text(item) for item in given))
+        if func.attr in ("get", "getenv") and self._words(func.value) in ("os.environ", "environ", "os"):
             return f"$(env {' '.join(quoted(item) for item in given)})"
         if isinstance(owner, Unknown):
             return self._named_call(func.attr, node, given, named)
@@ -326,11 +339,14 @@ class _Reader:
             return NotImplemented
         target = self.functions[function.id]
         more, words = named.get("args", []), named.get("kwargs", {})
+        if not isinstance(more, list | tuple) or not isinstance(words, dict):
+            return NotImplemented
 
         def later(context: Context) -> list[Entity]:
             self.context = context
             try:
-                found = self.call(target, [Unknown("context"), *more], words)
+                with at(self.path, node.lineno):
+                    found = self.call(target, [Unknown("context"), *counted(more)], words)
             finally:
                 self.context = None
             items = found if isinstance(found, list | tuple) else []
@@ -341,7 +357,19 @@ class _Reader:
 
 def _assigned(body: Sequence[ast.stmt]) -> list[str]:
     """The names that statements may change."""
-    return [item.id for part in body for item in ast.walk(part) if isinstance(item, ast.Name) and _is_stored(item)]
+    found = []
+    for part in body:
+        for item in ast.walk(part):
+            spend()
+            if isinstance(item, ast.Name) and _is_stored(item):
+                found.append(item.id)
+    return found
+
+
+def _copied(names: Mapping[str, Any]) -> dict[str, Any]:
+    """The names of a scope, for one that begins as they are."""
+    spend(1 + len(names) // NAMES)
+    return dict(names)
 
 
 def _is_stored(item: ast.Name) -> bool:

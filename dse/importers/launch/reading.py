@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.errors import Diagnostic, UsageError
+from dse.files.reading import real
+from dse.importers.allowance import allowed, at, spend
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.launch.running import Launch, Started, joined
@@ -16,6 +19,8 @@ from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
 
 SINGLE, SEVERAL, APART, ISOLATED = "one thread", "several threads", "a thread for each node", "callback-isolated"
 INPUTS, OUTPUTS = ("input", "inputs", "in"), ("output", "outputs", "out")
+PIECES = 20
+"""What a callback, or a connection to one, counts of the allowance."""
 LEFT_OUT = "not static, left out"
 MOST_TOLD = 40
 BY_NAMES = (
@@ -33,13 +38,18 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     UsageError
         when an option is wrong.
     """
+    with allowed(), at(path, 1):
+        return _read(path, options)
+
+
+def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     launch = Launch(Packages(path, options.get("workspace")))
-    launch.run(path.resolve(), _arguments(options.get("arguments")))
+    launch.run(real(path), _arguments(options.get("arguments")))
     file = LocatedFile(path, "a launch file", Place({}, 0, 0))
     found = _system(launch, file, _stated(options))
     if not found.groups:
         file.wrong(Place({}, 1, 0), "it starts no node that can be told without launching it")
-        file.mistakes += launch.told[:MOST_TOLD]
+        file.mistakes += list(launch.told)[:MOST_TOLD]
         file.check()
     writer = Writer(file, found, options, "launch file")
     document = writer.document()
@@ -55,6 +65,11 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
     """The document of the nodes that a parameter file has by their names. Errors as for `read`."""
+    with allowed(), at(path, 1):
+        return _read_parameters(path, options)
+
+
+def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
     stated = _stated(options)
     parameters = ParameterFile(path)
     file = LocatedFile(path, "a parameter file", Place({}, 0, 0))
@@ -68,7 +83,7 @@ def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
     if not system.groups:
         words = "none of its parameters is the rate or period of a timer as far as their names say"
         file.wrong(Place({}, 1, 0), words, "name them: --timers 'fps [Hz], /cam:grab.period_ms [ms]'")
-        file.mistakes += file.remarks[:MOST_TOLD]
+        file.mistakes += list(file.remarks)[:MOST_TOLD]
     file.check()
     writer = Writer(file, system, options, "parameter file of ROS 2")
     document = writer.document()
@@ -123,9 +138,7 @@ def _place() -> Place:
 
 
 def _tell(file: LocatedFile, node: Started, message: str, hint: str = "") -> None:
-    told = Diagnostic(message, "", str(node.file), node.line, 0, hint, severity="warning")
-    if told not in file.remarks:
-        file.remarks.append(told)
+    file.tell(Diagnostic(message, "", str(node.file), node.line, 0, hint, severity="warning"))
 
 
 def _callbacks(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[Callback]:
@@ -135,6 +148,7 @@ def _callbacks(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> li
         found.append(Callback(f"{node.name}/on{topic}", node.name, _place(), topic=topic))
     if not found:
         found = [Callback(node.name, node.name, _place(), is_open=True)]
+    spend(PIECES * len(found))
     for one in found:
         one.process = node.container
         one.words = "; ".join(text for text in (one.words, _described(node, one.topic)) if text)
@@ -143,6 +157,7 @@ def _callbacks(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> li
 
 def _described(node: Started, topic: str) -> str:
     """Where a node is started, and its remappings; of a callback for a topic that of the topic."""
+    spend(len(node.remaps))
     what = "/".join(text for text in (node.package, node.executable) if text)
     pairs = [(a, b) for a, b in node.remaps if not topic or _topic(node, b) == topic]
     remaps = ", ".join(f"{a}:={b}" for a, b in pairs)
@@ -169,7 +184,7 @@ def _timers(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[
             told_at = Diagnostic(
                 words, "", item.parameter.file, item.parameter.line, 0, "--timers says otherwise", severity="warning"
             )
-            file.remarks.append(told_at)
+            file.tell(told_at)
         found.append(one)
     return found
 
@@ -224,9 +239,12 @@ def _container(
 def _wires(found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile) -> None:
     """A connection from what publishes a topic to each callback that it runs, by the names of remappings."""
     targets = [one for group in found.groups for one in group.callbacks if one.topic]
+    readers = Counter(one.topic for one in targets)
     for target in targets:
+        spend(sum(1 + len(own) for _, own in outputs.get(target.topic, [])))
         sources = [one for node, own in outputs.get(target.topic, []) for one in _publisher(node, own, target, file)]
-        several = sum(one.topic == target.topic for one in targets) * max(1, len(sources)) > 1
+        spend(PIECES * (1 + len(sources)))
+        several = readers[target.topic] * max(1, len(sources)) > 1
         known: list[Callback | None] = [*sources]
         for source in known or [None]:
             ends = f"{source.node if source is not None else ''}{target.node}" if several else ""

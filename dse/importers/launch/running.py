@@ -12,14 +12,23 @@ from dataclasses import field, replace
 from pathlib import Path
 
 from dse.errors import Diagnostic, ProblemError
+from dse.files.reading import obstacle, real
+from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.launch.entities import Entity, problem, read_xml, read_yaml
 from dse.importers.launch.packages import Packages
 from dse.importers.launch.parameters import Parameter, ParameterFile
 from dse.importers.launch.texts import Context, NotStaticError, is_so, resolve
 from dse.records import dataclass
 
-MOST_FILES = 2000
-DEEPEST = 60
+MOST_INCLUDES = 5000
+"""So often files are included, be it one file many times."""
+DEEPEST = 80
+"""So deep groups and included files may be within each other."""
+MOST_NODES = 10_000
+NAMES = 8
+"""So many arguments that a group keeps count as one piece of the allowance."""
+PIECES = 20
+"""What a node counts of the allowance, besides its remappings and parameters."""
 REFUSED = "not static, left out"
 TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
 """What tells one action of a kind from others."""
@@ -56,7 +65,9 @@ class Launch:
     packages: Packages
     nodes: list[Started] = field(default_factory=list)
     containers: dict[str, Started] = field(default_factory=dict)
-    told: list[Diagnostic] = field(default_factory=list)
+    told: dict[Diagnostic, None] = field(default_factory=dict)
+    opened: int = 0
+    depth: int = 0
     files: dict[Path, Entity] = field(default_factory=dict)
     parameter_files: dict[Path, ParameterFile | None] = field(default_factory=dict)
     including: list[Path] = field(default_factory=list)
@@ -75,12 +86,12 @@ class Launch:
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once."""
         found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
-        if found not in self.told:
-            self.told.append(found)
+        self.told.setdefault(found)
 
     def _file(self, file: Path, context: Context, scope: Scope) -> Scope:
-        if len(self.files) > MOST_FILES or len(self.including) > DEEPEST:
-            raise problem(file, f"more than {DEEPEST} files include each other, or more than {MOST_FILES} in all")
+        self.opened += 1
+        if self.opened > MOST_INCLUDES:
+            raise problem(file, f"more than {MOST_INCLUDES:,} times a file is included")
         if file not in self.files:
             self.files[file] = read_launch(file)
         before, context.file = context.file, file
@@ -91,14 +102,21 @@ class Launch:
         return scope
 
     def _actions(self, actions: Sequence[Entity], context: Context, scope: Scope) -> Scope:
+        if actions and self.depth > DEEPEST:
+            raise problem(context.file, f"more than {DEEPEST} levels of groups and files", actions[0].line)
+        self.depth += 1
         for action in actions:
             try:
+                spend()
                 if self._holds(action, context):
                     scope = self._action(action, context, scope)
+            except (TooMuchError, RecursionError) as error:
+                raise too_much(context.file, action.line, error) from None
             except NotStaticError as error:
                 what = ", ".join(action.texts[key] for key in TELLING if key in action.texts)
                 what = f"{action.kind} {what}".strip()[:120] + ": " if action.kind != "unknown" else ""
                 self.tell(context, action.line, f"{REFUSED}: {what}{error}", HINTS.get(_reason(error), ""))
+        self.depth -= 1
         return scope
 
     def _holds(self, action: Entity, context: Context) -> bool:
@@ -118,6 +136,7 @@ class Launch:
 
     def _group(self, action: Entity, context: Context, scope: Scope) -> Scope:
         is_scoped = resolve(action.texts.get("scoped", "true"), context).strip().lower() in ("true", "1")
+        spend((len(context.arguments) + len(context.environment)) // NAMES)
         before, environment = dict(context.arguments), dict(context.environment)
         inside = self._actions(action.children, context, scope)
         if not is_scoped:
@@ -154,10 +173,12 @@ class Launch:
     def remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A remapping for all nodes that follow."""
         pair = (resolve(action.text("from"), context), resolve(action.text("to"), context))
+        spend(len(scope.remaps))
         return replace(scope, remaps=(*scope.remaps, pair))
 
     def set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A parameter for all nodes that follow."""
+        spend(len(scope.parameters))
         return replace(scope, parameters=(*scope.parameters, *self._parameters([action], context, "")))
 
     def apart(self, action: Entity, context: Context, scope: Scope) -> Scope:
@@ -182,11 +203,11 @@ class Launch:
         """Another launch file, with its arguments."""
         for given in action.of("arg", "let"):
             self.assign(given, context, scope)
-        file = Path(resolve(action.text("file"), context)).resolve()
+        file = real(resolve(action.text("file"), context))
         if file in self.including:
             raise problem(context.file, f"{file.name} includes itself", action.line)
-        if not file.is_file():
-            self.tell(context, action.line, f"left out: there is no file {file}", HINTS["package"])
+        if obstacle(file) is not None:
+            self.tell(context, action.line, f"left out: there is no file {_shown(file)}", HINTS["package"])
             return scope
         return self._file(file, context, scope)
 
@@ -194,7 +215,7 @@ class Launch:
 
     def node(self, action: Entity, context: Context, scope: Scope) -> None:
         """A process with a node."""
-        self.nodes.append(self._started(action, context, scope))
+        self._start(self._started(action, context, scope))
 
     def container(self, action: Entity, context: Context, scope: Scope) -> None:
         """A process for several nodes."""
@@ -213,10 +234,16 @@ class Launch:
                 if self._holds(item, context):
                     found = self._started(item, context, scope)
                     found.container = container
-                    self.nodes.append(found)
+                    self._start(found)
             except NotStaticError as error:
                 words = f"{REFUSED}: composable_node {item.text('name', 'plugin')[:80]}: {error}"
                 self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
+
+    def _start(self, node: Started) -> None:
+        if len(self.nodes) >= MOST_NODES:
+            raise problem(node.file, f"more than {MOST_NODES:,} nodes are started", node.line)
+        spend(PIECES + len(node.remaps) + len(node.parameters))
+        self.nodes.append(node)
 
     def _started(self, action: Entity, context: Context, scope: Scope) -> Started:
         kind = self._known(action, context, "what it runs", "exec", "executable", "plugin")
@@ -278,15 +305,16 @@ class Launch:
 
     def _parameter_file(self, path: Path, context: Context, line: int) -> ParameterFile | None:
         if path not in self.parameter_files:
-            if not path.is_file():
-                self.tell(context, line, f"left out: there is no parameter file {path}", HINTS["package"])
+            if obstacle(path) is not None:
+                words = f"left out: there is no parameter file {_shown(path)}"
+                self.tell(context, line, words, HINTS["package"])
                 self.parameter_files[path] = None
                 return None
             try:
                 self.parameter_files[path] = ParameterFile(path)
             except ProblemError as error:
                 [first, *_] = error.diagnostics
-                self.told.append(replace(first, message=f"left out: {first.message}", severity="warning"))
+                self.told.setdefault(replace(first, message=f"left out: {first.message}", severity="warning"))
                 self.parameter_files[path] = None
         return self.parameter_files[path]
 
@@ -329,6 +357,10 @@ def _title(kind: str) -> str:
     ('cam_node', 'ControllerServer')
     """
     return kind.rpartition("::")[2].rpartition("/")[2] or "node"
+
+
+def _shown(path: Path) -> str:
+    return str(path)[:300]
 
 
 def joined(namespace: str, name: str) -> str:

@@ -12,9 +12,11 @@ from dataclasses import field
 from pathlib import Path
 from typing import Any
 
+from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 from dse.records import dataclass
 
-MOST_TEXT = 100_000
+DEEPEST = 60
+"""So deep substitutions and parentheses may be within each other."""
 TRUE, FALSE = ("true", "1"), ("false", "0")
 
 
@@ -67,7 +69,16 @@ def resolve(text: str, context: Context) -> str:
         position = end + 1
         if len(found) > MOST_TEXT:
             raise NotStaticError("the text is too long")
-    return found + text[position:]
+    return spend_text(found + text[position:])
+
+
+def utf8(text: str) -> str:
+    r"""A text without halves of characters, which Python has and files have not.
+
+    >>> utf8("a\ud800")
+    'a?'
+    """
+    return text.encode("utf-8", "replace").decode()
 
 
 def _end(text: str, begin: int) -> int:
@@ -76,7 +87,10 @@ def _end(text: str, begin: int) -> int:
     for position in range(begin + 1, len(text)):
         depth += {"(": 1, ")": -1}.get(text[position], 0)
         if depth == 0:
+            spend((position - begin) // CHARACTERS)
             return position
+        if depth > DEEPEST:
+            raise NotStaticError(f"more than {DEEPEST} parentheses are within each other")
     raise NotStaticError(f"{text[begin : begin + 60]!r} does not end")
 
 
@@ -197,10 +211,9 @@ def _evaluated(text: str) -> str:
     inner = text.strip()
     words = f"$(eval {inner[:80]}) is only known at the launch"
     try:
-        found = _value(ast.parse(inner, mode="eval").body)
+        return spend_text(utf8(str(_value(ast.parse(inner, mode="eval").body))))
     except (SyntaxError, ValueError, TypeError, ArithmeticError, MemoryError, RecursionError):
         raise NotStaticError(words) from None
-    return str(found)
 
 
 _COMPARE: Mapping[type, Callable[[Any, Any], Any]] = {

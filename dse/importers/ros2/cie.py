@@ -96,7 +96,7 @@ def _group(file: LocatedFile, item: Place, text: str) -> Group | None:
             continue
         what = match["what"] or ""
         if match["kind"] == "Timer":
-            if not (what.isdecimal() and what.isascii() and 0 < int(what) < 10**18):
+            if not (what.isdecimal() and what.isascii() and len(what) < 19 and int(what)):
                 file.wrong(item["id"], f"Timer({what[:40]}): expected a period in ns")
                 continue
             suffix = f"/timer_{position + 1}" if number > 1 else "/timer"
@@ -123,7 +123,9 @@ def _urgency(file: LocatedFile, item: Place, group: Group) -> None:
     affinity = item["affinity"]
     cores = []
     for place in affinity:
-        if not (place.text.isdecimal() and place.text.isascii() and int(place.text) < MOST_CORES):
+        if not (
+            place.text.isdecimal() and place.text.isascii() and len(place.text) < 10 and int(place.text) < MOST_CORES
+        ):
             file.wrong(place, f"affinity: expected the numbers of CPUs from 0, got {place.text[:40]!r}")
         else:
             cores.append(int(place.text) + 1)

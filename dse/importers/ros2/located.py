@@ -10,9 +10,14 @@ import yaml
 
 from dse.errors import Diagnostic, ProblemError
 from dse.files.reading import UnreadableFileError, read_text
+from dse.timelimit import Work
 
 MOST_BYTES = 64_000_000
 DEEPEST = 40
+MOST_VALUES = 1_000_000
+"""A file has at most so many values."""
+NULL = "tag:yaml.org,2002:null"
+NULLS = ("", "~", "null", "Null", "NULL")
 
 
 class Place:
@@ -45,7 +50,8 @@ class LocatedFile:
         """Read the file, unless its `root` is known."""
         self.path, self.what = path, what
         self.mistakes: list[Diagnostic] = []
-        self.remarks: list[Diagnostic] = []
+        self.values = 0
+        self.remarks: dict[Diagnostic, None] = {}
         self.root = self._read() if root is None else root
 
     def wrong(self, place: Place, message: str, hint: str = "") -> None:
@@ -54,9 +60,11 @@ class LocatedFile:
 
     def remark(self, place: Place, message: str, hint: str = "") -> None:
         """Note what is left out, or was assumed."""
-        found = Diagnostic(message, "", str(self.path), place.line, 0, hint, severity="warning")
-        if found not in self.remarks:
-            self.remarks.append(found)
+        self.tell(Diagnostic(message, "", str(self.path), place.line, 0, hint, severity="warning"))
+
+    def tell(self, found: Diagnostic) -> None:
+        """Note a remark, once."""
+        self.remarks.setdefault(found)
 
     def needed(self, place: Place, key: str) -> str:
         """The text under a key; a mistake where there is none."""
@@ -88,37 +96,77 @@ class LocatedFile:
         except UnreadableFileError as error:
             raise self._stop(error.reason) from None
         try:
-            node = yaml.compose(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+            root = self._root(text)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
             raise self._stop(f"not YAML: {error.problem or error.context}", line, column, "is it cut off?") from None
         except (yaml.YAMLError, RecursionError, ValueError) as error:
             raise self._stop(f"not YAML: {' '.join(str(error).split())[:200]}") from None
-        if node is None:
+        if root is None:
             raise self._stop("the file is empty", hint=f"expected {self.what}")
-        return self._place(node, set(), 0)
+        return root
 
-    def _place(self, node: yaml.Node, seen: set[int], depth: int) -> Place:
-        line, column = node.start_mark.line + 1, node.start_mark.column + 1
-        if id(node) in seen and not isinstance(node, yaml.ScalarNode):
-            raise self._stop("aliases are not expected here", line, column)
+    def _root(self, text: str) -> Place | None:
+        """The one document of a text; None where there is none."""
+        events = _events(text)
+        root = None
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if root is not None:
+                    raise self._stopped("a second document is not expected here", event)
+                root = self._place(next(events), events, {}, 0)
+        return root
+
+    def _place(self, event: Any, events: Iterator[Any], anchors: dict[str | None, Place], depth: int) -> Place:
+        """The value that begins with an event."""
+        line, column = event.start_mark.line + 1, event.start_mark.column + 1
         if depth > DEEPEST:
-            raise self._stop(f"more than {DEEPEST} levels", line, column)
-        seen.add(id(node))
-        if isinstance(node, yaml.MappingNode):
-            entries: dict[str, Place] = {}
-            for key, value in node.value:
-                if not isinstance(key, yaml.ScalarNode):
-                    raise self._stop("a key is a text", key.start_mark.line + 1, key.start_mark.column + 1)
-                if key.value in entries:
-                    raise self._stop(f"{key.value!r} is there twice", key.start_mark.line + 1)
-                entries[key.value] = self._place(value, seen, depth + 1)
-            return Place(entries, line, column)
-        if isinstance(node, yaml.SequenceNode):
-            return Place([self._place(item, seen, depth + 1) for item in node.value], line, column)
-        is_null = node.tag == "tag:yaml.org,2002:null"
-        return Place(None if is_null else str(node.value), line, column)
+            raise self._stopped(f"more than {DEEPEST} levels", event)
+        if isinstance(event, yaml.AliasEvent):
+            known = anchors.get(event.anchor)
+            if known is None or isinstance(known.data, dict | list):
+                raise self._stopped("aliases are not expected here", event)
+            return Place(known.data, line, column)
+        self.values += 1
+        if self.values > MOST_VALUES:
+            raise self._stopped(f"more than {MOST_VALUES:,} values", event)
+        found = Place(None, line, column)
+        if event.anchor is not None:
+            anchors[event.anchor] = found
+        if isinstance(event, yaml.MappingStartEvent):
+            found.data = {}
+            self._read_entries(found.data, events, anchors, depth)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            found.data = []
+            while not isinstance(inner := next(events), yaml.SequenceEndEvent):
+                found.data.append(self._place(inner, events, anchors, depth + 1))
+        else:
+            is_null = event.tag == NULL or (event.implicit[0] and event.value in NULLS)
+            found.data = None if is_null else str(event.value)
+        return found
+
+    def _read_entries(
+        self, entries: dict[str, Place], events: Iterator[Any], anchors: dict[str | None, Place], depth: int
+    ) -> None:
+        while not isinstance(key := next(events), yaml.MappingEndEvent):
+            mark: Any = key.start_mark
+            if not isinstance(key, yaml.ScalarEvent):
+                raise self._stopped("a key is a text", key)
+            if key.value in entries:
+                raise self._stop(f"{key.value[:80]!r} is there twice", mark.line + 1)
+            entries[key.value] = self._place(next(events), events, anchors, depth + 1)
+
+    def _stopped(self, message: str, event: Any) -> ProblemError:
+        return self._stop(message, event.start_mark.line + 1, event.start_mark.column + 1)
+
+
+def _events(text: str) -> Iterator[Any]:
+    """The events of the parser, with looks at the clock."""
+    work = Work()
+    for event in yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+        work.go_on()
+        yield event
 
 
 def ros_name(text: str) -> str:
@@ -136,11 +184,13 @@ class Names:
 
     def __init__(self) -> None:
         self.taken: set[str] = set()
+        self._next: dict[str, int] = {}
 
     def new(self, name: str) -> str:
         """The name, or the first free one after it."""
-        found, number = name, 2
+        found, number = name, self._next.get(name, 2)
         while found in self.taken:
             found, number = f"{name}_{number}", number + 1
+        self._next[name] = number
         self.taken.add(found)
         return found

@@ -101,7 +101,7 @@ def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
         when one of them is none.
     """
     cores, rate = options.get("cores"), options.get("rate")
-    if cores is not None and not (str(cores).isdecimal() and 0 < int(cores) <= 1024):
+    if cores is not None and not (str(cores).isdecimal() and len(str(cores)) < 5 and 0 < int(cores) <= 1024):
         raise UsageError(f"--cores {cores}: expected a number of cores from 1 to 1024")
     if rate is None:
         return (None if cores is None else int(cores)), None
