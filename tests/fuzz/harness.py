@@ -200,14 +200,11 @@ class Fuzzer:
 
     def run(self, case: Case) -> Outcome:
         """Run it, and keep its file where it reached new lines."""
-        path = self.folder / case.name
-        path.write_bytes(case.data)
-        arguments = [case.name if part == "FILE" else part for part in case.arguments]
         if self.coverage is None:
-            return _run(case, arguments, self.folder)
+            return run_case(case, self.folder)
         before = len(self.coverage.seen)
         with self.coverage.watching():
-            outcome = _run(case, arguments, self.folder)
+            outcome = run_case(case, self.folder)
         new = len(self.coverage.seen) - before
         if new and not outcome.fault and len(case.data) < 100_000:
             self._keep(case)
@@ -228,7 +225,10 @@ def _command(table: Sequence[tuple[int, tuple[str, ...], tuple[str, ...]]], rng:
     return (*before, "FILE", *after)
 
 
-def _run(case: Case, arguments: list[str], folder: Path) -> Outcome:
+def run_case(case: Case, folder: Path) -> Outcome:
+    """Write the file of a case into a folder and run its command there."""
+    (folder / case.name).write_bytes(case.data)
+    arguments = [case.name if part == "FILE" else part for part in case.arguments]
     out, err = io.BytesIO(), io.StringIO()
     code, fault = None, ""
     started = time.monotonic()
