@@ -6,6 +6,7 @@ one connection, which ends at its receiver where there is one, or at the node th
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -14,18 +15,22 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.extras import needed_for
+from dse.files.foreign import reading
 from dse.files.reading import UnreadableFileError, read_bytes
+from dse.files.xml import xml_text
+from dse.importers.can_sizes import TEXT, check_sizes
 from dse.importers.registry import Imported, Key, Place
 from dse.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
 from dse.units.table import Rounding
 
 MOST_BYTES = 64_000_000
-ENCODINGS = {"dbc": "cp1252", "sym": "cp1252", "kcd": "utf-8", "arxml": "utf-8"}
+XML = ("kcd", "arxml")
+FORMATS = ("dbc", "sym", *XML)
+MOST_LOOKED_AT = 4096
+"""The number of bytes that tell the format of a database of another suffix."""
 UNKNOWN = "unknown sender"
-NAME_LENGTH = 200
 UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
 """Under this name DBC files keep signals of no message."""
-_STRING = re.compile(r'"(?:\\"|[^"])*?"')
 _BEGUN = re.compile(r'^[ \t]*(?P<word>(BO_|SG_)(?!\S)|(BA_DEF_DEF_|BA_)(?=[ \t]+"))', re.MULTILINE)
 _ENDED = re.compile(r'\w+\s+""[^;]*[\w"]\s*;')
 _WHOLE = {
@@ -53,23 +58,30 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     UsageError
         when an option is wrong, or cantools is not installed.
     """
-    form = path.suffix.lower().lstrip(".")
     if path.stat().st_size == 0:
         raise ProblemError([Diagnostic("the file is empty: expected a CAN database", file=str(path), line=1)])
-    text = _text(path, ENCODINGS.get(form, "utf-8"))
+    form, text = _text(path)
+    check_sizes(path, text, form)
     database = _database(path, text, form)
     return _Reader(path, text, database, options).read()
 
 
-def _text(path: Path, encoding: str) -> str:
+def _text(path: Path) -> tuple[str, str]:
+    """The format of a database, by its suffix or else by its beginning, and its text."""
     try:
         data = read_bytes(path, MOST_BYTES, "a CAN database")
     except UnreadableFileError as error:
         raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        encoding = "utf-16"
+    form = path.suffix.lower().lstrip(".")
+    if form not in FORMATS:
+        start = data[:MOST_LOOKED_AT].lstrip()
+        xml = "arxml" if b"AUTOSAR" in start else "kcd"
+        form = xml if start.startswith(b"<") else "sym" if start.startswith(b"FormatVersion") else "dbc"
+    if form in XML:
+        return form, xml_text(path, data)
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "cp1252"
     try:
-        return data.decode("utf-8-sig") if data[:3] == b"\xef\xbb\xbf" else data.decode(encoding)
+        return form, data.decode("utf-8-sig") if data[:3] == b"\xef\xbb\xbf" else data.decode(encoding)
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise ProblemError([Diagnostic(f"the file is not {encoding} text", file=str(path), line=line)]) from None
@@ -77,11 +89,10 @@ def _text(path: Path, encoding: str) -> str:
 
 def _database(path: Path, text: str, form: str) -> Any:
     with needed_for("A CAN database", "can"):
-        from cantools.database import Error, load_string
-    try:
-        found = load_string(text, form if form in ENCODINGS else None, strict=False)
-    except (Error, ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError) as error:
-        raise ProblemError([_syntax_error(path, text, error)]) from None
+        from cantools.database import load_string
+    logging.getLogger("cantools").addHandler(logging.NullHandler())  # else what it warns of is printed as it is
+    with reading(path, "no CAN database", "", lambda words: _place(words, text)):
+        found = load_string(text, form, strict=False)
     if form == "dbc":
         _check_statements(path, text)
     if not getattr(found, "messages", None):
@@ -92,7 +103,7 @@ def _database(path: Path, text: str, form: str) -> Any:
 
 def _check_statements(path: Path, text: str) -> None:
     """Whatever a DBC file begins of `_WHOLE` is whole: cantools passes over the rest of a file cut off."""
-    plain = _STRING.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
+    plain = TEXT.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
     mistakes = []
     for found in _BEGUN.finditer(plain):
         what, whole = _WHOLE[found["word"]]
@@ -105,16 +116,11 @@ def _check_statements(path: Path, text: str) -> None:
         raise ProblemError(mistakes)
 
 
-def _syntax_error(path: Path, text: str, error: Exception) -> Diagnostic:
-    """What cantools found wrong, with the line and column that it names, or the line of the message that it names."""
-    words = re.sub(r"\s+", " ", str(error)).strip()[:NAME_LENGTH]
-    place = re.search(r"line (\d+), column (\d+)", words)
-    line, column = (int(place[1]), max(1, int(place[2]))) if place else (1, 0)
-    named = re.search(r"\bmessage (\w+)", words) if place is None else None
+def _place(words: str, text: str) -> tuple[int, int]:
+    """The line of the message that cantools names, where it names one."""
+    named = re.search(r"\bmessage (\w+)", words)
     there = re.search(rf"\b{named[1]}\b", text) if named else None
-    if there:
-        line = text.count("\n", 0, there.start()) + 1
-    return Diagnostic(f"no CAN database: {words or type(error).__name__}", file=str(path), line=line, column=column)
+    return (text.count("\n", 0, there.start()) + 1 if there else 1), 0
 
 
 class _Reader:

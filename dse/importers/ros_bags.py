@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import struct
+from array import array
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from dse.errors import Diagnostic, ProblemError
 from dse.extras import needed_for
-from dse.files.reading import UnreadableFileError, beginning
+from dse.files.foreign import reading
+from dse.files.reading import UnreadableFileError, beginning, obstacle
 from dse.records import dataclass
+from dse.timelimit import in_time
 
 ROS1 = b"#ROSBAG V"
-DAMAGED = (
-    OSError,
-    ValueError,
-    LookupError,
-    AssertionError,
-    EOFError,
-    RuntimeError,
-    TypeError,
-    MemoryError,
-    struct.error,
-)
-"""What reading a damaged bag raises besides errors of its own."""
+WHAT = "no bag that can be read"
+HINT = "a .bag, .mcap or .db3 file, or the folder of a bag; is it cut off?"
+METADATA, MOST_METADATA = "metadata.yaml", 4_000_000
+MOST_NS = 2**63
 
 
 @dataclass(frozen=True)
@@ -52,19 +48,23 @@ def read_bag(path: Path) -> list[Topic]:
         when rosbags is not installed.
     """
     with needed_for("A bag", "ros"):
-        from rosbags.highlevel import AnyReader, AnyReaderError
-        from rosbags.typesys import Stores, get_typestore
+        from rosbags.rosbag1 import Reader as Reader1
+        from rosbags.rosbag2 import Reader as Reader2
     _check_beginning(path)
-    sizes: dict[tuple[str, str], list[int]] = {}
-    times: dict[tuple[str, str], list[int]] = {}
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            for connection, stamp_ns, data in reader.messages():
-                key = connection.topic, connection.msgtype
-                sizes.setdefault(key, []).append(len(data))
-                times.setdefault(key, []).append(stamp_ns)
-    except (AnyReaderError, *DAMAGED) as error:
-        raise ProblemError([_no_bag(path, error)]) from None
+    sizes: dict[tuple[str, str], array[int]] = {}
+    times: dict[tuple[str, str], array[int]] = {}
+    with reading(path, WHAT, HINT), (Reader1 if path.suffix == ".bag" else Reader2)(path) as reader:
+        stamp_ns: Any  # whatever a damaged database has in its place
+        for connection, stamp_ns, data in in_time(reader.messages()):
+            key = connection.topic, connection.msgtype
+            if not (isinstance(stamp_ns, int) and 0 <= stamp_ns < MOST_NS):
+                raise _no_bag(path, f"a message of {str(key[0])[:80]} has no time from 0 to 2**63 ns")
+            if key not in sizes:
+                if not all(isinstance(text, str) for text in key):
+                    raise _no_bag(path, "a topic without a name and a type")
+                sizes[key], times[key] = array("q"), array("q")
+            sizes[key].append(len(data))
+            times[key].append(stamp_ns)
     if not sizes:
         raise ProblemError([Diagnostic("the bag has no messages", file=str(path))])
     return [_topic(*key, sizes[key], sorted(times[key])) for key in sorted(sizes)]
@@ -73,23 +73,29 @@ def read_bag(path: Path) -> list[Topic]:
 def _check_beginning(path: Path) -> None:
     """Stop where there is nothing to read, which would be waited for, or where a bag of ROS 1 does not begin as one.
 
-    It would be read whole in search of a line.
+    It would be read whole in search of a line. Of a folder all files are regular ones, and what describes it is short.
     """
+    if path.is_dir():
+        for item in sorted(path.iterdir()):
+            missing = None if item.is_dir() else obstacle(item)
+            if item.name == METADATA and missing is None and item.stat().st_size > MOST_METADATA:
+                missing = f"the file is larger than {MOST_METADATA // 10**6} MB"
+            if missing is not None:
+                raise _no_bag(path, f"{item.name}: {missing}")
+        return
     try:
-        begins = beginning(path, len(ROS1)) if path.is_file() else ROS1
+        begins = beginning(path, len(ROS1))
     except UnreadableFileError as error:
-        raise ProblemError([_no_bag(path, ValueError(error.reason))]) from None
+        raise _no_bag(path, error.reason) from None
     if path.suffix.lower() == ".bag" and begins != ROS1:
-        raise ProblemError([_no_bag(path, ValueError(f"it does not begin with {ROS1.decode()}"))])
+        raise _no_bag(path, f"it does not begin with {ROS1.decode()}")
 
 
-def _no_bag(path: Path, error: Exception) -> Diagnostic:
-    words = " ".join(str(error).split())[:200] or type(error).__name__
-    hint = "a .bag, .mcap or .db3 file, or the folder of a bag; is it cut off?"
-    return Diagnostic(f"no bag that can be read: {words}", file=str(path), hint=hint)
+def _no_bag(path: Path, words: str) -> ProblemError:
+    return ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(path), hint=HINT)])
 
 
-def _topic(name: str, kind: str, sizes: list[int], times: list[int]) -> Topic:
+def _topic(name: str, kind: str, sizes: Sequence[int], times: Sequence[int]) -> Topic:
     gaps = [later - earlier for earlier, later in pairwise(times)]
     mean = (times[-1] - times[0]) / len(gaps) if gaps else None
     return Topic(

@@ -6,29 +6,36 @@ The report (ECE-TR-25, section 4.5) counts each array as one element, a string a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.extras import needed_for
+from dse.files.foreign import reading
 from dse.files.reading import UnreadableFileError, read_text
+from dse.importers.ros_idl import wrong_expressions
+from dse.importers.ros_serialised import NOTHING, WIDTHS, Kind, Layout
 from dse.records import dataclass
 
-WIDTHS = {
-    "bool": 1, "byte": 1, "char": 1, "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4,
-    "float32": 4, "int64": 8, "uint64": 8, "float64": 8, "string": 8, "time": 8, "duration": 8, "octet": 1,
-}  # fmt: skip
-"""Bytes by the report's rule."""
+BY_RULE = WIDTHS | {"string": 8}
+"""Bytes of a field by the report's rule."""
+TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+TIME_BYTES = 8
 HEADER, HEADER_BYTES = "std_msgs/msg/Header", 24
 SUFFIXES = (".msg", ".srv", ".action", ".idl")
 PARTS = {".msg": ("",), ".srv": ("_Request", "_Response"), ".action": ("_Goal", "_Result", "_Feedback")}
-MOST_BYTES = 4_000_000
+MOST_BYTES = 200_000
 """Of a file of definitions."""
+MOST_MISTAKES = 50
+WHAT = "no definition of a message"
+_STOPPED = re.compile(r"^(\d+)$", re.MULTILINE)
+"""Where rosbags tells how far it came in a text, after the text as Python writes it, in one line."""
 LONGEST = 10**8
 """The most elements of an array or string that may be stated."""
-MOST_MESSAGES = 1_000_000
-"""The most elements of an array or sequence of messages or texts, each of which is serialised."""
+DEEPEST = 60
+"""The most messages that are within each other."""
 DEFAULT = "ros2_humble"
 
 
@@ -45,14 +52,6 @@ class MessageSize:
     least: int
     stated: int | None
     most: int | None
-
-
-class _UnboundedError(Exception):
-    """A string or sequence without a bound, by its path."""
-
-    def __init__(self, path: str) -> None:
-        super().__init__(path)
-        self.path = path
 
 
 class LengthError(UsageError):
@@ -81,19 +80,19 @@ class Types:
             when there is no such distribution, or rosbags is not installed.
         """
         with needed_for("The size of a ROS message", "ros"):
-            from rosbags.interfaces import Nodetype
-            from rosbags.typesys import Stores, TypesysError, get_typestore
+            from rosbags.typesys import Stores, get_typestore
         names = [store.value for store in Stores if store.name not in ("EMPTY", "LATEST")]
         if distribution not in names:
             raise UsageError(f"--distribution {distribution}: there are {', '.join(names)}")
-        self.node, self.error = Nodetype, TypesysError
-        self.store = get_typestore(Stores(distribution))
-        self.is_ros1 = distribution.startswith("ros1")
-        self.own: dict[str, str] = {}
+        self.fields = {name: fields for name, (_, fields) in get_typestore(Stores(distribution)).fielddefs.items()}
+        self.layout = Layout(self.fields, is_ros1=distribution.startswith("ros1"))
+        self.rules: dict[str, tuple[int, int]] = {}
+        """The size of each type by the report's rule, and how many messages are within each other in it."""
+        self.own: dict[str, tuple[str, str]] = {}
         mistakes = [mistake for path in definitions for mistake in self._read(path)]
-        mistakes += [mistake for name, file in self.own.items() for mistake in self._check(name, file)]
+        mistakes += [mistake for name in self.own for mistake in self._check(name)]
         if mistakes:
-            raise ProblemError(mistakes)
+            raise ProblemError(list({mistake.message: mistake for mistake in reversed(mistakes)}.values())[::-1])
 
     def _read(self, path: Path) -> Iterator[Diagnostic]:
         files = sorted(item for item in path.rglob("*") if item.suffix in SUFFIXES) if path.is_dir() else [path]
@@ -102,50 +101,32 @@ class Types:
         for file in files:
             try:
                 text = read_text(file, MOST_BYTES, "definitions of messages")
-                found = dict(self._definitions(file, text))
-                self.store.register({name: item for name, item in found.items() if name not in self.store.fielddefs})
-                self.own |= dict.fromkeys(found, str(file))
+                found = dict(_definitions(file, text))
             except UnreadableFileError as error:
                 yield Diagnostic(error.reason, file=str(file))
-            except (self.error, ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-                # the file may be any that a problem file names: nothing of it is quoted
-                words = str(error) if isinstance(error, _WrongFormError) else "it cannot be read"
-                line = next((number for number, text_line in enumerate(text.splitlines(), 1) if _is_odd(text_line)), 1)
-                yield Diagnostic(f"no definition of a message: {words}", file=str(file), line=line)
+            except ProblemError as error:
+                yield from error.diagnostics
+            else:
+                for name, (_, fields) in found.items():
+                    self.fields.setdefault(name, fields or [(NOTHING, (Kind.BASE, ("uint8", 0)))])
+                    self.own[name] = str(file), text
 
-    def _definitions(self, file: Path, text: str) -> Iterator[tuple[str, Any]]:
-        from rosbags.typesys import get_types_from_idl, get_types_from_msg
-
-        if file.suffix not in SUFFIXES:
-            raise _WrongFormError(f"expected a file with one of the suffixes {', '.join(SUFFIXES)}")
-        if file.suffix == ".idl":
-            yield from get_types_from_idl(text).items()
-            return
-        folder = file.suffix.lstrip(".")
-        package = (file.parent.parent if file.parent.name == folder else file.parent).resolve().name
-        parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
-        parts = [part.lstrip("-") for part in parts]
-        if text.lstrip().startswith("---") and file.suffix != ".msg":
-            parts = ["", *parts[1:]] if parts[0].strip("- \n") == "" and len(parts) > 1 else ["", parts[0]]
-        if len(parts) != len(PARTS[file.suffix]):
-            raise _WrongFormError(f"expected {len(PARTS[file.suffix])} parts with --- between them, got {len(parts)}")
-        for ending, part in zip(PARTS[file.suffix], parts, strict=True):
-            name = (
-                f"{package}/msg/{file.stem}{ending}"  # what a service names without a package is a message of its own
-            )
-            for found, item in get_types_from_msg(part or "\n", name).items():
-                yield (f"{package}/{folder}/{file.stem}{ending}" if found == name else found), item
-
-    def _check(self, name: str, file: str) -> Iterator[Diagnostic]:
-        """That every type in a definition is there, and that none contains itself."""
+    def _check(self, name: str) -> Iterator[Diagnostic]:
+        """That every type in a definition is there, that none contains itself, and that no array is longer than any."""
+        file, text = self.own[name]
+        mistakes = [(field, words) for field, node in self.fields[name] if (words := _wrong(node))]
+        for field, words in mistakes:
+            yield Diagnostic(f"{field}: {words}", file=file, line=_line_of(field, text))
         try:
-            self.rule(name)
+            if not mistakes:
+                self.rule(name)
+                self.layout.lengths(name)
         except ProblemError as error:
             yield from (Diagnostic(item.message, file=file, line=1) for item in error.diagnostics)
 
     def names(self) -> list[str]:
         """The types of the files of definitions; those of the distribution where there are none."""
-        return sorted(self.own or self.store.fielddefs)
+        return sorted(self.own or self.fields)
 
     def full_name(self, name: str) -> str:
         """``sensor_msgs/msg/Imu`` of ``sensor_msgs/Imu``.
@@ -157,114 +138,153 @@ class Types:
         """
         package, _, rest = name.partition("/")
         for text in (name, f"{package}/msg/{rest}"):
-            if text in self.store.fielddefs:
+            if text in self.fields:
                 return text
-        hint = did_you_mean(f"{package}/msg/{rest}", self.store.fielddefs, 0.5)
+        hint = did_you_mean(f"{package}/msg/{rest}", list(self.fields), 0.5)
         raise UsageError(f"there is no message type {name!r}" + (f"; {hint}" if hint else ""))
 
-    def _fields(self, name: str, above: Sequence[str]) -> Any:
+    def rule(self, name: str) -> int:
+        """The size by the report's rule.
+
+        Raises
+        ------
+        ProblemError
+            when the type contains itself, or one that is not defined.
+        """
+        return self._rule(name, ())[0]
+
+    def _rule(self, name: str, above: Sequence[str]) -> tuple[int, int]:
+        if name in self.rules:
+            return self.rules[name]
         if name in above:
             raise ProblemError([Diagnostic(f"{name} contains itself: {' > '.join([*above, name])}")])
-        if name not in self.store.fielddefs:
+        if name not in self.fields:
             within = f", which {above[-1]} has," if above else ""
             raise ProblemError([Diagnostic(f"the type {name}{within} is not defined")])
-        return self.store.fielddefs[name][1]
+        if len(above) >= DEEPEST:
+            raise ProblemError([Diagnostic(f"{above[0]} has more than {DEEPEST} messages within each other")])
+        found = [self._rule_of(node, (*above, name)) for _, node in self.fields[name]]
+        depth = 1 + max(depth for _, depth in found)
+        if depth > DEEPEST:
+            raise ProblemError([Diagnostic(f"{name} has more than {DEEPEST} messages within each other")])
+        self.rules[name] = (HEADER_BYTES if name == HEADER else sum(size for size, _ in found)), depth
+        return self.rules[name]
 
-    def rule(self, name: str, above: Sequence[str] = ()) -> int:
-        """The size by the report's rule."""
-        if name == HEADER:
-            return HEADER_BYTES
-        return sum(self._rule_of(node, (*above, name)) for _, node in self._fields(name, above))
-
-    def _rule_of(self, node: Any, above: Sequence[str]) -> int:
+    def _rule_of(self, node: Any, above: Sequence[str]) -> tuple[int, int]:
         kind, what = node
-        if kind == self.node.NAME:
-            if what in ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"):
-                return WIDTHS["time"]
-            return self.rule(what, above)
-        return WIDTHS[what[0]] if kind == self.node.BASE else self._rule_of(what[0], above)
+        if kind == Kind.NAME:
+            found = self._rule(what, above)
+            return (TIME_BYTES, found[1]) if what in TIMES else found
+        return (BY_RULE[what[0]], 0) if kind == Kind.BASE else self._rule_of(what[0], above)
 
     def size(self, name: str, lengths: Mapping[str, int], *, largest: bool = False) -> int | None:
-        """The serialised size with stated lengths, by path; `largest`: None where something has no bound."""
-        try:
-            message = self._message(name, lengths, "", largest)
-        except _UnboundedError:
-            return None
-        serialise = self.store.serialize_ros1 if self.is_ros1 else self.store.serialize_cdr
-        return len(serialise(message, name))
-
-    def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
-        """The paths of strings and sequences on which the size depends, that have neither a stated length nor a bound.
+        """The serialised size with stated lengths, by path; `largest`: None where something has no bound.
 
         Raises
         ------
         LengthError
             when a stated length is beyond the bound.
         """
-        found: list[str] = []
-        while True:
-            try:
-                self._message(name, {**lengths, **dict.fromkeys(found, 1)}, "", largest=True)
-            except _UnboundedError as error:
-                found.append(error.path)
-            else:
-                return found
+        for item in self.layout.lengths(name):
+            stated = lengths.get(item.path, 0)
+            if item.bound and stated > item.bound:
+                raise LengthError(item.path, stated, f"its bound is {item.bound}")
+        if largest and self.unstated(name, lengths):
+            return None
+        return self.layout.size(name, lengths, largest=largest)
 
-    def _message(self, name: str, lengths: Mapping[str, int], path: str, largest: bool) -> Any:
-        fields = self.store.fielddefs[name][1]
-        values = [self._value(node, lengths, f"{path}.{field}".lstrip("."), largest) for field, node in fields]
-        return self.store.types[name](*values)
+    def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
+        """The paths of strings and sequences on which the size depends: without a stated length and a bound."""
+        return self.layout.unstated(name, lengths)
 
-    def _value(self, node: Any, lengths: Mapping[str, int], path: str, largest: bool) -> Any:
-        kind, what = node
-        if kind == self.node.NAME:
-            return self._message(what, lengths, path, largest)
-        if kind == self.node.BASE:
-            if what[0] != "string":
-                return False if what[0] == "bool" else 0
-            return "x" * self._length(path, what[1], lengths, largest)
-        inner, bound = what
-        count = bound if kind == self.node.ARRAY else self._length(path, bound, lengths, largest)
-        return self._several(inner, count, lengths, path, largest)
-
-    def _several(self, inner: Any, count: int, lengths: Mapping[str, int], path: str, largest: bool) -> Any:
-        import numpy as np
-
-        kind, what = inner
-        if kind == self.node.BASE and what[0] != "string":
-            names = {"byte": "uint8", "char": "uint8", "octet": "uint8"}
-            return np.zeros(count, dtype=names.get(what[0], what[0]))
-        if count > MOST_MESSAGES:
-            raise LengthError(path, count, f"of messages or texts at most {MOST_MESSAGES} are counted")
-        place = path if kind == self.node.NAME else f"{path}[]"
-        return [self._value(inner, lengths, place, largest)] * count if count else []
-
-    def _length(self, path: str, bound: int, lengths: Mapping[str, int], largest: bool) -> int:
-        stated = lengths.get(path)
-        if stated is not None:
-            if bound and stated > bound:
-                raise LengthError(path, stated, f"its bound is {bound}")
-            return stated
-        if largest and not bound:
-            raise _UnboundedError(path)
-        return bound if largest else 0
-
-    def places(self, name: str, path: str = "") -> Iterator[str]:
+    def places(self, name: str) -> list[str]:
         """The paths of what has a length."""
-        for field, (kind, what) in self._fields(name, ()):
-            place = f"{path}.{field}".lstrip(".")
-            inner_kind, inner = (kind, what)
-            if kind in (self.node.ARRAY, self.node.SEQUENCE):
-                if kind == self.node.SEQUENCE:
-                    yield place
-                inner_kind, inner = what[0]
-                if inner_kind == self.node.BASE and inner[0] == "string":
-                    yield f"{place}[]"
-                    continue
-            if inner_kind == self.node.NAME:
-                yield from self.places(inner, place)
-            elif inner_kind == self.node.BASE and inner[0] == "string":
-                yield place
+        return [item.path for item in self.layout.lengths(name)]
+
+
+def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
+    """The types that a file defines.
+
+    Raises
+    ------
+    ProblemError
+        when it is none.
+    """
+    if file.suffix not in SUFFIXES:
+        words = f"expected a file with one of the suffixes {', '.join(SUFFIXES)}"
+        raise ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(file), line=1)])
+    if file.suffix == ".idl":
+        wrong = [Diagnostic(words, file=str(file), line=line) for line, words in wrong_expressions(text)]
+        if wrong:
+            raise ProblemError(wrong[:MOST_MISTAKES])
+        yield from _parsed(file, text, None).items()
+        return
+    folder = file.suffix.lstrip(".")
+    package = (file.parent.parent if file.parent.name == folder else file.parent).resolve().name
+    parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
+    parts = [part.lstrip("-") for part in parts]
+    line = 1
+    if text.lstrip().startswith("---") and file.suffix != ".msg":
+        if parts[0].strip("- \n") == "" and len(parts) > 1:
+            parts[0] = ""
+        else:
+            parts, line = ["", parts[0]], 0
+    if len(parts) != len(PARTS[file.suffix]):
+        words = f"expected {len(PARTS[file.suffix])} parts with --- between them, got {len(parts)}"
+        raise ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(file), line=1)])
+    for ending, part in zip(PARTS[file.suffix], parts, strict=True):
+        name = f"{package}/msg/{file.stem}{ending}"  # what a service names without a package is a message of its own
+        for found, item in _parsed(file, part or "\n", name, line).items():
+            yield (f"{package}/{folder}/{file.stem}{ending}" if found == name else found), item
+        line += part.count("\n") + 1
+
+
+def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str, Any]:
+    """The types in a text, which begins in a line of a file; without a name it is IDL."""
+    from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
+
+    with reading(file, WHAT, "", lambda words: (max(1, line) + _odd_line(text) - 1, 0)):
+        try:
+            found: dict[str, Any] = get_types_from_idl(text) if name is None else get_types_from_msg(text, name)
+        except TypesysError as error:
+            stopped = _STOPPED.search(str(error))
+            if stopped is None:
+                raise
+            header = "" if name is None else f"MSG: {name}\n"
+            whole = f"{header}{text}"
+            at = int(stopped[1])
+            at += len(whole[at:]) - len(whole[at:].lstrip())
+            there = line + whole.count("\n", len(header), at)
+            raise ProblemError([Diagnostic(f"{WHAT}: this is not understood", file=str(file), line=there)]) from None
+    return found
+
+
+def _wrong(node: Any) -> str:
+    """What is wrong with a type: of which there is no size, or longer than any; "" where nothing is."""
+    kind, what = node
+    if kind == Kind.NAME:
+        return ""
+    if kind == Kind.BASE:
+        name, bound = what
+        if name not in BY_RULE:
+            return f"the type {name} has no size that is known here"
+    else:
+        bound = what[1]
+        if words := _wrong(what[0]):
+            return words
+    return "" if 0 <= bound <= LONGEST else f"expected a length from 0 to {LONGEST}, got {str(bound)[:30]}"
+
+
+def _line_of(field: str, text: str) -> int:
+    """The line of a field in a text of definitions."""
+    word = re.compile(rf"\b{re.escape(field)}\b")
+    lines = enumerate(text.splitlines(), 1)
+    return next((number for number, line in lines if word.search(re.split(r"#|//", line)[0])), 1)
+
+
+def _odd_line(text: str) -> int:
+    """The first line with fewer words than a field has, which may be what is wrong."""
+    return next((number for number, line in enumerate(text.splitlines(), 1) if _is_odd(line)), 1)
 
 
 def _is_odd(line: str) -> bool:
@@ -284,7 +304,8 @@ def message_sizes(types: Types, names: Sequence[str], lengths: Mapping[str, int]
     found: list[MessageSize] = []
     used: set[str] = set()
     for name in map(types.full_name, names):
-        own = {path: length for path, length in lengths.items() if path in set(types.places(name))}
+        places = set(types.places(name))
+        own = {path: length for path, length in lengths.items() if path in places}
         used |= own.keys()
         least = types.size(name, {})
         assert least is not None

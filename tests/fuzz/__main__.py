@@ -1,4 +1,4 @@
-"""The fuzzing command: ``python -m tests.fuzz [--of launches] [--cases 100000] [--seed 1] [--folder DIR]``."""
+"""The fuzzing command: ``python -m tests.fuzz [--of launches|imports] [--cases 100000] [--seed 1] [--folder DIR]``."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .harness import Fuzzer, Outcome
+from .importing import ImportFuzzer
 from .launches import LaunchFuzzer
 
 SAY_EVERY = 1000
@@ -21,7 +22,8 @@ SAY_EVERY = 1000
 def main() -> int:
     """Run the cases; every fault leaves its file and what was called. The exit code is 1 when there was one."""
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
-    parser.add_argument("--of", choices=("problems", "launches"), default="problems", help="which files are mutated")
+    kinds = ("problems", "launches", "imports")
+    parser.add_argument("--of", choices=kinds, default="problems", help="which files are mutated")
     parser.add_argument("--cases", type=int, default=100_000, help="how many mutated files")
     parser.add_argument("--first", type=int, default=0, help="the number of the first case, to repeat one")
     parser.add_argument("--seed", type=int, default=1, help="of all mutations")
@@ -32,9 +34,11 @@ def main() -> int:
     limit = int(options.memory * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     folder = options.folder or Path(tempfile.mkdtemp(prefix="fuzz-"))
-    fuzzer: Fuzzer | LaunchFuzzer
+    fuzzer: Fuzzer | LaunchFuzzer | ImportFuzzer
     if options.of == "launches":
         fuzzer = LaunchFuzzer(folder.resolve(), options.seed)
+    elif options.of == "imports":
+        fuzzer = ImportFuzzer(folder.resolve(), options.seed)
     else:
         fuzzer = Fuzzer(folder.resolve(), options.seed, coverage=options.coverage)
     codes: Counter[str] = Counter()
@@ -43,8 +47,9 @@ def main() -> int:
     started = time.monotonic()
     for number in range(options.first, options.first + options.cases):
         outcome = fuzzer.run(fuzzer.case(number))
-        codes[f"{outcome.case.arguments[0]} {outcome.code}"] += 1
-        slowest = sorted([*slowest, (round(outcome.seconds, 1), number, outcome.case.arguments[0])])[-5:]
+        kind = outcome.case.seeded if options.of == "imports" else outcome.case.arguments[0]
+        codes[f"{kind} {outcome.code}"] += 1
+        slowest = sorted([*slowest, (round(outcome.seconds, 1), number, kind)])[-5:]
         if outcome.fault:
             faults += 1
             print(f"case {number}: {_leave(folder, number, outcome)}", flush=True)
@@ -72,7 +77,7 @@ def _leave(folder: Path, number: int, outcome: Outcome) -> str:
     """Keep what is needed to repeat a fault; returns its last line."""
     kept = folder / "faults"
     kept.mkdir(exist_ok=True)
-    (kept / f"{number}-{outcome.case.name}").write_bytes(outcome.case.data)
+    (kept / f"{number}-{Path(outcome.case.name).name}").write_bytes(outcome.case.data)
     words = [repr(outcome.case.arguments), outcome.fault, outcome.output[-3000:]]
     (kept / f"{number}.txt").write_text("\n\n".join(words), encoding="utf-8", errors="replace")
     return f"{' '.join(outcome.case.arguments)!r}: {(outcome.fault.strip().splitlines() or [''])[-1]}"

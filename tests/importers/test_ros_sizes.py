@@ -113,7 +113,7 @@ BAD = {
         "A.msg:1: the type my/msg/Nothing, which my/msg/A has, is not defined",
     ),
     "cut off": ("my/msg/A.msg", "int32 a\nfloat6", "A.msg:2: no definition of a message: "),
-    "no definition": ("my/msg/A.msg", "int32 a\n%&/ ?\n", "A.msg:1: no definition of a message: "),
+    "no definition": ("my/msg/A.msg", "int32 a\n%&/ ?\n", "A.msg:2: no definition of a message: "),
     "service of one part": ("my/srv/A.srv", "int32 a\n", "A.srv:1: no definition of a message: expected 2 parts"),
     "idl": ("my/msg/A.idl", "module my {", "A.idl:1: no definition of a message: "),
 }

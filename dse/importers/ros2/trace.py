@@ -7,7 +7,7 @@ executors there are, where a trace has them.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from fractions import Fraction
 from pathlib import Path
@@ -15,10 +15,11 @@ from typing import Any
 
 from dse.errors import Diagnostic, ProblemError
 from dse.importers.registry import Imported
-from dse.importers.ros2.events import Event, events_of
+from dse.importers.ros2.events import MOST_NS, Event, events_of
 from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
 from dse.records import dataclass
+from dse.timelimit import in_time
 from dse.units import format_rate
 
 OF_TOOLS = ("/parameter_events", "/rosout")
@@ -60,7 +61,7 @@ def read_seen(path: Path) -> list[Callback]:
 
 def _seen(path: Path) -> tuple[LocatedFile, System]:
     seen = Seen()
-    for event in events_of(path):
+    for event in in_time(events_of(path)):
         seen.take(event)
     seen.check(path)
     file = LocatedFile(path, "a trace", Place({}, 0, 0))
@@ -104,9 +105,9 @@ class Seen:
     def take(self, event: Event) -> None:
         """Note what one event says."""
         self.names.add(event.name)
-        act = getattr(self, f"_{event.name}", None)
+        act = TAKES.get(event.name)
         if act is not None:
-            act(event, event.fields.get("vpid", 0))
+            act(self, event, event.fields.get("vpid", 0))
 
     def _rcl_node_init(self, event: Event, process: Any) -> None:
         space = str(event.fields.get("namespace", "/")).rstrip("/")
@@ -128,7 +129,8 @@ class Seen:
 
     def _rcl_timer_init(self, event: Event, process: Any) -> None:
         period = event.fields.get("period", 0)
-        self.periods[process, event.fields.get("timer_handle")] = max(0, period) if isinstance(period, int) else 0
+        is_one = isinstance(period, int) and 0 < period < MOST_NS
+        self.periods[process, event.fields.get("timer_handle")] = period if is_one else 0
 
     def _rclcpp_timer_link_node(self, event: Event, process: Any) -> None:
         self.timer_nodes[process, event.fields.get("timer_handle")] = (process, event.fields.get("node_handle"))
@@ -291,6 +293,26 @@ class Seen:
                     if not wire.rate:
                         file.remark(target.place, f"nothing in the trace publishes {topic}", "state its `rate`")
                 found.wires.append(wire)
+
+
+TAKES: Mapping[str, Callable[[Seen, Event, Any], None]] = {
+    "rcl_node_init": Seen._rcl_node_init,
+    "rcl_subscription_init": Seen._rcl_subscription_init,
+    "rclcpp_subscription_init": Seen._rclcpp_subscription_init,
+    "rclcpp_subscription_callback_added": Seen._rclcpp_subscription_callback_added,
+    "rcl_timer_init": Seen._rcl_timer_init,
+    "rclcpp_timer_link_node": Seen._rclcpp_timer_link_node,
+    "rclcpp_timer_callback_added": Seen._rclcpp_timer_callback_added,
+    "rcl_publisher_init": Seen._rcl_publisher_init,
+    "add_callback_group": Seen._add_callback_group,
+    "construct_executor": Seen._construct_executor,
+    "callback_group_add_timer": Seen._callback_group_add_timer,
+    "callback_group_add_subscription": Seen._callback_group_add_subscription,
+    "callback_start": Seen._callback_start,
+    "callback_end": Seen._callback_end,
+    "rcl_publish": Seen._rcl_publish,
+}
+"""What is noted of an event, by its name."""
 
 
 def _rate(times: array[int]) -> str:
