@@ -26,6 +26,7 @@ from dse.space.size import space_size
 from dse.space.trees import leaves
 from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
+from dse.units.text import writable
 
 if TYPE_CHECKING:
     import pandas
@@ -79,8 +80,8 @@ class Description(Answer):
                 {
                     "requirement": item.requirement.text,
                     "origin": item.requirement.origin,
-                    item.side: str(item.value),
-                    "limit": str(item.limit),
+                    item.side: str(writable(item.value)),
+                    "limit": str(writable(item.limit)),
                     "unit": item.unit,
                 }
                 for item in self.impossible

@@ -6,14 +6,14 @@ search that found the conflicts is used.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, build_limit
+from dse.analysis.limits import Limit, build_limit, judge
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.unbounded import unbounded_from, unbounded_in
 from dse.analysis.uncontended import uncontended_limit
@@ -23,8 +23,9 @@ from dse.records import dataclass
 from dse.results.display import exact
 from dse.space.criteria import Requirement, Rule
 from dse.space.implied import overload_needed
-from dse.space.types import Space
+from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
+from dse.units.text import DECIMALS
 from dse.verification.calls import Reply
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
@@ -181,6 +182,9 @@ class _Court:
         if reached is not None and reached.answer == "none":
             self.bench.find(f"{place}.closest", "is not enough: no design meets the other demands and this limit")
         if refuted is not None and refuted.answer == "design":
+            if _is_undecided(nearer, refuted.design):
+                self.bench.left_open.append(f"{place}.closest: whether the threads fit on cores with less is undecided")
+                return
             self.bench.find(
                 f"{place}.closest", "is not the closest: a design meets the other demands and a nearer limit"
             )
@@ -240,14 +244,32 @@ def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
 
 def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction) -> tuple[list[Limit], list[Limit]]:
     """What a design must meet to reach the closest limit, and to come nearer than it."""
+    off = _rounding(space, member, closest)
     if member.operator == "==":
-        miss = abs(closest - own)
+        miss = abs(closest - own) - off
         return (
-            [_limit(space, member, ">=", closest), _limit(space, member, "<=", closest)],
+            [_limit(space, member, ">=", closest - off), _limit(space, member, "<=", closest + off)],
             [_limit(space, member, ">", own - miss), _limit(space, member, "<", own + miss)],
         )
     operators: tuple[Operator, Operator] = ("<=", "<") if member.operator in ("<=", "<") else (">=", ">")
-    return [_limit(space, member, operators[0], closest)], [_limit(space, member, operators[1], closest)]
+    off = off if operators[0] == "<=" else -off
+    return [_limit(space, member, operators[0], closest + off)], [_limit(space, member, operators[1], closest - off)]
+
+
+def _is_undecided(limits: Iterable[Limit], design: Design) -> bool:
+    """Whether a design keeps a limit of each core only as far as is known: no partition of its threads was found."""
+    view = View(tuple(max(option, 0) for option in design))
+    spreads = (judge(limit, view).spread for limit in limits)
+    return any(spread is not None and spread.status == "undecided" for spread in spreads)
+
+
+def _rounding(space: Space, member: Requirement, closest: Fraction) -> Fraction:
+    """How far the closest limit as it is written may be from what it is: figures of many digits are written rounded.
+
+    0 where the metric has a common unit, or the figure is no rounded one.
+    """
+    may_be = build_measure(space, member.metric).rounded and 10**DECIMALS % closest.denominator == 0
+    return Fraction(1, 10**DECIMALS) if may_be else Fraction(0)
 
 
 def _limit(space: Space, member: Requirement, operator: Operator, shown: Fraction) -> Limit:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.records import dataclass
@@ -118,8 +119,14 @@ class Objective:
 
 @dataclass(frozen=True)
 class Derived:
-    """A derived metric: terms of (coefficient in coherent units, metric)."""
+    """A derived metric: terms of (coefficient in coherent units, metric).
+
+    `reach` is how many times the greatest metric of the file its figure may be at most, `size` how many such metrics it
+    adds or compares.
+    """
 
     name: str
     text: str
     terms: tuple[tuple[Quantity, Metric], ...]
+    reach: Fraction = Fraction(1)
+    size: int = 1

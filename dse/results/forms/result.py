@@ -11,6 +11,7 @@ from dse.results.forms.base import (
     Figure,
     Form,
     Include,
+    Metrics,
     Number,
     Objective,
     Of,
@@ -83,7 +84,7 @@ class NamedDesign(Form):
     objectives: Values = field(
         "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
     )
-    metrics: Values = field(
+    metrics: Metrics = field(
         "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded."
     )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
