@@ -65,7 +65,8 @@ def test_a_hostile_size_is_refused_where_a_result_is_read(tmp_path: Path) -> Non
 
 
 def _primes(count: int) -> list[int]:
-    found, number = [], 100_000_007
+    found: list[int] = []
+    number = 100_000_007
     while len(found) < count:
         if all(number % divisor for divisor in range(3, int(number**0.5) + 1, 2)):
             found.append(number)
