@@ -76,7 +76,8 @@ class Requirement:
     """``metric operator limit``; a ratio limits utilisation or load by the capacity of the processor or bus.
 
     `text` is the user's own, `origin` its place in the file (or the command line). One that is `implied` nobody states
-    (`dse.space.implied`).
+    (`dse.space.implied`). `stated` is the whole statement where that is of several metrics, such as ``jitter <= 5 ms``
+    of every flow: there is a requirement for each.
     """
 
     text: str
@@ -85,6 +86,7 @@ class Requirement:
     limit: Quantity
     origin: str = ""
     implied: bool = False
+    stated: str = field(default="", compare=False)
 
     @property
     def is_share(self) -> bool:
