@@ -35,8 +35,8 @@ objectives: [minimise price]
 MOST_DESIGNS = 200
 
 
-def explained(*stated: str, **asked: str) -> dse.Explanation:
-    return dse.explain(dse.loads(TWO.replace("STATED", ", ".join(stated)), "two.yaml"), **asked)
+def stating(*stated: str) -> dse.Problem:
+    return dse.loads(TWO.replace("STATED", ", ".join(stated)), "two.yaml")
 
 
 def test_one_option_for_all_flows_is_one_requirement(tmp_path: Path) -> None:
@@ -79,13 +79,13 @@ def test_a_closest_limit_of_a_statement_that_is_not_true_is_refuted() -> None:
     ],
 )
 def test_a_statement_of_the_file(stated: str, closest: int, written: str) -> None:
-    (item,) = explained(stated).relaxations
+    (item,) = dse.explain(stating(stated)).relaxations
     assert (item.demand.text, item.demand.origin) == (stated, "two.yaml:9")
     assert (item.helps, item.closest, item.text) == (True, closest, written)
 
 
 def test_what_is_given_up_counts_statements() -> None:
-    found = explained("utilisation <= 10 %", "price <= 5 EUR")
+    found = dse.explain(stating("utilisation <= 10 %", "price <= 5 EUR"))
     assert found.give_up is not None
     figures = [(item.demand.text, item.closest) for item in found.give_up.members]
     assert figures == [("utilisation <= 10 %", 300_000), ("price <= 5 EUR", 2000)]
@@ -93,11 +93,11 @@ def test_what_is_given_up_counts_statements() -> None:
 
 def test_two_statements_are_relaxed_by_themselves() -> None:
     """The processor in the rear needs 20 % at least, and 20 % are allowed: only the other has to move."""
-    found = explained("utilisation of front <= 20 %", "utilisation of rear <= 20 %")
+    found = dse.explain(stating("utilisation of front <= 20 %", "utilisation of rear <= 20 %"))
     assert [(item.demand.text, item.closest) for item in found.relaxations] == [
         ("utilisation of front <= 20 %", 300_000)
     ]
-    found = explained("utilisation of front <= 20 %", max_utilisation="20 %")
+    found = dse.explain(stating("utilisation of front <= 20 %"), max_utilisation="20 %")
     assert [(item.demand.origin, item.closest) for item in found.relaxations] == [("two.yaml:9", 300_000)]
 
 
