@@ -7,7 +7,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
@@ -28,12 +28,14 @@ from dse.analysis.measures import (
 from dse.analysis.partition import Spread, asks_for_first_fit, even_spread, spread
 from dse.analysis.priorities import deadline_ns
 from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.terms import Extreme, extreme_term
 from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
 from dse.errors import TooLargeError
 from dse.records import dataclass
 from dse.space.criteria import Requirement
 from dse.space.metric_kinds import metric_dimension
+from dse.space.metrics import worst_of
 from dse.space.trees import Choice, Tree, at, leaves
 from dse.space.types import EMPTY, Bus, Component, Space
 from dse.units import Exact
@@ -240,6 +242,17 @@ def excess(space: Space, limit: Limit) -> Measure:
     terms.append(Term("limit", lambda view: -sign * limit.bound(view)))
     too_fine = measure.rounded or scale > SCALE_LIMIT
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
+
+
+def worst_excess(space: Space, limits: Sequence[Limit]) -> Measure:
+    """How far a design is beyond the limit that it misses by most, in the unit of all measures; see `excess`."""
+    measures = [excess(space, item) for item in limits]
+    if len(measures) == 1:
+        return measures[0]
+    scale = lcm(*(item.scale if not item.rounded else SCALE_LIMIT + 1 for item in measures))
+    metric = worst_of("excess", [item.metric for item in measures], "<=")
+    term = extreme_term(metric.name, Extreme("max", tuple(item.terms for item in measures)))
+    return Measure(metric, measures[0].unit, (term,), min(scale, SCALE_LIMIT), rounded=scale > SCALE_LIMIT)
 
 
 def thread_values(limit: Limit, view: View, threads: Collection[str] | None = None) -> dict[str, Fraction]:

@@ -29,6 +29,7 @@ from dse.space.types import Component, Decision, Slot, Space
 from dse.spec.rounding import rounded_figures
 from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.units import TimeRange
+from dse.units.text import writable
 
 if TYPE_CHECKING:
     import pandas
@@ -95,8 +96,8 @@ class Description(Answer):
                 {
                     "requirement": item.requirement.text,
                     "origin": item.requirement.origin,
-                    item.side: str(item.value),
-                    "limit": str(item.limit),
+                    item.side: str(writable(item.value)),
+                    "limit": str(writable(item.limit)),
                     "unit": item.unit,
                 }
                 for item in self.impossible

@@ -6,14 +6,14 @@ search that found the conflicts is used.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.limits import Limit, build_limit
+from dse.analysis.limits import Limit, build_limit, judge
 from dse.analysis.measures import PPM, build_measure
 from dse.analysis.unbounded import unbounded_from, unbounded_in
 from dse.analysis.uncontended import uncontended_limit
@@ -22,9 +22,13 @@ from dse.api.points import Bench
 from dse.records import dataclass
 from dse.results.display import exact
 from dse.space.criteria import Requirement, Rule
-from dse.space.implied import overload_needed
-from dse.space.types import Space
+from dse.space.implied import overloads_needed
+from dse.space.metrics import QuestionError
+from dse.space.questions import read_requirements
+from dse.space.types import Design, Space
 from dse.spec.expressions import Operator
+from dse.spec.grammar import ExpressionError
+from dse.units.text import DECIMALS
 from dse.verification.calls import Reply
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
@@ -97,7 +101,7 @@ class _Court:
             without = self._ask(where, [other for other in members if other is not member])
             if without is not None and without.answer == "none":
                 self.bench.find(where, "may be left out: the others are impossible without it")
-            self._check_limit(where, member, item, [member])
+            self._check_limit(where, [member], item, [member])
 
     def examine_alone(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
         """One conflict that is said to be one even if no thread waited for another."""
@@ -120,15 +124,17 @@ class _Court:
 
     def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
         """What is to be given up together: that it is enough, and none of it too much."""
-        members = self._members(place, stated) if stated else None
-        if members is None:
+        statements = [self._statement(f"{place}[{position}]", item) for position, item in enumerate(stated)]
+        members = [member for statement in statements for member in statement]
+        if not all(statements) or not statements:
             return
-        for position, (member, item) in enumerate(zip(members, stated, strict=True)):
+        for position, (statement, item) in enumerate(zip(statements, stated, strict=True)):
             where = f"{place}[{position}]"
-            kept = self._ask(where, [other for other in self.demands if other is member or not _among(other, members)])
+            others = [other for other in members if not _among(other, statement)]
+            kept = self._ask(where, [other for other in self.demands if not _among(other, others)])
             if kept is not None and kept.answer == "design":
                 self.bench.find(where, "need not be given up: there is a design that meets it and all other demands")
-            self._check_limit(where, member, item, members)
+            self._check_limit(where, statement, item, members)
         rest = self._ask(place, [other for other in self.demands if not _among(other, members)])
         if rest is not None and rest.answer == "none":
             self.bench.find(place, "is not enough: the other demands are impossible too")
@@ -146,6 +152,27 @@ class _Court:
             members.append(found[0])
         return members
 
+    def _statement(self, place: str, item: Mapping[str, Any]) -> Sequence[Demand]:
+        """The demands that one text states: one, or those of a limit of every flow, processor or bus; () for none."""
+        if any(demand.text == item["text"] for demand in self.demands):
+            return self._members(place, [item]) or ()
+        meant = self._place(item["origin"])
+        try:
+            said = read_requirements(self.bench.space, item["text"])
+        except (ExpressionError, QuestionError):
+            said = ()
+        known = {(one.metric, one.operator, one.limit) for one in said}
+        found = [
+            demand
+            for demand in self.demands
+            if isinstance(demand, Requirement)
+            and (demand.metric, demand.operator, demand.limit) in known
+            and self._place(demand.origin) == meant
+        ]
+        if not found:
+            self.bench.find(place, f"nothing in the question says {item['text']!r}")
+        return found
+
     def _place(self, origin: str) -> str:
         """Where a demand stands; in a file that has changed since only that it stands there."""
         file, _, line = origin.rpartition(":")
@@ -153,8 +180,15 @@ class _Court:
             return origin
         return "" if self.bench.has_moved else f"{PurePath(file).name}:{line}"
 
-    def _check_limit(self, place: str, member: Demand, item: Mapping[str, Any], given_up: Sequence[Demand]) -> None:
-        """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold."""
+    def _check_limit(
+        self, place: str, statement: Sequence[Demand], item: Mapping[str, Any], given_up: Sequence[Demand]
+    ) -> None:
+        """The unit and own limit, and that the closest is met but nothing nearer, where `given_up` need not hold.
+
+        The demands of a statement have one limit.
+        """
+        member = statement[0]
+        members = [one for one in statement if isinstance(one, Requirement)]
         stated = None if item["closest"] is None else Fraction(item["closest"])
         if not isinstance(member, Requirement) or item.get("looked_for") is False:
             self.bench.compare(place, {"limit": None, "closest": None, "miss": None, "unit": ""}, _figures(item))
@@ -165,27 +199,33 @@ class _Court:
         miss = None if stated is None else exact(abs(stated - own))
         expected = {"limit": exact(own), "closest": item["closest"], "miss": miss, "unit": unit}
         self.bench.compare(place, expected, _figures(item))
-        needed = "" if stated is None else overload_needed(self.bench.space, member, stated / PPM)
+        needed = "" if stated is None else overloads_needed(self.bench.space, members, stated / PPM)
         self.bench.compare(f"{place}.overload", needed, item.get("overload", ""))
         others = [demand for demand in self.demands if not _among(demand, given_up)]
         if stated is None:
             alone = self._ask(f"{place}.closest", others)
             if item.get("unbounded"):
-                self._check_unbounded(place, member, others, alone)
+                self._check_unbounded(place, members, others, alone)
                 return
             if alone is not None and alone.answer == "design":
                 self.bench.find(f"{place}.closest", "is missing: moving this requirement alone leaves a design")
             return
-        met, nearer = _claims(self.bench.space, member, own, stated)
+        claims = [_claims(self.bench.space, one, own, stated) for one in members]
+        met, nearer = ([limit for claim in claims for limit in claim[side]] for side in (0, 1))
         reached, refuted = self._ask(f"{place}.closest", others, met), self._ask(f"{place}.closest", others, nearer)
         if reached is not None and reached.answer == "none":
             self.bench.find(f"{place}.closest", "is not enough: no design meets the other demands and this limit")
         if refuted is not None and refuted.answer == "design":
+            if _is_undecided(nearer, refuted.design):
+                self.bench.left_open.append(f"{place}.closest: whether the threads fit on cores with less is undecided")
+                return
             self.bench.find(
                 f"{place}.closest", "is not the closest: a design meets the other demands and a nearer limit"
             )
 
-    def _check_unbounded(self, place: str, member: Requirement, others: Sequence[Demand], alone: Reply | None) -> None:
+    def _check_unbounded(
+        self, place: str, members: Sequence[Requirement], others: Sequence[Demand], alone: Reply | None
+    ) -> None:
         """That giving it up leaves a design, and that none of those has a bound.
 
         Which threads are named for that depends on the design that was found, and is not checked.
@@ -193,11 +233,11 @@ class _Court:
         if alone is not None and alone.answer == "none":
             self.bench.find(f"{place}.unbounded", "is not so: giving this requirement up leaves no design")
         space = self.bench.space
-        far = _limit(space, member, "<", unbounded_from(space, member.metric))
-        bounded = self._ask(f"{place}.unbounded", others, [far])
+        far = [_limit(space, member, "<", unbounded_from(space, member.metric)) for member in members]
+        bounded = self._ask(f"{place}.unbounded", others, far)
         if bounded is not None and bounded.answer == "design":
             design = tuple(max(option, 0) for option in bounded.design)
-            if not unbounded_in(space, member.metric, View(design)):
+            if not any(unbounded_in(space, member.metric, View(design)) for member in members):
                 self.bench.find(f"{place}.unbounded", "is not so: a design meets the other demands, and has a bound")
 
     def _ask(self, place: str, demands: Sequence[Demand], limits: Sequence[Limit] = ()) -> Reply | None:
@@ -240,14 +280,32 @@ def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
 
 def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction) -> tuple[list[Limit], list[Limit]]:
     """What a design must meet to reach the closest limit, and to come nearer than it."""
+    off = _rounding(space, member, closest)
     if member.operator == "==":
-        miss = abs(closest - own)
+        miss = abs(closest - own) - off
         return (
-            [_limit(space, member, ">=", closest), _limit(space, member, "<=", closest)],
+            [_limit(space, member, ">=", closest - off), _limit(space, member, "<=", closest + off)],
             [_limit(space, member, ">", own - miss), _limit(space, member, "<", own + miss)],
         )
     operators: tuple[Operator, Operator] = ("<=", "<") if member.operator in ("<=", "<") else (">=", ">")
-    return [_limit(space, member, operators[0], closest)], [_limit(space, member, operators[1], closest)]
+    off = off if operators[0] == "<=" else -off
+    return [_limit(space, member, operators[0], closest + off)], [_limit(space, member, operators[1], closest - off)]
+
+
+def _is_undecided(limits: Iterable[Limit], design: Design) -> bool:
+    """Whether a design keeps a limit of each core only as far as is known: no partition of its threads was found."""
+    view = View(tuple(max(option, 0) for option in design))
+    spreads = (judge(limit, view).spread for limit in limits)
+    return any(spread is not None and spread.status == "undecided" for spread in spreads)
+
+
+def _rounding(space: Space, member: Requirement, closest: Fraction) -> Fraction:
+    """How far the closest limit as it is written may be from what it is: figures of many digits are written rounded.
+
+    0 where the metric has a common unit, or the figure is no rounded one.
+    """
+    may_be = build_measure(space, member.metric).rounded and 10**DECIMALS % closest.denominator == 0
+    return Fraction(1, 10**DECIMALS) if may_be else Fraction(0)
 
 
 def _limit(space: Space, member: Requirement, operator: Operator, shown: Fraction) -> Limit:

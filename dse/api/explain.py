@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible
@@ -26,7 +26,7 @@ from dse.records import dataclass
 from dse.results.explain import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
 from dse.space.activation import exclusions
 from dse.space.criteria import Requirement
-from dse.space.implied import overload_needed
+from dse.space.implied import overloads_needed
 from dse.space.types import Design, Space
 from dse.timelimit import OutOfTime, until
 
@@ -209,7 +209,7 @@ class Explainer:
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
-        members = self._overloads_first({number for item in found.conflicts for number in item.members})
+        members = self._statements({number for item in found.conflicts for number in item.members})
         give_up = self._give_up(found.smallest)
         if found.smallest is None and (not found.limited or self.designs.unseen):
             self.left_open.append("the fewest demands that must be given up")
@@ -255,9 +255,11 @@ class Explainer:
         except OutOfTime:
             return True
 
-    def _overloads_first(self, members: Iterable[int]) -> list[int]:
-        """Members in their order, but the limits on processors and cores first."""
-        return sorted(members, key=lambda number: (not limits_use(self.oracle.members[number]), number))
+    def _statements(self, members: Iterable[int]) -> list[tuple[int, ...]]:
+        """What members are stated by, each with all that it states, in their order; limits on processors come first."""
+        named = frozenset(members)
+        found = [item for item in self.oracle.statements if not named.isdisjoint(item)]
+        return sorted(found, key=lambda item: (not limits_use(self.oracle.members[item[0]]), item))
 
     def _conflict(self, found: ConflictSet) -> MinimalConflict:
         """Beside each member a design that meets the others, and as much else of the question as can be added."""
@@ -290,24 +292,25 @@ class Explainer:
             pass  # what the design breaks is said, and it is only an example
         return best
 
-    def _relaxations(self, members: Sequence[int]) -> tuple[Relaxation, ...]:
-        """What it takes of each member alone, as far as the time reaches."""
+    def _relaxations(self, statements: Sequence[tuple[int, ...]]) -> tuple[Relaxation, ...]:
+        """What it takes of each statement alone, as far as the time reaches."""
         found: list[Relaxation] = []
         try:
-            found += (self.relaxation(number, frozenset({number})) for number in members)
+            found += (self.relaxation(item, frozenset(item)) for item in statements)
         except OutOfTime:
-            texts = "; ".join(self.oracle.members[number].text for number in members[len(found) :])
+            texts = "; ".join(self._demand(item).text for item in statements[len(found) :])
             self.left_open.append(f"whether one of these alone mends it, and how far it must move: {texts}")
         return tuple(found)
 
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
         if smallest is None:
             return None
-        together, ordered = frozenset(smallest.members) | self.designs.unseen, self._overloads_first(smallest.members)
+        ordered = self._statements(smallest.members)
+        together = frozenset(number for item in ordered for number in item) | self.designs.unseen
         try:
-            members = tuple(self.relaxation(number, together) for number in ordered)
+            members = tuple(self.relaxation(item, together) for item in ordered)
         except OutOfTime:
-            members = tuple(Relaxation(self.designs.demand(number), True, is_sought=False) for number in ordered)
+            members = tuple(Relaxation(self._demand(item), True, is_sought=False) for item in ordered)
             self.left_open.append("how far each of those that must be given up is from its limit")
         return GiveUp(members, self._example(smallest.witness))
 
@@ -339,28 +342,46 @@ class Explainer:
                 return first
         return self.lighter[design]
 
-    def relaxation(self, number: int, given_up: frozenset[int]) -> Relaxation:
-        """What it takes of member `number`, while the others of `given_up` are given up and the rest holds."""
-        oracle, member = self.oracle, self.oracle.members[number]
+    def _demand(self, statement: tuple[int, ...]) -> Demand:
+        """A statement in the user's words."""
+        demand, member = self.designs.demand(statement[0]), self.oracle.members[statement[0]]
+        if len(statement) == 1 or not isinstance(member, Requirement):
+            return demand
+        return replace(demand, text=member.stated)
+
+    def relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
+        """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds."""
+        found = self._relaxation(statement, given_up)
+        if len(statement) == 1:
+            return found
+        return replace(found, together=tuple(self.oracle.members[number].text for number in statement))
+
+    def _relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
+        oracle, member = self.oracle, self.oracle.members[statement[0]]
         witness = oracle.witness(oracle.everything - given_up)
-        demand = self.designs.demand(number)
+        demand = self._demand(statement)
         if witness is None:
             return Relaxation(demand, False, Example({}), *own_limit(self.space, member))
         if not isinstance(member, Requirement) or (self.designs.unseen and limits_use(member)):
             return Relaxation(demand, True, self._example(witness))
+        members = [item for number in statement if isinstance(item := oracle.members[number], Requirement)]
         try:
-            closest = closest_limit(oracle, oracle.everything - given_up, member)
+            closest = closest_limit(oracle, oracle.everything - given_up, *members)
         except OutOfTime:
-            self.left_open.append(f"how far this must move: {member.text}")
+            self.left_open.append(f"how far this must move: {demand.text}")
             return Relaxation(demand, True, self._example(witness), is_sought=False)
         if closest is None:
             return Relaxation(demand, True, self._example(witness), *own_limit(self.space, member))
-        return self._moved(demand, member, closest)
+        return self._moved(demand, members, closest)
 
-    def _moved(self, demand: Demand, member: Requirement, closest: Closest) -> Relaxation:
+    def _moved(self, demand: Demand, members: Sequence[Requirement], closest: Closest) -> Relaxation:
+        member, is_one = members[0], len(members) == 1
         unit, limit = own_limit(self.space, member)
-        example = self._example(closest.witness)
-        if unbounded := unbounded_in(self.space, member.metric, View(closest.witness)):
+        example, view = self._example(closest.witness), View(closest.witness)
+        unbounded = tuple(
+            dict.fromkeys(name for item in members for name in unbounded_in(self.space, item.metric, view))
+        )
+        if unbounded:
             return Relaxation(demand, True, example, unit, limit, unbounded=unbounded)
         return Relaxation(
             demand=demand,
@@ -371,6 +392,6 @@ class Explainer:
             closest=closest.limit * factor(self.space, member),
             operator=member.operator,
             thread=closest.thread,
-            text=rewritten(member, closest.limit),
-            overload=overload_needed(self.space, member, closest.limit),
+            text=rewritten(member, closest.limit, as_stated=not is_one),
+            overload=overloads_needed(self.space, members, closest.limit),
         )

@@ -15,7 +15,7 @@ from dse.api.completing import baseline_design
 from dse.api.problem import Problem
 from dse.errors import UsageError
 from dse.records import dataclass
-from dse.results.display import NO_BOUND, figures_of, without_stand_in
+from dse.results.display import NO_BOUND, exact, figures_of, without_stand_in
 from dse.results.points import unused_choices
 from dse.results.ranking import rank, same_score
 from dse.results.solve import decisions_of, ranked
@@ -233,7 +233,7 @@ def recomputed(
         if not verdict.holds:
             alone = f", by {verdict.who} alone" if verdict.who else ""
             text = f"{called} breaks {verdict.requirement.text!r}{alone}"
-            bench.find(place, f"{text}: {verdict.value} {verdict.unit}, the limit is {verdict.limit}")
+            bench.find(place, f"{text}: {exact(verdict.value)} {verdict.unit}, the limit is {exact(verdict.limit)}")
     if bench.witness is not None and evaluation.is_feasible:
         _hear(bench, bench.witness, evaluation.design, place, called)
     objectives = dict(zip(bench.names, evaluation.objectives, strict=True))

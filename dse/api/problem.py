@@ -309,7 +309,11 @@ def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:
         found = read_requirements(space, f"{metric}{of} <= {quantity.strip()}", ORIGIN)
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"{option} {text}: {error}") from error
-    return tuple(replace(item, text=f"{item.metric.name} <= {_spaced(quantity)}") for item in found)
+    limit = f"<= {_spaced(quantity)}"
+    return tuple(
+        replace(item, text=f"{item.metric.name} {limit}", stated=f"{metric} {limit}" if item.stated else "")
+        for item in found
+    )
 
 
 def _spaced(quantity: str) -> str:

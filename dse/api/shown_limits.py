@@ -36,8 +36,11 @@ def factor(space: Space, member: Requirement) -> Fraction:
     return build_limit(space, Requirement("", member.metric, "<=", one)).bound(any_design)
 
 
-def rewritten(member: Requirement, limit: Fraction) -> str:
-    """The requirement as it may be written so that the others leave a design; "" for one that nobody wrote."""
+def rewritten(member: Requirement, limit: Fraction, *, as_stated: bool = False) -> str:
+    """The requirement as it may be written so that the others leave a design; "" for one that nobody wrote.
+
+    With `as_stated` it is the statement that the requirement is a part of.
+    """
     if member.implied:
         return ""
     if member.metric.key == "deadline":
@@ -46,4 +49,5 @@ def rewritten(member: Requirement, limit: Fraction) -> str:
     quantity = Quantity(limit, member.limit.dimension, member.limit.unit)
     written = member.limit.dimension is not None and member.limit.unit != ""
     number = convert(quantity, member.limit.unit) if written else limit
-    return f"{member.metric.name} {operator} {format_number(number)} {member.limit.unit}".rstrip()
+    name = member.stated.partition(member.operator)[0].strip() if as_stated else member.metric.name
+    return f"{name} {operator} {format_number(number)} {member.limit.unit}".rstrip()

@@ -12,7 +12,7 @@ correction. Because the largest unexplored set is always asked first, the first 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
 
 from ortools.sat.python import cp_model
@@ -46,10 +46,11 @@ class Correction:
 
 @dataclass(frozen=True)
 class Conflicts:
-    """What was found: `all_conflicts` where their list is complete; `smallest` is a correction of least size.
+    """What was found: `all_conflicts` where their list is complete.
 
-    `limited` says that the enumeration ended at its limit, `stopped` that time ran out; `reduced` is then a set that
-    has no design, and whether all of it is needed for that was not looked at.
+    `smallest` is a correction of the fewest statements, which are members that a user stated as one. `limited` says
+    that the enumeration ended at its limit, `stopped` that time ran out; `reduced` is then a set that has no design,
+    and whether all of it is needed for that was not looked at.
     """
 
     conflicts: tuple[ConflictSet, ...]
@@ -68,17 +69,27 @@ class Conflicts:
 class _Map:
     """The sets of members that are neither known to have a design nor known to contain a conflict."""
 
-    def __init__(self, count: int, among: frozenset[int], seed: int) -> None:
+    def __init__(self, statements: Sequence[Sequence[int]], among: frozenset[int], seed: int) -> None:
         self.model = Model()
+        count = sum(map(len, statements))
         self.chosen = [self.model.new_bool_var("") for _ in range(count)]
         for number, literal in enumerate(self.chosen):
             if number not in among:
                 self.model.add_bool_or([literal.negated()])
-        self.model.maximize(sum(self.chosen))
+        whole = [self._whole([number for number in item if number in among]) for item in statements if len(item) > 1]
+        single = [self.chosen[item[0]] for item in statements if len(item) == 1]
+        self.model.maximize(sum((count + 1) * literal for literal in (*whole, *single)) + sum(self.chosen))
         self.seed = seed
 
+    def _whole(self, members: Sequence[int]) -> cp_model.IntVar:
+        """Whether all of what is stated as one is in a set."""
+        literal = self.model.new_bool_var("")
+        for number in members:
+            self.model.add_implication(literal, self.chosen[number])
+        return literal
+
     def largest(self) -> frozenset[int] | None:
-        """A largest unexplored set, or None when all are explored.
+        """An unexplored set that lacks the fewest statements, of such ones a largest; None when all are explored.
 
         Raises
         ------
@@ -116,11 +127,12 @@ def find_conflicts(
     """The conflicts of a problem that is infeasible although its structure has designs, and its smallest correction.
 
     With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes
-    across: at least one. What is `known` are sets that have no design: the conflicts in these are found first. Of
-    members that are not `among` those that are asked about no conflict or correction has any.
+    across: at least one. Members that a user stated as one count as one in the smallest correction. What is `known` are
+    sets that have no design: the conflicts in these are found first. Of members that are not `among` those that are
+    asked about no conflict or correction has any.
     """
     asked = oracle.everything if among is None else among
-    explored = _Map(len(oracle.members), asked, oracle.seed)
+    explored = _Map(oracle.statements, asked, oracle.seed)
     conflicts: list[ConflictSet] = []
     corrections: list[Correction] = []
     complete = limited = stopped = False

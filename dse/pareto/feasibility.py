@@ -41,6 +41,7 @@ class Fixed:
 
 
 Member: TypeAlias = Requirement | Rule | Fixed
+DIRECTED = ("<=", "<", ">=", ">")
 
 
 def members_of(space: Space) -> tuple[Member, ...]:
@@ -50,6 +51,16 @@ def members_of(space: Space) -> tuple[Member, ...]:
         for decision, option in space.fixed.items()
     ]
     return (*space.requirements, *space.rules, *fixed)
+
+
+def statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
+    """Members by number, together where one limit states them: a limit of every flow, processor, core or bus."""
+    found: dict[object, list[int]] = {}
+    for number, item in enumerate(members):
+        is_one = isinstance(item, Requirement) and item.stated and item.operator in DIRECTED
+        key = (item.origin, item.stated) if isinstance(item, Requirement) and is_one else number
+        found.setdefault(key, []).append(number)
+    return tuple(map(tuple, found.values()))
 
 
 def demanding(space: Space, members: Iterable[Member]) -> Space:
@@ -110,9 +121,9 @@ class TimeLeft:
 class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
-    Sets are those of positions in `members`. The space is encoded once, with a switch for each member; requirements are
-    made limits by `reading`. `calls` counts the questions that were solved. Ctrl-C is as if the deadline had come, for
-    all who share the `time_left`.
+    Sets are those of positions in `members`; `statements` has those together that a user stated as one. The space is
+    encoded once, with a switch for each member; requirements are made limits by `reading`. `calls` counts the questions
+    that were solved. Ctrl-C is as if the deadline had come, for all who share the `time_left`.
     """
 
     def __init__(
@@ -128,6 +139,7 @@ class Oracle:
         self.reading = reading
         self.members = members_of(space)
         self.everything = frozenset(range(len(self.members)))
+        self.statements = statements_of(self.members)
         self.seed = seed
         self.time_left = time_left if time_left is not None else TimeLeft(deadline)
         self.calls = 0

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
-from dse.analysis.limits import Limit, excess, needed_share
+from dse.analysis.limits import Limit, excess, needed_share, worst_excess
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
 from dse.pareto.feasibility import Oracle
@@ -33,10 +33,14 @@ class Closest:
     thread: str = ""
 
 
-def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement) -> Closest | None:
+def closest_limit(
+    oracle: Oracle, kept: frozenset[int], requirement: Requirement, *others: Requirement
+) -> Closest | None:
     """The limit nearest to the requirement's own at which it holds together with members; None where there is none.
 
-    The limit of a deadline is how much later than its deadline the thread may end (its own limit is 0 ns).
+    With `others`, which one statement demands with the requirement, it is the one limit of all of them: they have its
+    operator, which is not ``==``, and are of metrics of its kind. The limit of a deadline is how much later than its
+    deadline the thread may end (its own limit is 0 ns).
 
     Raises
     ------
@@ -46,12 +50,12 @@ def closest_limit(oracle: Oracle, kept: frozenset[int], requirement: Requirement
     if requirement.metric.key == "deadline":
         return _latest(oracle, kept, requirement)
     if requirement.operator != "==":
-        return _extreme(oracle, kept, requirement, ())
+        return _extreme(oracle, kept, (requirement, *others), ())
     sides = []
     directions: tuple[tuple[Operator, Operator], ...] = ((">=", "<="), ("<=", ">="))
     for beyond, back in directions:
         side = _total(oracle, replace(requirement, operator=beyond))
-        found = _extreme(oracle, kept, replace(requirement, operator=back), (side,), of_total=True)
+        found = _extreme(oracle, kept, (replace(requirement, operator=back),), (side,), of_total=True)
         if found is not None:
             sides.append(found)
     return min(sides, key=lambda item: abs(item.limit - requirement.limit.value), default=None)
@@ -87,23 +91,30 @@ def _needed_limit(
 
 
 def _extreme(
-    oracle: Oracle, kept: frozenset[int], requirement: Requirement, also: tuple[Limit, ...], *, of_total: bool = False
+    oracle: Oracle,
+    kept: frozenset[int],
+    requirements: tuple[Requirement, ...],
+    also: tuple[Limit, ...],
+    *,
+    of_total: bool = False,
 ) -> Closest | None:
-    """The least limit for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
-    strictly: Operator = "<" if requirement.operator in ("<=", "<") else ">"
+    """The least limit of all requirements for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
+    is_upper = requirements[0].operator in ("<=", "<")
+    strictly: Operator = "<" if is_upper else ">"
     space, build = oracle.space, _total if of_total else _built
     best: Closest | None = None
-    tight, asked = build(oracle, requirement), also
+    tight, asked = tuple(build(oracle, item) for item in requirements), also
     while True:
-        design = oracle.find(kept, excess(space, tight), asked)
+        design = oracle.find(kept, worst_excess(space, tight), asked)
         if design is None:
             return best
-        limit, thread = _needed_limit(oracle, requirement, design, of_total=of_total)
+        needed = [_needed_limit(oracle, item, design, of_total=of_total) for item in requirements]
+        limit, thread = (max if is_upper else min)(needed, key=lambda item: item[0])
         if best is not None and limit == best.limit:  # a partition that is undecided keeps every limit
             return best
         best = Closest(limit, design, thread)
-        tight = build(oracle, replace(_limited(requirement, limit), operator=strictly))
-        asked = (*also, tight)
+        tight = tuple(build(oracle, replace(_limited(item, limit), operator=strictly)) for item in requirements)
+        asked = (*also, *tight)
 
 
 def _limited(requirement: Requirement, limit: Fraction) -> Requirement:

@@ -39,8 +39,10 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
         text = "This cannot be met by any design:" if alone else together
         yield text, tuple(_clash(clash, result.space.currency, bounds) for clash in conflict.members)
     if result.give_up:
+        count = len(result.give_up)
+        together = f"No single change is enough. These {count} together are; each at best, without the others:"
         yield (
-            f"No single change is enough. These {len(result.give_up)} together are; each at best, without the others:",
+            "One change is enough, to a limit that is stated once for several:" if count == 1 else together,
             tuple(_clash(clash, result.space.currency, {}) for clash in result.give_up),
         )
     limits = (item for item in result.space.requirements if item.metric.kind in KINDS and item.limit.value >= 1)

@@ -11,6 +11,7 @@ from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.space.criteria import Metric
 from dse.space.types import Space
 from dse.units import Exact, Unbounded, is_unbounded
+from dse.units.text import writable
 
 READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
     "ns": (("s", Fraction(10**9)), ("ms", Fraction(10**6)), ("us", Fraction(1000)), ("ns", Fraction(1))),
@@ -28,9 +29,16 @@ NO_BOUND = "unbounded"
 
 
 def exact(value: Exact) -> int | str | None:
-    """A figure as JSON has it: an integer, or a fraction as text; None where it is unbounded."""
+    """A figure as JSON has it: an integer, or a fraction as text; None where it is unbounded.
+
+    A fraction too long to be read back is rounded up (`dse.units.text.writable`).
+
+    >>> exact(Fraction(6, 3)), exact(Fraction(50, 3)), exact(Fraction(10**400 + 1, 2 * 10**400))
+    (2, '50/3', '500000000000001/1000000000000000')
+    """
     if is_unbounded(value):
         return None
+    value = writable(value)
     return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 

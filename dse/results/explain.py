@@ -93,7 +93,8 @@ class Relaxation:
     response time of the threads `unbounded` has no bound even in the best design (so that no limit helps), and where
     `is_sought` is False: the time was too short to look. `thread` names the thread that alone needs so much of one
     core. `text` is the requirement as it may be written then; `overload` names the processor or bus that must be
-    allowed to be overloaded for it, which alone mends a limit that is implied.
+    allowed to be overloaded for it, which alone mends a limit that is implied. `together` are the requirements of a
+    limit that is stated once for several flows, processors, cores or buses: they have one limit, and move as one.
     """
 
     demand: Demand
@@ -108,6 +109,7 @@ class Relaxation:
     unbounded: tuple[str, ...] = ()
     is_sought: bool = True
     overload: str = ""
+    together: tuple[str, ...] = ()
 
     @property
     def beyond(self) -> bool:
@@ -213,10 +215,14 @@ class Explanation(Answer):
         from dse.results.forms.verdicts import Relaxation as RelaxationForm
         from dse.results.forms.writing import written
 
-        alone = {item.demand: written(RelaxationForm, item) for item in self.relaxations}
+        alone = {
+            (text, item.demand.origin): written(RelaxationForm, item)
+            for item in self.relaxations
+            for text in item.together or (item.demand.text,)
+        }
         rows: list[list[Any]] = []
         for number, conflict in enumerate(self.conflicts, start=1):
             for demand, _ in conflict.members:
-                row = {"conflict": number, **alone.get(demand, {}), **vars(demand)}
+                row = {"conflict": number, **alone.get((demand.text, demand.origin), {}), **vars(demand)}
                 rows.append([row.get(name) for name in COLUMNS])
         return rows

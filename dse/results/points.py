@@ -11,6 +11,7 @@ from typing import Any
 
 from dse.records import dataclass
 from dse.space.types import Design, Space
+from dse.units.text import writable
 from dse.version import SEMANTICS
 
 
@@ -70,8 +71,10 @@ class Clash:
 
     @property
     def miss(self) -> Fraction | None:
-        """How far the closest value is beyond the limit."""
-        return None if self.closest is None or self.limit is None else abs(self.closest - self.limit)
+        """How far the closest value, as it is written, is beyond the limit."""
+        return (
+            None if self.closest is None or self.limit is None else abs(Fraction(writable(self.closest)) - self.limit)
+        )
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.records import dataclass
@@ -75,7 +76,8 @@ class Requirement:
     """``metric operator limit``; a ratio limits utilisation or load by the capacity of the processor or bus.
 
     `text` is the user's own, `origin` its place in the file (or the command line). One that is `implied` nobody states
-    (`dse.space.implied`).
+    (`dse.space.implied`). `stated` is the whole statement where that is of several metrics, such as ``jitter <= 5 ms``
+    of every flow: there is a requirement for each.
     """
 
     text: str
@@ -84,6 +86,7 @@ class Requirement:
     limit: Quantity
     origin: str = ""
     implied: bool = False
+    stated: str = field(default="", compare=False)
 
     @property
     def is_share(self) -> bool:
@@ -118,8 +121,14 @@ class Objective:
 
 @dataclass(frozen=True)
 class Derived:
-    """A derived metric: terms of (coefficient in coherent units, metric)."""
+    """A derived metric: terms of (coefficient in coherent units, metric).
+
+    `reach` is how many times the greatest metric of the file its figure may be at most, `size` how many such metrics it
+    adds or compares.
+    """
 
     name: str
     text: str
     terms: tuple[tuple[Quantity, Metric], ...]
+    reach: Fraction = Fraction(1)
+    size: int = 1

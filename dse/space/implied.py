@@ -6,7 +6,7 @@ setting), for a processor, or for a bus. What somebody requires, a deadline amon
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -67,3 +67,8 @@ def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
         return of
     is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
     return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""
+
+
+def overloads_needed(space: Space, members: Iterable[Requirement], limit: Fraction) -> str:
+    """What `overload_needed` finds of limits that move together, separated by commas."""
+    return ", ".join(filter(None, (overload_needed(space, item, limit) for item in members)))

@@ -27,6 +27,10 @@ from dse.spec.scan import unquoted
 from dse.timelimit import in_time
 from dse.units import DIMENSIONLESS, Quantity, shown
 
+MOST_REACH = 10**100
+"""Factors of metrics make no more than this together, so that every figure can be written and read back."""
+MOST_TERMS = 100_000
+"""No derived metric adds more metrics, each counted as often as it is used."""
 _CORE = re.compile(r"(?:core\s+(?P<core>[0-9]{1,9})|each\s+core)\s+of\s+(?P<processor>.+)", re.DOTALL)
 _MEANT = {
     "cost": "price", "delay": "latency", "cpu": "utilisation", "cpu load": "utilisation",
@@ -310,7 +314,7 @@ def read_derived(space: Space, name: str, text: str) -> Derived:
     expression: DerivedExpr = parse_derived(text)
     terms = tuple((coefficient, one_metric(space, ref)) for coefficient, ref in expression.terms)
     _check_kinds(space, text, terms)
-    return Derived(name, text, terms)
+    return Derived(name, text, terms, *_check_extent(space, text, [terms]))
 
 
 def _extreme(space: Space, ref: ExtremeRef) -> Metric:
@@ -323,6 +327,7 @@ def _extreme(space: Space, ref: ExtremeRef) -> Metric:
         else:
             operands.append(tuple((coefficient, one_metric(space, inner)) for coefficient, inner in expression.terms))
     _check_kinds(space, str(ref), [part for operand in operands for part in operand])
+    _check_extent(space, str(ref), operands)
     return Metric(str(ref), ref.kind, operands=tuple(operands))
 
 
@@ -337,6 +342,37 @@ def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric
         kinds.add((total_unit(space, metric),) if inner is None else scale.times(inner))
     if len(kinds) > 1:
         raise QuestionError(f"the terms of {shown(text)} are of different kinds: they cannot be added or compared")
+
+
+def _check_extent(
+    space: Space, text: str, operands: Sequence[Sequence[tuple[Quantity, Metric]]]
+) -> tuple[Fraction, int]:
+    """How many times the greatest metric of the file a sum of `operands` is at most, and how many metrics they add.
+
+    Raises
+    ------
+    QuestionError
+        where results cannot state figures of that size, or the sums are too long to evaluate.
+    """
+    reach, size = Fraction(0), 0
+    for terms in operands:
+        inner = [(coefficient.value, *_extent(space, metric)) for coefficient, metric in terms]
+        reach = max(reach, sum((abs(factor) * most for factor, most, _ in inner), Fraction(0)))
+        size += sum(count for _, _, count in inner)
+    if reach > MOST_REACH:
+        power = len(str(MOST_REACH)) - 1
+        raise QuestionError(f"the factors of {shown(text)} make more than 10^{power} together", "use smaller factors")
+    if size > MOST_TERMS:
+        raise QuestionError(f"{shown(text)} adds more than {MOST_TERMS:,} metrics, with those that it is made of")
+    return reach, size
+
+
+def _extent(space: Space, metric: Metric) -> tuple[Fraction, int]:
+    """What `_check_extent` finds of a metric."""
+    if metric.kind == "derived":
+        found = space.derived[metric.index or 0]
+        return found.reach, found.size
+    return _check_extent(space, metric.name, metric.operands) if metric.operands else (Fraction(1), 1)
 
 
 _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {

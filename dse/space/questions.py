@@ -209,11 +209,11 @@ def read_requirements(space: Space, text: str, origin: str = "") -> tuple[Requir
     result = []
     for metric in _with_bandwidth(space, metrics, expression.limit):
         own = own_limit(space, metric, expression.limit)
-        shown = expression.text
+        shown, stated = expression.text, ""
         if len(metrics) > 1:
             limit = expression.text.split(expression.operator, 1)[-1].strip()
-            shown = f"{metric.name} {expression.operator} {limit}"
-        result.append(Requirement(shown, metric, expression.operator, own, origin))
+            shown, stated = f"{metric.name} {expression.operator} {limit}", expression.text
+        result.append(Requirement(shown, metric, expression.operator, own, origin, stated=stated))
     return tuple(result)
 
 

@@ -4,19 +4,34 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
+from math import ceil
 
 from dse.units.table import UNITS, Exact, Money, SizeRange, TimeRange, Total
 
 MAX_PLACES = 20
+LONGEST = 400
+"""The most digits that a numerator or a denominator is written with."""
+DECIMALS = 15
+_TOO_LONG = 10**LONGEST
+
+
+def writable(value: Exact) -> Exact:
+    """The value; rounded up to `DECIMALS` decimals where its numerator or denominator has more than `LONGEST` digits.
+
+    Sums over many different periods have such denominators: nobody reads them, and Python refuses to write the longest.
+    """
+    if max(abs(value.numerator), value.denominator) < _TOO_LONG:
+        return value
+    return Fraction(ceil(value * 10**DECIMALS), 10**DECIMALS)
 
 
 def format_number(value: Fraction | int) -> str:
-    """Exact text: a decimal where there is a finite one of reasonable length, else a fraction.
+    """Exact text: a decimal where there is a finite one of reasonable length, else a fraction; see `writable`.
 
     >>> format_number(Fraction(13, 10)), format_number(Fraction(50, 3))
     ('1.3', '50/3')
     """
-    value = Fraction(value)
+    value = Fraction(writable(value))
     rest, places = value.denominator, 0
     for prime in (2, 5):
         power = 0

@@ -11,10 +11,11 @@ from pydantic_core import PydanticCustomError
 
 from dse.records import dataclass
 from dse.results.display import exact
+from dse.units.text import LONGEST
 
 MOST = 10**300
 """No exact figure is beyond it: floating-point numbers for plots are not either."""
-FRACTION = r"-?\d{1,400}/0*[1-9]\d{0,399}"
+FRACTION = rf"-?\d{{1,{LONGEST}}}/0*[1-9]\d{{0,{LONGEST - 1}}}"
 
 
 class Form(BaseModel):
@@ -63,7 +64,19 @@ Count: TypeAlias = Annotated[int, Field(ge=-(2**62), le=2**62), PlainSerializer(
 """A figure that the search has counted with."""
 Counts: TypeAlias = dict[str, Count]
 Values: TypeAlias = dict[str, Count | None]
-"""Figures of a design; null where it is unbounded: a response time in it has no bound."""
+"""Objectives of a design; null where one is unbounded: a response time in it has no bound."""
+
+
+def _whole(value: Any) -> int:
+    if type(value) is int and abs(value) <= MOST:
+        return value
+    raise PydanticCustomError("whole", f"expected an integer of at most {len(str(MOST)) - 1} digits")
+
+
+Whole: TypeAlias = Annotated[int, PlainValidator(_whole), PlainSerializer(_plain), WithJsonSchema({"type": "integer"})]
+"""A figure in whole counting units, of any size: the search does not count with it."""
+Metrics: TypeAlias = dict[str, Whole | None]
+"""Metrics of a design; null where one is unbounded."""
 Unit: TypeAlias = Annotated[str, Field(pattern=r"^(1/[1-9][0-9]{0,30} .*|[^1].*|1[^/].*|1)?$")]
 """A unit, or a part of one such as ``1/3 ppm``."""
 Number: TypeAlias = float

@@ -11,6 +11,7 @@ from dse.results.forms.base import (
     Figure,
     Form,
     Include,
+    Metrics,
     Number,
     Objective,
     Of,
@@ -83,7 +84,7 @@ class NamedDesign(Form):
     objectives: Values = field(
         "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
     )
-    metrics: Values = field(
+    metrics: Metrics = field(
         "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded."
     )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
@@ -307,7 +308,9 @@ class ResultForm(Form):
     potential: Counts = field("The best value of each objective that may still be unexplored.")
     conflicts: list[Conflict] = field("Of an infeasible problem: what clashes.")
     give_up: list[Member] = field(
-        "Where no single member mends it: the fewest that do together, each with its closest limit.", default=[]
+        "Where no single member mends it: the fewest that do together, each with its closest limit. A limit that is "
+        "stated once for several flows, processors, cores or buses is one, in the words in which it is stated.",
+        default=[],
     )
     others: list[FurtherDesigns] = field("Further designs at or near points, where they were asked for.")
     others_asked: FurtherAsked = field("Which further designs were asked for.", default=None)

@@ -82,6 +82,11 @@ class Relaxation(Demand):
     )
     overload: str | None = field("The processor or bus whose `overload: allowed` it takes; null where it takes none.")
     unbounded: list[str] = field("The threads whose response time has no bound even in the best design.")
+    together: list[str] = field(
+        "Of a limit that is stated once for several flows, processors, cores or buses: their requirements, which move "
+        "as one.",
+        default=[],
+    )
     looked_for: Annotated[bool, Of("is_sought")] = field("False where the time was too short to look for `closest`.")
     design: Annotated[Decisions, Of("example.design")] = field("An example.")
     breaks: Annotated[list[str], Of("example.broken_texts")] = field(
