@@ -20,7 +20,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -55,7 +55,7 @@ def questions() -> Iterator[tuple[str, Answer]]:
     """Name and answer of every question; the answer is computed when it is called for."""
     yield from _shipped()
     for name, text in _drawn():
-        yield name, lambda text=text: answer_of(dse.loads(text))
+        yield name, partial(_of_text, text)
     yield from _of_every_kind()
 
 
@@ -87,24 +87,33 @@ def _drawn() -> Iterator[tuple[str, str]]:
     for seed in range(10):
         yield f"segments {seed}", thread_segments.text_of(thread_segments.draw(seed))
         yield f"callbacks {seed}", chained_callbacks.text_of(chained_callbacks.draw(random.Random(seed)))
-    for name, drawn in (
-        ("late reads", test_late_reads.drawn),
-        ("open offsets", test_open_offsets.drawn),
-        ("reads", test_reads.drawn),
+    for name, drawn, write in (
+        ("late reads", test_late_reads.drawn, json.dumps),
+        ("open offsets", test_open_offsets.drawn, to_yaml),
+        ("reads", test_reads.drawn, json.dumps),
     ):
         for seed in range(8):
-            yield f"clocks {name} {seed}", to_yaml(drawn(random.Random(seed)))
+            yield f"clocks {name} {seed}", write(drawn(random.Random(seed)))
 
 
 def _of_every_kind() -> Iterator[tuple[str, Answer]]:
-    for words in ({}, {"osate": True}, {"scheduled": True}):
+    for osate, scheduled in ((False, False), (True, False), (False, True)):
         for seed in range(20):
-            yield f"question {seed} {' '.join(words)}".strip(), lambda seed=seed, words=words: _question(seed, **words)
+            words = f"{' osate' * osate}{' scheduled' * scheduled}"
+            yield f"question {seed}{words}", partial(_question, seed, osate=osate, scheduled=scheduled)
 
 
-def _question(seed: int, **words: bool) -> Mapping[str, Any]:
+def _of_text(text: str) -> Mapping[str, Any]:
+    return answer_of(dse.loads(text))
+
+
+def _of_file(path: Path, change: Mapping[str, Any]) -> Mapping[str, Any]:
+    return answer_of(dse.load(path).ask(**change))
+
+
+def _question(seed: int, *, osate: bool, scheduled: bool) -> Mapping[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
-        asked = test_every_question.question(seed, Path(folder), **words)
+        asked = test_every_question.question(seed, Path(folder), osate=osate, scheduled=scheduled)
         if asked is None:
             return {}
         if asked.robust:
