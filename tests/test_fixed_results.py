@@ -68,10 +68,7 @@ def _shipped() -> Iterator[tuple[str, Answer]]:
             changes += [{"max_jitter": "20 ms"}, {"max_jitter": "20 ms", "processing": "response_time"}]
         for change in changes:
             words = " ".join(f"{key}={value}" for key, value in change.items())
-            yield (
-                f"shipped {path.relative_to(ROOT)} {words}".strip(),
-                lambda path=path, change=change: answer_of(dse.load(path).ask(**change)),
-            )
+            yield f"shipped {path.relative_to(ROOT)} {words}".strip(), partial(_of_file, path, change)
 
 
 def _drawn() -> Iterator[tuple[str, str]]:
