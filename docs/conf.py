@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 import dse
-from dse.report.document import Document
+from dse.report.content.document import Document
 from dse.report.html import html_report
-from dse.version import __version__
+from dse.support.version import __version__
 
 project = "dse"
 author = "the authors of dse"

@@ -2,118 +2,132 @@
 
 ``dse.load`` reads a problem file, ``dse.solve`` returns its proven Pareto front, ``dse.analyse`` every figure of one
 design, ``dse.check`` a description of the space. Everything is imported on first use.
+
+The folders, from top to bottom; a folder imports only from the lines below its own, and each has an entrance in its
+``__init__.py``. Read ``questions/verbs/solve.py`` first: it leads from a problem to an answer.
+
+* ``cli``: commands, options, exit codes.
+* ``report``: pages, plots, terminal output.
+* ``questions``: one function for each verb (solve, explain, verify, sweep, ...).
+* ``search``, ``verification``, ``fitting``: the Pareto front; the second proof of it; measurements to figures.
+* ``encode``, ``answers``, ``examples``: the CP-SAT model; results as data; shipped and random problems.
+* ``analysis``, ``simulation``: the formulas and the referee; the discrete-event simulation.
+* ``space``: the design space, with names resolved and integer quantities.
+* ``spec``: the problem file and its schema.
+* ``importers``: AADL, CAN databases and ROS 2 descriptions as problem files.
+* ``support``: errors, files, time limits, units.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
 
-from dse.version import __version__
+from dse.support.version import __version__
 
 TYPE_CHECKING = False  # as that of `typing`, which is not imported here: Ctrl-C is heeded from `dse.cli.entry` on
 if TYPE_CHECKING:
     from typing import Any
 
-    from dse.api.analyse import analyse as analyse
-    from dse.api.check import Description as Description
-    from dse.api.check import check as check
-    from dse.api.compare import compare as compare
-    from dse.api.explain import explain as explain
-    from dse.api.export import export as export
-    from dse.api.fit import fit as fit
-    from dse.api.further import with_further_designs as with_further_designs
-    from dse.api.importing import ImportedFile as ImportedFile
-    from dse.api.importing import import_file as import_file
-    from dse.api.problem import Model as Model
-    from dse.api.problem import Problem as Problem
-    from dse.api.problem import load as load
-    from dse.api.problem import loads as loads
-    from dse.api.read import read as read
-    from dse.api.reopen import reopen as reopen
-    from dse.api.simulate import simulate as simulate
-    from dse.api.sizes import Sizes as Sizes
-    from dse.api.sizes import sizes as sizes
-    from dse.api.solve import solve as solve
-    from dse.errors import Diagnostic as Diagnostic
-    from dse.errors import DseError as DseError
-    from dse.errors import ProblemError as ProblemError
-    from dse.errors import UsageError as UsageError
-    from dse.examples import example_path as example_path
+    from dse.answers.analysis import Analysis as Analysis
+    from dse.answers.explanation import Explanation as Explanation
+    from dse.answers.forms.registry import schema as schema
+    from dse.answers.ranking.order import ranked_by as ranked_by
+    from dse.answers.result import Result as Result
+    from dse.answers.robust import RobustResult as RobustResult
+    from dse.answers.sensitivity import SensitivityResult as SensitivityResult
+    from dse.answers.simulation import Simulation as Simulation
+    from dse.answers.sweep import SweepResult as SweepResult
+    from dse.answers.tables.graph import architecture_graph as architecture_graph
+    from dse.answers.verification import Verification as Verification
+    from dse.examples.random import random_problem as random_problem
+    from dse.examples.shipped import example_path as example_path
     from dse.fitting.fit import Fit as Fit
-    from dse.generator import random_problem as random_problem
-    from dse.report.figures import write_figures as write_figures
+    from dse.questions.explain.explain import explain as explain
+    from dse.questions.problem import Model as Model
+    from dse.questions.problem import Problem as Problem
+    from dse.questions.problem import load as load
+    from dse.questions.problem import loads as loads
+    from dse.questions.reopen import read as read
+    from dse.questions.reopen import reopen as reopen
+    from dse.questions.resume import reopen_robust as reopen_robust
+    from dse.questions.resume import resume as resume
+    from dse.questions.robust.robust import solve_robust as solve_robust
+    from dse.questions.sensitivity.sensitivity import sensitivity as sensitivity
+    from dse.questions.sweep.sweep import sweep as sweep
+    from dse.questions.verbs.alternatives import with_further_designs as with_further_designs
+    from dse.questions.verbs.analyse import analyse as analyse
+    from dse.questions.verbs.check import Description as Description
+    from dse.questions.verbs.check import check as check
+    from dse.questions.verbs.compare import compare as compare
+    from dse.questions.verbs.compare_measured import compare_measured as compare_measured
+    from dse.questions.verbs.export import export as export
+    from dse.questions.verbs.fit import fit as fit
+    from dse.questions.verbs.import_file import ImportedFile as ImportedFile
+    from dse.questions.verbs.import_file import import_file as import_file
+    from dse.questions.verbs.insist import insist as insist
+    from dse.questions.verbs.simulate import simulate as simulate
+    from dse.questions.verbs.sizes import Sizes as Sizes
+    from dse.questions.verbs.sizes import sizes as sizes
+    from dse.questions.verbs.solve import solve as solve
+    from dse.questions.verify.verify import verify as verify
+    from dse.report.output import write_figures as write_figures
+    from dse.report.output import write_report as write_report
     from dse.report.widget import widget as widget
-    from dse.report.writing import write_report as write_report
-    from dse.results.analyse import Analysis as Analysis
-    from dse.results.explain import Explanation as Explanation
-    from dse.results.forms.registry import schema as schema
-    from dse.results.graph import architecture_graph as architecture_graph
-    from dse.results.order import ranked_by as ranked_by
-    from dse.results.robust import RobustResult as RobustResult
-    from dse.results.sensitivity import SensitivityResult as SensitivityResult
-    from dse.results.simulate import Simulation as Simulation
-    from dse.results.solve import Result as Result
-    from dse.results.sweep import SweepResult as SweepResult
-    from dse.results.verify import Verification as Verification
-    from dse.study.insist import insist as insist
-    from dse.study.measured import compare_measured as compare_measured
-    from dse.study.resume import reopen_robust as reopen_robust
-    from dse.study.resume import resume as resume
-    from dse.study.robust import solve_robust as solve_robust
-    from dse.study.sensitivity import sensitivity as sensitivity
-    from dse.study.sweep import sweep as sweep
-    from dse.study.verify import verify as verify
+    from dse.support.errors import Diagnostic as Diagnostic
+    from dse.support.errors import DseError as DseError
+    from dse.support.errors import ProblemError as ProblemError
+    from dse.support.errors import UsageError as UsageError
 
 _HOMES = {
-    "analyse": "dse.api.analyse",
-    "Description": "dse.api.check",
-    "check": "dse.api.check",
-    "compare": "dse.api.compare",
-    "explain": "dse.api.explain",
-    "export": "dse.api.export",
-    "compare_measured": "dse.study.measured",
-    "fit": "dse.api.fit",
-    "sizes": "dse.api.sizes",
-    "import_file": "dse.api.importing",
-    "ImportedFile": "dse.api.importing",
-    "Model": "dse.api.problem",
-    "Problem": "dse.api.problem",
-    "load": "dse.api.problem",
-    "loads": "dse.api.problem",
-    "read": "dse.api.read",
-    "reopen": "dse.api.reopen",
-    "with_further_designs": "dse.api.further",
-    "insist": "dse.study.insist",
-    "reopen_robust": "dse.study.resume",
-    "resume": "dse.study.resume",
-    "simulate": "dse.api.simulate",
-    "solve": "dse.api.solve",
-    "verify": "dse.study.verify",
-    "Diagnostic": "dse.errors",
-    "DseError": "dse.errors",
-    "ProblemError": "dse.errors",
-    "UsageError": "dse.errors",
-    "write_report": "dse.report.writing",
-    "write_figures": "dse.report.figures",
+    "analyse": "dse.questions.verbs.analyse",
+    "Description": "dse.questions.verbs.check",
+    "check": "dse.questions.verbs.check",
+    "compare": "dse.questions.verbs.compare",
+    "explain": "dse.questions.explain.explain",
+    "export": "dse.questions.verbs.export",
+    "compare_measured": "dse.questions.verbs.compare_measured",
+    "fit": "dse.questions.verbs.fit",
+    "sizes": "dse.questions.verbs.sizes",
+    "import_file": "dse.questions.verbs.import_file",
+    "ImportedFile": "dse.questions.verbs.import_file",
+    "Model": "dse.questions.problem",
+    "Problem": "dse.questions.problem",
+    "load": "dse.questions.problem",
+    "loads": "dse.questions.problem",
+    "read": "dse.questions.reopen",
+    "reopen": "dse.questions.reopen",
+    "with_further_designs": "dse.questions.verbs.alternatives",
+    "insist": "dse.questions.verbs.insist",
+    "reopen_robust": "dse.questions.resume",
+    "resume": "dse.questions.resume",
+    "simulate": "dse.questions.verbs.simulate",
+    "solve": "dse.questions.verbs.solve",
+    "verify": "dse.questions.verify.verify",
+    "Diagnostic": "dse.support.errors",
+    "DseError": "dse.support.errors",
+    "ProblemError": "dse.support.errors",
+    "UsageError": "dse.support.errors",
+    "write_report": "dse.report.output",
+    "write_figures": "dse.report.output",
     "widget": "dse.report.widget",
-    "Analysis": "dse.results.analyse",
-    "Explanation": "dse.results.explain",
-    "architecture_graph": "dse.results.graph",
-    "ranked_by": "dse.results.order",
+    "Analysis": "dse.answers.analysis",
+    "Explanation": "dse.answers.explanation",
+    "architecture_graph": "dse.answers.tables.graph",
+    "ranked_by": "dse.answers.ranking.order",
     "Fit": "dse.fitting.fit",
-    "Sizes": "dse.api.sizes",
-    "Result": "dse.results.solve",
-    "Simulation": "dse.results.simulate",
-    "RobustResult": "dse.results.robust",
-    "SensitivityResult": "dse.results.sensitivity",
-    "SweepResult": "dse.results.sweep",
-    "solve_robust": "dse.study.robust",
-    "sensitivity": "dse.study.sensitivity",
-    "sweep": "dse.study.sweep",
-    "Verification": "dse.results.verify",
-    "example_path": "dse.examples",
-    "random_problem": "dse.generator",
-    "schema": "dse.results.forms.registry",
+    "Sizes": "dse.questions.verbs.sizes",
+    "Result": "dse.answers.result",
+    "Simulation": "dse.answers.simulation",
+    "RobustResult": "dse.answers.robust",
+    "SensitivityResult": "dse.answers.sensitivity",
+    "SweepResult": "dse.answers.sweep",
+    "solve_robust": "dse.questions.robust.robust",
+    "sensitivity": "dse.questions.sensitivity.sensitivity",
+    "sweep": "dse.questions.sweep.sweep",
+    "Verification": "dse.answers.verification",
+    "example_path": "dse.examples.shipped",
+    "random_problem": "dse.examples.random",
+    "schema": "dse.answers.forms.registry",
 }
 
 __all__ = ["__version__", *_HOMES]

@@ -16,9 +16,9 @@ os.environ.pop("COLUMNS", None)  # what runs tests in parallel sets it; commands
 
 ROOT = Path(__file__).parents[1]
 QUICK = (
-    *("dse", "tests/spec", "tests/space", "tests/analysis", "tests/files"),
-    *("tests/pareto/test_regions.py", "tests/pareto/test_front.py", "tests/results/test_ranking.py"),
-    *("tests/results/test_words.py", "tests/study/test_errors.py", "tests/verify/test_verify.py"),
+    *("dse", "tests/spec", "tests/space", "tests/analysis", "tests/support"),
+    *("tests/search/test_regions.py", "tests/search/test_front.py", "tests/answers/test_ranking.py"),
+    *("tests/answers/test_words.py", "tests/questions/test_errors.py", "tests/verification/test_verify.py"),
 )
 """What the marker ``quick`` selects: a look at every layer in less than a minute, before the whole suite."""
 TAKES_SECONDS = (

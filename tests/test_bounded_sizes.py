@@ -100,7 +100,7 @@ def test_check_works_out_no_response_time_for_a_minimum() -> None:
 
 
 def test_what_check_has_no_time_for_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dse.api import check
+    from dse.questions.verbs import check
 
     monkeypatch.setattr(check, "TIME_S", -1.0)
     found = dse.check(dse.loads(PUMP))

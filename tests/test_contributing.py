@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.api.limited import LIMITED
-from dse.api.question import Question
+from dse.questions.question import LIMITED, Question
 
 ROOT = Path(__file__).parents[1]
 HUNK = re.compile(r"^```diff\n--- (?P<file>\S+)\n(?P<lines>.*?)^```", re.M | re.S)

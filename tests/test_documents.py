@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from collections import Counter
 from pathlib import Path
 
-import commands
 import pytest
-from documents import ROOT, run
-from formats import page
 
 import dse
+from tests.helpers import commands
+from tests.helpers.documents import ROOT, run
+from tests.helpers.formats import page
 
 DOCS = ROOT / "docs"
 SHOWING = ("semantics.md", "tutorial.md", "classic-problems.md", "ranking.md", "measurements.md")
@@ -65,12 +66,12 @@ def test_the_picture_of_the_layers_is_the_import_contract() -> None:
 
 def test_the_reference_of_formats_is_what_the_schemas_say() -> None:
     text = (DOCS / "formats.md").read_text(encoding="utf-8")
-    assert text == page(text), "python -m tests.formats"
+    assert text == page(text), "python -m tests.helpers.formats"
 
 
 def test_the_reference_of_commands_is_what_they_say() -> None:
     text = (DOCS / "commands.md").read_text(encoding="utf-8")
-    assert text == commands.page(text), "python -m tests.commands"
+    assert text == commands.page(text), "python -m tests.helpers.commands"
 
 
 @pytest.mark.parametrize("name", ["solve", "sweep", "sensitivity", "explain"])
@@ -100,15 +101,24 @@ def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
 
 
 def test_a_module_says_one_thing() -> None:
-    """It is split where it has more than 400 lines, and no other of its package has its name."""
-    lines = {str(path.relative_to(ROOT)): path.read_text("utf-8").count("\n") for path in (ROOT / "dse").rglob("*.py")}
-    assert {name: count for name, count in lines.items() if count > 400} == {}
-    named: dict[tuple[str, str], list[str]] = {}
-    for name in lines:
-        parts = Path(name).parts
-        if len(parts) > 2 and parts[-1] != "__init__.py" and parts[1] != "importers":  # each format is a package there
-            named.setdefault((parts[1], parts[-1]), []).append(name)
-    assert [names for names in named.values() if len(names) > 1] == []
+    """A module has at most 500 lines, a folder at most 17 modules."""
+    paths = list((ROOT / "dse").rglob("*.py"))
+    lines = {str(path.relative_to(ROOT)): path.read_text("utf-8").count("\n") for path in paths}
+    assert {name: count for name, count in lines.items() if count > 500} == {}
+    crowd = Counter(str(path.parent.relative_to(ROOT)) for path in paths if path.name != "__init__.py")
+    assert {name: count for name, count in crowd.items() if count > 17} == {}
+
+
+def test_each_folder_has_an_entrance() -> None:
+    """The docstring of `__init__` names each module and folder beside it, in at most 20 lines."""
+    for path in (ROOT / "dse").rglob("__init__.py"):
+        said = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+        assert said.count("\n") < 20, path
+        if path.parent == ROOT / "dse":
+            continue
+        for item in path.parent.iterdir():
+            if item.suffix == ".py" or (item / "__init__.py").exists():
+                assert item.stem == "__init__" or re.search(rf"\b{item.stem}\b", said), item
 
 
 HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands"}

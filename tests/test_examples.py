@@ -11,12 +11,12 @@ import pytest
 from hatchling.build import build_wheel
 
 import dse
-from dse import examples
-from dse.api.problem import load
 from dse.cli.main import run
-from dse.errors import EXIT_USAGE, UsageError
-from dse.examples import example_files, example_folder, example_path
-from dse.spec.load import load_spec
+from dse.examples import shipped
+from dse.examples.shipped import example_files, example_folder, example_path
+from dse.questions.problem import load
+from dse.spec.loading.load import load_spec
+from dse.support.errors import EXIT_USAGE, UsageError
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "problems").rglob("*.yaml"))
@@ -47,7 +47,7 @@ def test_an_unknown_name_is_answered_with_the_closest(name: str, hint: str) -> N
 def test_an_installed_package_has_its_own_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "dse" / "problems").mkdir(parents=True)
     (tmp_path / "problems").mkdir()  # somebody else's
-    monkeypatch.setattr(examples, "__file__", str(tmp_path / "dse" / "examples.py"))
+    monkeypatch.setattr(shipped, "__file__", str(tmp_path / "dse" / "examples.py"))
     assert example_folder() == tmp_path / "dse" / "problems"
 
 

@@ -28,16 +28,16 @@ from typing import Any
 import pytest
 
 import dse
-from dse.api.problem import Problem
-from dse.generator.families import FAMILIES
-from dse.generator.problem import random_problem
-from dse.pareto.front import Budget
-from dse.results.robust import RobustResult
-from dse.results.solve import Result
-from dse.study.robust import robust_asked
-from tests import chained_callbacks, thread_segments, thread_systems
+from dse.answers.result import Result
+from dse.answers.robust import RobustResult
+from dse.examples.random.families import FAMILIES
+from dse.examples.random.problem import random_problem
+from dse.questions.problem import Problem
+from dse.questions.robust.robust import robust_asked
+from dse.search.front import Budget
 from tests.clocks import test_late_reads, test_open_offsets, test_reads
-from tests.effort import count
+from tests.helpers import chained_callbacks, thread_segments, thread_systems
+from tests.helpers.effort import count
 from tests.oracle.generator import to_yaml
 from tests.properties import test_every_question
 

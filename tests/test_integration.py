@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from dse.report.compare import IN_BOTH
+from dse.report.content.compare import IN_BOTH
 
 ROOT = Path(__file__).parents[1]
 PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"

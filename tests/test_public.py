@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import dse
+from dse.answers.comparison import DesignComparison
 from dse.cli.main import COMMANDS, run
-from dse.results.compare import DesignComparison
 
 NAMES = [name for name in dse.__all__ if name != "__version__"]
 PUMP = Path(__file__).parent / "fuzz" / "pump.yaml"

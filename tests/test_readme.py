@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 import pytest
-from documents import ROOT, run
 
 from dse.cli.main import COMMANDS, cli
+from tests.helpers.documents import ROOT, run
 
 README = ROOT / "README.md"
 COMMAND = re.compile(r"<!-- ci: (?P<name>\w+) -->\n```sh\n(?P<text>.*?)^```", re.M | re.S)

@@ -23,11 +23,11 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.results.forms.registry import mistakes_in
-from tests.effort import LONG
+from dse.answers.forms.registry import mistakes_in
+from tests.helpers.effort import LONG
+from tests.helpers.support import TOO_MANY
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import PER_UNIT
-from tests.support import TOO_MANY
 
 HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parent / "problems").glob("*.yaml"))
@@ -48,7 +48,7 @@ def question_name(question: tuple[str, dict[str, str]]) -> str:
 def front_of(name: str, changes: dict[str, Any]) -> str:
     """The front as the command line writes it to a file.
 
-    A field that a result, a description or an analysis gains has its place in `dse.results.forms` too.
+    A field that a result, a description or an analysis gains has its place in `dse.answers.forms` too.
     """
     problem = dse.load(HERE.parent / "problems" / f"{name}.yaml")
     result = dse.solve(problem, **changes)
@@ -129,7 +129,7 @@ def test_the_front_is_the_expected_one_and_of_its_form(question: tuple[str, dict
 
 
 VERIFIED = () if LONG else ("autoware_reference", "perception")
-"""Problems that the oracle does not know: the analysis looks at every design in tests/verify/test_mutations.py, too."""
+"""Problems that the oracle does not know: tests/verification/test_mutations.py looks at every design, too."""
 
 
 @pytest.mark.parametrize("name", [path.stem for path in SHIPPED if path.stem not in (*TOO_MANY, *VERIFIED)])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 
 import pytest
-from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.pareto.front import Budget, search_front
-from dse.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+from dse.search.front import Budget, search_front
+from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+from tests.helpers.support import space_of
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067, 10069, 10079, 10091, 10093, 10099, 10103)
 THREADS = "".join(

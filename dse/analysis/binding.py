@@ -8,11 +8,10 @@ from math import floor
 from typing import Any
 
 from dse.analysis.views import View
-from dse.space.frames import Frame, bit_units, wire_ns
-from dse.space.hosts import at_home
-from dse.space.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
-from dse.space.types import EMPTY, Bus, Connection, Space
-from dse.units import NS_PER_S, Exact
+from dse.space.architecture.frames import Frame, bit_units, wire_ns
+from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
+from dse.space.model.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
+from dse.support.units import NS_PER_S, Exact
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
@@ -111,7 +110,8 @@ def carrying_ns(
 ) -> tuple[Exact, Exact] | None:
     """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none.
 
-    Where the bus asks for that, size / bandwidth; where it has frames, what they take (`dse.space.frames`).
+    Where the bus asks for that, size / bandwidth; where it has frames, what they take
+    (`dse.space.architecture.frames`).
     """
     fixed = bus_figure(space, bus.fixed_ns, connection, view)
     if fixed is None:

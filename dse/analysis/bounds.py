@@ -7,6 +7,7 @@ time counts as long as its job takes alone. What is found is certain, and much e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor
@@ -15,10 +16,9 @@ from typing import Literal, TypeVar
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.terms import ZERO, Measure, Term
 from dse.analysis.views import View, tabulate
-from dse.records import dataclass
-from dse.space.criteria import Requirement
-from dse.space.types import Space
-from dse.timelimit import OutOfTime
+from dse.space.model.criteria import Requirement
+from dse.space.model.space import Space
+from dse.support.timelimit import OutOfTime
 
 MANY_CASES = 1_000
 """A summand that depends on more combinations of options than this counts as 0 at least, and has no known maximum."""

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
 
-from dse.analysis.flow_terms import flow_figure_ns
+from dse.analysis.latency.metrics import flow_figure_ns
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Reading, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.memo import Recall
 from dse.analysis.rates import active_cycle, rate_hz
-from dse.analysis.rows import counts_responses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
-from dse.records import dataclass
-from dse.space.cores import is_scheduled
-from dse.space.criteria import Metric
-from dse.space.trees import NotOffered
-from dse.space.types import Design, Space
-from dse.timelimit import in_time
+from dse.space.model.criteria import Metric
+from dse.space.model.space import Design, Space
+from dse.space.model.trees import NotOffered
+from dse.space.question.open_cores import is_scheduled
+from dse.support.timelimit import in_time
 
 REMEMBERED = 4096
 MANY = 500

@@ -8,12 +8,12 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
 from typing import Protocol
 
-from dse.analysis.bin_packing import Room
+from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.measures import (
     PPM,
     SCALE_LIMIT,
@@ -25,20 +25,19 @@ from dse.analysis.measures import (
     exact_sum,
     scaled_term,
 )
-from dse.analysis.partition import Spread, asks_for_first_fit, even_spread, spread
-from dse.analysis.priorities import deadline_ns
-from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.placement.bin_packing import Room
+from dse.analysis.placement.partition import Spread, asks_for_first_fit, even_spread, spread
+from dse.analysis.scheduling.priorities import deadline_ns
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
 from dse.analysis.terms import Extreme, extreme_term
-from dse.analysis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.views import View, tabulate
-from dse.errors import TooLargeError
-from dse.records import dataclass
-from dse.space.criteria import Requirement
-from dse.space.metric_kinds import metric_dimension
-from dse.space.metrics import worst_of
-from dse.space.trees import Choice, Tree, at, leaves
-from dse.space.types import EMPTY, Bus, Component, Space
-from dse.units import Exact
+from dse.space.model.criteria import Requirement
+from dse.space.model.metric_kinds import metric_dimension
+from dse.space.model.space import EMPTY, Bus, Component, Space
+from dse.space.model.trees import Choice, Tree, at, leaves
+from dse.space.question.metrics import worst_of
+from dse.support.errors import TooLargeError
+from dse.support.units import Exact
 
 MANY_CASES = 10_000
 MOST_LEFT_OUT = 32

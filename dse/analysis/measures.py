@@ -12,9 +12,12 @@ from math import lcm
 from typing import Literal
 
 from dse.analysis.binding import bus_stack
-from dse.analysis.changes import change_terms
-from dse.analysis.flow_terms import flow_terms, input_terms, up_to
-from dse.analysis.resources import (
+from dse.analysis.latency.metrics import flow_terms, input_terms, up_to
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.servers.segments import always_executes, elapsed_ns
+from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
+from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, latency_scale, whole_time_scale
+from dse.analysis.usage import (
     busy_scale,
     busy_terms,
     load_scale,
@@ -23,14 +26,9 @@ from dse.analysis.resources import (
     utilisation_scale,
     utilisation_terms,
 )
-from dse.analysis.scheduling import UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.segments import always_executes, elapsed_ns
-from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
-from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, latency_scale, whole_time_scale
-from dse.analysis.views import View
-from dse.space.cores import tells_cores_apart
-from dse.space.criteria import Metric
-from dse.space.metric_kinds import (
+from dse.analysis.views import View, is_met
+from dse.space.model.criteria import Metric
+from dse.space.model.metric_kinds import (
     CHAIN_METRICS,
     FLOW_METRICS,
     INPUT_METRICS,
@@ -39,10 +37,23 @@ from dse.space.metric_kinds import (
     metric_dimension,
     total_unit,
 )
-from dse.space.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
-from dse.space.trees import Tree, at, leaves
-from dse.space.types import Bus, Component, Slot, Space
-from dse.units import BASES, DATA, DATA_RATE, DIMENSIONLESS, FREQUENCY, LENGTH, MONEY, POWER, TIME, Dimension, Quantity
+from dse.space.model.space import Bus, Component, Decision, Slot, Space
+from dse.space.model.trees import Tree, at, leaves
+from dse.space.question.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
+from dse.space.question.open_cores import tells_cores_apart
+from dse.support.units import (
+    BASES,
+    DATA,
+    DATA_RATE,
+    DIMENSIONLESS,
+    FREQUENCY,
+    LENGTH,
+    MONEY,
+    POWER,
+    TIME,
+    Dimension,
+    Quantity,
+)
 
 __all__ = [
     "PPM",
@@ -267,3 +278,53 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     **dict.fromkeys(("max", "min"), lambda space, metric, _: _extreme(space, metric)),
 }
 """How a design has a metric of each kind: its measure, counted in whole units if so asked."""
+
+
+# What a design changes against the baseline that the problem file states (docs/semantics.md, section 6.1).
+
+
+def counted_decisions(space: Space) -> Iterator[tuple[int, Decision, int]]:
+    """The open decisions that the baseline states, each with its index and the option that the baseline has.
+
+    What the baseline leaves out is not counted, nor on which core of its processor a thread runs,
+    and in which order where the best one is asked for.
+    """
+    for index, decision in enumerate(space.decisions[: space.first_open]):
+        if index in space.baseline and decision.is_open:
+            yield index, decision, space.baseline[index]
+
+
+def change_terms(space: Space) -> tuple[Term, ...]:
+    """A summand for each decision: what it costs where a design uses it and has another option than the baseline."""
+    return tuple(
+        _term(index, decision, option, space.cost_of_change.get(index, 1))
+        for index, decision, option in counted_decisions(space)
+    )
+
+
+def _term(index: int, decision: Decision, option: int, cost: int) -> Term:
+    def value(view: View) -> Fraction:
+        return Fraction(cost if _differs(decision, index, option, view) else 0)
+
+    return Term(decision.name, value, component=decision.component)
+
+
+def _differs(decision: Decision, index: int, option: int, view: View) -> bool:
+    return is_met(decision, index, view) and view[index] != option
+
+
+def changed_decisions(space: Space, view: View) -> dict[str, int]:
+    """The names of the decisions that a design changes, each with its cost, in the order of the file.
+
+    A change costs 1 where the file states no `cost_of_change` for it.
+    """
+    return {
+        decision.name: space.cost_of_change.get(index, 1)
+        for index, decision, option in counted_decisions(space)
+        if _differs(decision, index, option, view)
+    }
+
+
+def cost_of_changes(space: Space, view: View) -> int:
+    """The figure of ``changes`` for a design."""
+    return sum(changed_decisions(space, view).values())

@@ -8,7 +8,7 @@ from threading import Lock
 from typing import Any, Generic, TypeVar
 
 from dse.analysis.views import View
-from dse.space.types import Space
+from dse.space.model.space import Space
 
 T = TypeVar("T")
 KEPT_SPACES = 8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial, reduce
 from math import ceil
@@ -11,15 +11,14 @@ from typing import Any, Literal, TypeAlias, cast
 
 from dse.analysis.rates import RateKey, rate_hz
 from dse.analysis.views import View
-from dse.records import dataclass
-from dse.space.criteria import Metric
-from dse.space.steps import Step
-from dse.space.types import Space
-from dse.units import Exact, is_unbounded
+from dse.space.model.criteria import Metric
+from dse.space.model.flows import Step
+from dse.space.model.space import Space
+from dse.support.units import Exact, is_unbounded
 
 PPM = 10**6
 ZERO = Fraction(0)
-"""Added to a figure it makes an exact rational of it, whatever kind of number that is (see `dse.study.trace`)."""
+"""Added to a figure it makes an exact rational of it, whatever kind of number that is (`dse.questions.sensitivity`)."""
 SCALE_LIMIT = 10**7
 """The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
 
@@ -184,7 +183,7 @@ class Extreme:
     sums: tuple[tuple[Term, ...], ...]
 
     def pick(self, values: Iterable[Any]) -> Any:
-        """The value that counts; numbers that remember how they were made (`dse.study.trace`) remember that, too."""
+        """The value that counts; traced numbers (`dse.questions.sensitivity`) remember how it was made, too."""
         return reduce(partial(picked, self.kind), values)
 
     def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> Extreme:

@@ -10,13 +10,13 @@ from typing import TypeAlias
 
 from dse.analysis.binding import bit_times_ns, byte_times_ns
 from dse.analysis.memo import Recall
-from dse.analysis.resources import reachable_buses
+from dse.analysis.usage import reachable_buses
 from dse.analysis.views import View
-from dse.space.buses import wrapping
-from dse.space.frames import Frame
-from dse.space.steps import Flow
-from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
-from dse.space.types import Component, Connection, Space
+from dse.space.architecture.carriers import wrapping
+from dse.space.architecture.frames import Frame
+from dse.space.model.flows import Flow
+from dse.space.model.space import Component, Connection, Space
+from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 
 TIME_SCALE_LIMIT = 1000
 """The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
@@ -55,7 +55,7 @@ def _time_scale(space: Space, components: Iterable[int], connections: Iterable[i
     """A common denominator, in ns, of sums of the times of components and connections.
 
     Times of the file are whole but for what messages and their bytes take. Where inputs are uncertain, a space has all
-    kinds of figures (`dse.study.functions`).
+    kinds of figures (`dse.questions.sensitivity.design_function`).
     """
     of_components, of_connections = _PARTS.recall(space, "times", View(()), _part_scales)
     parts = (*(of_components[number] for number in components), *(of_connections[number] for number in connections))

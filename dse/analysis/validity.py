@@ -7,19 +7,19 @@ vain. Evaluation and search read the same list.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
-from dse.analysis.resources import all_reachable_buses
+from dse.analysis.usage import all_reachable_buses
 from dse.analysis.views import View, is_met
-from dse.records import dataclass
-from dse.space.buses import counted, wrapping
-from dse.space.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
-from dse.space.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
-from dse.space.types import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
-from dse.spec.expressions import And, Not, Or
+from dse.space.architecture.carriers import counted, wrapping
+from dse.space.model.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
+from dse.space.model.space import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
+from dse.space.model.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
+from dse.spec.language.expressions import And, Not, Or
 
 MOST_LISTED = 8
 """The most options of a decision that are named where another one was chosen."""

@@ -8,12 +8,12 @@ cases: the search takes its coefficients from there, so that no formula is writt
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from dse.records import dataclass
-from dse.space.trees import NotOffered, consulted
-from dse.space.types import Decision, Space
-from dse.timelimit import look_at_the_clock
+from dse.space.model.space import Decision, Space
+from dse.space.model.trees import NotOffered, consulted
+from dse.support.timelimit import look_at_the_clock
 
 T = TypeVar("T")
 

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from dse.cli.saying import in_a_line, tell, visible
-from dse.errors import UsageError, nearest
-from dse.extras import how_to_install, is_installed
-from dse.files import writing as files
-from dse.files.guard import PathLike, claim
-from dse.files.reading import UnreadableFileError, beginning
 from dse.importers.registry import MOST_LOOKED_AT, is_model
-from dse.timelimit import TimeLimit, until
+from dse.support.errors import UsageError, nearest
+from dse.support.extras import how_to_install, is_installed
+from dse.support.files import writing as files
+from dse.support.files.guard import PathLike, claim
+from dse.support.files.reading import UnreadableFileError, beginning
+from dse.support.timelimit import TimeLimit, until
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from dse.api.problem import Problem
+    from dse.questions.problem import Problem
 
 F = TypeVar("F", bound=Callable[..., Any])
 PIPED_WIDTH = 160
@@ -92,7 +92,7 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
         @wraps(command)
         def asked(*arguments: Any, root: str | None, mode: str | None, **options: Any) -> Any:
             if (root or mode) and options["file"] is not None:
-                from dse.api.problem import Model
+                from dse.questions.problem import Model
 
                 if str(options["file"]) == "-" or not is_model(Path(options["file"])):
                     given = "--root" if root else "--mode"
@@ -110,7 +110,7 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
 
 def load_told(file: str | os.PathLike[str]) -> Problem:
     """The problem of a file or model; standard error says what the import of a model has left out."""
-    from dse.api.problem import Model, load
+    from dse.questions.problem import Model, load
 
     problem = load(file if isinstance(file, Model) else Path(file))
     for item in problem.loaded.told:
@@ -162,7 +162,7 @@ class Seconds(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Seconds from ``90``, ``90s`` or ``1.5 min``."""
-        from dse.units import TIME, UnitError, parse_quantity
+        from dse.support.units import TIME, UnitError, parse_quantity
 
         try:
             quantity = parse_quantity(str(value))
@@ -252,7 +252,7 @@ def check_writable(*paths: PathLike | None, renews: PathLike | None = None, repl
 
 def _holds_a_problem(path: PathLike) -> bool:
     """Whether the file that is there is a problem file."""
-    from dse.spec.recognising import is_problem
+    from dse.spec.loading.recognising import is_problem
 
     try:
         return is_problem(beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace"))

@@ -34,7 +34,7 @@ class Unheard(io.FileIO):
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
-    code = 5  # as dse.errors.EXIT_INCOMPLETE, which may not be there yet
+    code = 5  # as dse.support.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
         signal.signal(signal.SIGINT, Interrupts.note)
         sys.unraisablehook = Interrupts.repeat

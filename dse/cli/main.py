@@ -13,9 +13,9 @@ import click
 from dse.cli.common import discard_output
 from dse.cli.interrupts import Interrupts
 from dse.cli.saying import in_a_line, say, tell
-from dse.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError, nearest
-from dse.files.guard import guarding
-from dse.version import __version__
+from dse.support.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError, nearest
+from dse.support.files.guard import guarding
+from dse.support.version import __version__
 
 COMMANDS = {
     "solve": "The proven Pareto front of a problem, ranked.",
@@ -54,7 +54,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module = MODULES.get(cmd_name, cmd_name)
-        command = getattr(import_module(f"dse.cli.{module}"), "command")  # noqa: B009 (typed as Any on purpose)
+        command = getattr(import_module(f"dse.cli.commands.{module}"), "command")  # noqa: B009 (typed as Any on purpose)
         assert isinstance(command, click.Command)
         return command
 

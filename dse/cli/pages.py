@@ -9,11 +9,11 @@ import click
 
 from dse.cli.common import F, console, save, tell_plots
 from dse.cli.saying import tell
-from dse.files.writing import PAGES
-from dse.timelimit import OutOfTime, TimeLimit, until
+from dse.support.files.writing import PAGES
+from dse.support.timelimit import OutOfTime, TimeLimit, until
 
 if TYPE_CHECKING:
-    from dse.report.document import Document
+    from dse.report.content.document import Document
     from dse.report.page import Page, Section
 
 
@@ -68,7 +68,7 @@ def write_page(path: str | None, page: Page) -> OSError | None:
     """Write a page where ``--report`` says, if it was given; returns the failure to do so."""
     if path is None:
         return None
-    from dse.report.writing import page_text
+    from dse.report.output import page_text
 
     return save((path, lambda: page_text(page, path)))
 
@@ -103,8 +103,7 @@ def print_front(
 
     Where the time limit comes before that is found out, what is told is what the result says.
     """
-    from dse.report.brief import brief_page, fitting_page
-    from dse.report.solve import printed_page
+    from dse.report.content.front import brief_page, fitting_page, printed_page
     from dse.report.terminal import SCREEN, page_height, print_page
 
     screen = console()

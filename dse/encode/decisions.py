@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from dse.analysis.validity import Predicate, Rulebook, has_conditional_home
+from dse.analysis.validity import Predicate, Rulebook, atom_truth, has_conditional_home, is_broken
 from dse.analysis.views import View
 from dse.encode.linear import Board
-from dse.space.trees import Choice
-from dse.space.types import EMPTY
-from dse.timelimit import in_time
+from dse.space.model.criteria import ResolvedCondition, Rule
+from dse.space.model.space import EMPTY
+from dse.space.model.trees import Choice
+from dse.spec.language.expressions import And, Not, Or
+from dse.support.timelimit import in_time
 
 
 def add_decisions(board: Board) -> None:
@@ -60,3 +62,32 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
     for cover in rulebook.covers:
         empty = board.options[cover.slot.type_decision][cover.slot.types.index(EMPTY)]
         board.model.add_bool_or([empty, *(board.holds(uses) for uses in cover.users)])
+
+
+# Rules between decisions as clauses.
+
+
+def add_rule(board: Board, rule: Rule) -> None:
+    """Forbid the cases in which the rule is broken; large rules go through a literal for each part."""
+    if board.forbid_where(lambda view: is_broken(rule, view)):
+        return
+    true, false = _kleene(board, rule.condition)
+    board.forbid([true if rule.verb == "forbid" else false])
+
+
+def _kleene(board: Board, condition: ResolvedCondition) -> tuple[Any, Any]:
+    """The literals "certainly true" and "certainly false" of a condition in Kleene's logic."""
+    if isinstance(condition, Not):
+        true, false = _kleene(board, condition.operand)
+        return false, true
+    if isinstance(condition, And | Or):
+        parts = [_kleene(board, item) for item in condition.operands]
+        trues, falses = [part[0] for part in parts], [part[1] for part in parts]
+        if isinstance(condition, And):
+            return board.all_of(trues), board.any_of(falses)
+        return board.any_of(trues), board.all_of(falses)
+    table = board.table(lambda view: atom_truth(condition, view))
+    return (
+        board.any_of(literal for literal, value in table if value is True),
+        board.any_of(literal for literal, value in table if value is False),
+    )

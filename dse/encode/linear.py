@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -12,10 +12,9 @@ from typing import Any, TypeAlias, TypeVar
 from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
-from dse.records import dataclass
-from dse.space.criteria import Objective, Requirement
-from dse.space.trees import Choice, Tree
-from dse.space.types import Space
+from dse.space.model.criteria import Objective, Requirement
+from dse.space.model.space import Space
+from dse.space.model.trees import Choice, Tree
 
 T = TypeVar("T")
 
@@ -99,18 +98,18 @@ class Board:
         self._choices: set[frozenset[int]] = set()
         self._implied: dict[int, frozenset[tuple[int, int]]] = {}
         self.open_terms: list[OpenTerm] = []
-        self.deadlines: list[Any] = []  # upper limits on response times, see `dse.encode.contention`
+        self.deadlines: list[Any] = []  # upper limits on response times, see `dse.encode.scheduling.contention`
         self.contention: Any = None
-        self.core_limits: list[Any] = []  # upper limits on cores, see `dse.encode.corelimits`
+        self.core_limits: list[Any] = []  # upper limits on cores, see `dse.encode.scheduling.core_limits`
         self.cores: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
-        self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.reads`
+        self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.scheduling.clock_reads`
         self.attained: list[int] = []  # literals of which sum an extreme is, see `dse.encode.sums`
-        self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.waiting`
+        self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.scheduling.waiting`
         self.waiting_where: dict[int, cp_model.IntVar] = {}  # the same of threads that wait in some designs only
         self.wait_scale = 0
-        self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.phases`
+        self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.scheduling.clock_reads`
         self.guard: cp_model.IntVar | None = None
         self.fixable: frozenset[int] = frozenset(space.fixed)  # decisions that are fixed, or may be once it is made
         self.branched: Counter[int] = Counter()

@@ -8,7 +8,7 @@ to the safe side, which loses no design, and the referee refuses what exact comp
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import gcd
 from typing import Any
@@ -20,20 +20,18 @@ from dse.analysis.limits import Limit
 from dse.analysis.measures import Measure
 from dse.analysis.memo import Watching
 from dse.analysis.views import View
-from dse.encode.contention import Contention, contention_of
-from dse.encode.corelimits import CoreLimits, core_limits_of
-from dse.encode.decisions import add_activity, add_decisions, add_validity
-from dse.encode.inorder import strategy_in_order
+from dse.encode.decisions import add_activity, add_decisions, add_rule, add_validity
 from dse.encode.linear import Board, OpenTerm, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
-from dse.encode.rules import add_rule
+from dse.encode.scheduling.contention import Contention, contention_of
+from dse.encode.scheduling.core_limits import CoreLimits, core_limits_of
+from dse.encode.scheduling.waiting_forms import is_better_shorter, is_upward, may_fall, may_wait
+from dse.encode.search_order import strategy_in_order
 from dse.encode.sums import measure_branches
-from dse.encode.upward import is_better_shorter, is_upward, may_fall, may_wait
-from dse.errors import TooLargeError
-from dse.records import dataclass
-from dse.space.criteria import Objective
-from dse.space.types import INACTIVE, Design, Space
+from dse.space.model.criteria import Objective
+from dse.space.model.space import INACTIVE, Design, Space
+from dse.support.errors import TooLargeError
 
 MOST_REGIONS = 4
 """How many regions of the objective space a question can be about (decision record 9)."""

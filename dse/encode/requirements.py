@@ -7,13 +7,13 @@ from fractions import Fraction
 
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
-from dse.encode.contention import Deadline, is_deadline
-from dse.encode.corelimits import CoreLimit
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
 from dse.encode.rates import RateVariables
+from dse.encode.scheduling.contention import Deadline, is_deadline
+from dse.encode.scheduling.core_limits import CoreLimit
 from dse.encode.sums import Branch, measure_branches
-from dse.space.interchangeable import interchangeable_cores
-from dse.space.trees import leaves
+from dse.space.core_symmetry import interchangeable_cores
+from dse.space.model.trees import leaves
 
 
 def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import product
@@ -12,13 +13,11 @@ from typing import Any
 
 from dse.analysis.measures import Measure, Term
 from dse.analysis.views import allowed_options
-from dse.encode.additive import additive_parts
 from dse.encode.linear import Board, Form, Given, ceil_int, check_exact, floor_int
-from dse.encode.phases import phased_form
 from dse.encode.rates import RateVariables
-from dse.encode.reads import sum_of
-from dse.encode.scheduled import scheduled_form
-from dse.records import dataclass
+from dse.encode.scheduling.clock_reads import phased_form, sum_of
+from dse.encode.scheduling.waiting_forms import scheduled_form
+from dse.encode.table_parts import additive_parts
 
 SHARED_BY = 3
 """A decision on which the coefficients of so many products hang is worth a form for each of its options."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from dse.fitting.fit import Execution, Fit, Transport, executions_by_name
-from dse.spec.writing import block_text
-from dse.units import TimeRange, format_duration, format_size_range, format_time_range
-from dse.units.parse import whole
+from dse.spec.loading.writing import block_text
+from dse.support.units import TimeRange, format_duration, format_size_range, format_time_range
+from dse.support.units.parse import whole
 
 HEAD = "# Figures from measurements; the greatest of what was measured is no bound of what can happen.\n"
 SAMPLES = "samples"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from dse.records import dataclass
-from dse.units import DATA, TIME, UNITS, Dimension, canonical_unit
+from dse.support.units import DATA, TIME, UNITS, Dimension, canonical_unit
 
 TIMES = ("sample", "min", "max", "mean", "median", "deviation")
 """Roles whose figures are durations."""

@@ -8,13 +8,13 @@ not in them. Coles, An Introduction to Statistical Modeling of Extreme Values (2
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from dse.extras import needed_for
 from dse.fitting.lines import Floats
-from dse.records import dataclass
+from dse.support.extras import needed_for
 
 FEWEST = 400
 """Samples below which nothing is fitted: a tail of some ten values says nothing."""

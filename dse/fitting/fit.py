@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from dse.errors import Diagnostic, ProblemError, UsageError
+from dse.answers.base import Answer, With
+from dse.answers.tables.display import exact
+from dse.answers.tables.frames import unit_frame
 from dse.fitting.extremes import Tail, tails
 from dse.fitting.judging import (
     Goodness,
@@ -34,12 +36,11 @@ from dse.fitting.lines import (
     squares_parts,
 )
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
-from dse.records import dataclass
-from dse.results.answer import Answer, With
-from dse.timelimit import in_time
-from dse.units import format_duration
-from dse.units.parse import round_to_int
-from dse.units.table import Rounding, SizeRange
+from dse.support.errors import Diagnostic, ProblemError, UsageError
+from dse.support.timelimit import in_time
+from dse.support.units import format_duration
+from dse.support.units.parse import round_to_int
+from dse.support.units.table import Rounding, SizeRange
 
 if TYPE_CHECKING:
     import pandas
@@ -144,8 +145,6 @@ class Fit(Answer):
         into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
         Exact; `units` as for `Result.frame`.
         """
-        from dse.fitting.table import fit_frame
-
         return fit_frame(self, units)
 
     def _told(self) -> Mapping[str, Any]:
@@ -398,3 +397,24 @@ def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execut
     order = {name: number for number, name in enumerate(dict.fromkeys(item.name for item in executions))}
     ordered = sorted(executions, key=lambda item: order[item.name])
     return {name: list(items) for name, items in groupby(ordered, key=lambda item: item.name)}
+
+
+# Fitted figures as a frame.
+
+
+def fit_frame(fit: Fit, units: str | Sequence[str] | None) -> pandas.DataFrame:
+    """A row for each transport, or thread, on each platform: see `Fit.frame`."""
+    slopes = ("per byte least", "per byte most")
+    times = ("fixed least", "fixed most", *slopes)
+    rows: list[Mapping[str, Any]] = []
+    for line in fit.transports:
+        sizes = {"from": line.sizes_bytes.min_bytes, "to": line.sizes_bytes.max_bytes}
+        figures = dict(zip(times, map(exact, (*line.fixed_ns, *line.per_byte_ns)), strict=True))
+        rows.append({"name": line.transport, "platform": line.platform, **sizes, **figures})
+    for item in fit.executions:
+        ends = {"least": exact(item.summary.min_ns), "most": exact(item.summary.max_ns)}
+        rows.append({"name": item.name, "platform": item.platform, **ends, "count": item.summary.count})
+    own = ("from", "to", *times) if fit.transports else ("least", "most", "count")
+    counted = {"from": "B", "to": "B"} | dict.fromkeys((*times, "least", "most"), "ns")
+    counted |= dict.fromkeys(slopes, "ns/B")
+    return unit_frame(["name", "platform", *own], rows, counted, units)

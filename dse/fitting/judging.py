@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
@@ -11,8 +12,7 @@ import numpy as np
 
 from dse.fitting.lines import Floats, Line, Points
 from dse.fitting.measurements import Summary
-from dse.records import dataclass
-from dse.timelimit import in_time
+from dse.support.timelimit import in_time
 
 Kind: TypeAlias = Literal[
     "sample maximum", "half round trip", "negative part", "crossing", "outside", "poor fit", "bend", "spread",

@@ -8,6 +8,7 @@ a stated share of the samples beyond them. Parts of a line are never negative: a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -15,9 +16,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from dse.extras import needed_for
-from dse.records import dataclass
-from dse.timelimit import A_MOMENT_S, in_force, look_at_the_clock
+from dse.support.extras import needed_for
+from dse.support.timelimit import A_MOMENT_S, in_force, look_at_the_clock
 
 Method: TypeAlias = Literal["ols", "envelope", "quantile"]
 Points: TypeAlias = Sequence[tuple[int, Fraction]]

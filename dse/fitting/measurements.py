@@ -6,7 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
@@ -15,12 +15,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dse.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
-from dse.records import dataclass
-from dse.spec.sources import OnDisk, read_source
-from dse.timelimit import in_time
-from dse.units import DATA, TIME, UnitError, parse_quantity
+from dse.spec.loading.sources import OnDisk, read_source
+from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
+from dse.support.timelimit import in_time
+from dse.support.units import DATA, TIME, UnitError, parse_quantity
 
 MOST_BYTES = 64_000_000
 MOST_MISTAKES = 20

@@ -11,16 +11,15 @@ import csv
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
-from dse.errors import Diagnostic, ProblemError
 from dse.fitting.measurements import MOST_BYTES, MOST_MISTAKES, joined_rows, numbered_lines
-from dse.records import dataclass
-from dse.spec.sources import OnDisk, read_source
-from dse.timelimit import in_time
-from dse.units import Quantity, UnitError, parse_quantity
+from dse.spec.loading.sources import OnDisk, read_source
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.timelimit import in_time
+from dse.support.units import Quantity, UnitError, parse_quantity
 
 SUBJECTS: Mapping[str, str] = {
     "name": "", "of": "", "flow": "latency", "path": "latency", "bus": "load", "processor": "utilisation",

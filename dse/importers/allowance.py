@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 
-from dse.errors import Diagnostic, ProblemError
-from dse.records import dataclass
-from dse.timelimit import Work
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.timelimit import Work
 
 PIECES = 1_000_000
 """Steps, values and entries of one import of launch files; a part of a file counts as several."""

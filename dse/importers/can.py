@@ -13,15 +13,15 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError, UsageError
-from dse.extras import needed_for
-from dse.files.foreign import reading
-from dse.files.reading import UnreadableFileError, read_bytes
-from dse.files.xml import xml_text
 from dse.importers.can_sizes import TEXT, check_sizes
 from dse.importers.registry import Imported, Key, Place
-from dse.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
-from dse.units.table import Rounding
+from dse.support.errors import Diagnostic, ProblemError, UsageError
+from dse.support.extras import needed_for
+from dse.support.files.foreign import reading
+from dse.support.files.reading import UnreadableFileError, read_bytes
+from dse.support.files.xml import xml_text
+from dse.support.units import UnitError, format_bandwidth, format_rate, parse_bandwidth_bps, parse_duration_ns
+from dse.support.units.table import Rounding
 
 MOST_BYTES = 64_000_000
 XML = ("kcd", "arxml")

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
-from dse.errors import Diagnostic, ProblemError
-from dse.files.xml import walk
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.files.xml import walk
 
 Place: TypeAlias = int | re.Match[str]
 """A line, or what was found in the text."""

@@ -9,16 +9,15 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from dse.errors import Diagnostic, ProblemError, UsageError
-from dse.files.reading import UnreadableFileError, beginning, obstacle
-from dse.records import dataclass
-from dse.timelimit import in_time
+from dse.support.errors import Diagnostic, ProblemError, UsageError
+from dse.support.files.reading import UnreadableFileError, beginning, obstacle
+from dse.support.timelimit import in_time
 
 Key: TypeAlias = tuple[str | int, ...]
 """Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""
@@ -140,7 +139,7 @@ IMPORTERS: tuple[Importer, ...] = (
         "launch",
         (".xml", ".py", *YAML),
         "launch files (XML, YAML, Python), as far as they are static (ROS 2)",
-        "dse.importers.launch.reading",
+        "dse.importers.ros2.launch.reading",
         {**OF_ROS2, **OF_LAUNCH},
         telltale=r"^launch\s*:|<launch\b|def generate_launch_description\b",
         sure=tuple(f"{mark}launch{end}" for mark in "._" for end in (".xml", ".py", *YAML, "")),
@@ -149,7 +148,7 @@ IMPORTERS: tuple[Importer, ...] = (
         "parameters",
         YAML,
         "parameter files: rates and periods of timers (ROS 2)",
-        "dse.importers.launch.reading",
+        "dse.importers.ros2.launch.reading",
         {**OF_ROS2, "timers": OF_LAUNCH["timers"]},
         telltale="ros__parameters",
         function="read_parameters",

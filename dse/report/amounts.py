@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import Any, TypeAlias
 
 from rich.cells import cell_len, set_cell_size
 
-from dse.results.changes import Delta
-from dse.results.display import counted, display_unit, readable
-from dse.results.reasons import Margin
-from dse.units import is_unbounded
+from dse.answers.ranking.changes import Delta
+from dse.answers.ranking.reasons import Margin
+from dse.answers.tables.display import NO_BOUND, counted, display_unit, readable
+from dse.support.units import is_unbounded
 
 PPM = 10**6
 
@@ -113,3 +114,33 @@ def shortened(text: str, room: int) -> str:
 def listed(items: Sequence[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
+# Figures and designs as the data of studies have them, in words.
+
+
+Data: TypeAlias = Mapping[str, Any]
+MOST_ROWS = 400
+"""A table in a page has at most so many rows; CSV and JSON have all."""
+
+
+def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:
+    """Some decisions of a design in words."""
+    return ", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen)
+
+
+def number_of(value: Any, unit: str, currency: str) -> float | None:
+    """A figure as a number of the unit that engineers read; None where it is unbounded, and cannot be drawn."""
+    if value is None or is_unbounded(value):
+        return None
+    return float(Fraction(value) / display_unit(unit, currency)[0])
+
+
+def figure_text(value: Any, unit: str, currency: str) -> str:
+    """An input or a metric for people, in full where its unit has no other form; None is unbounded."""
+    if value is None or is_unbounded(value):
+        return NO_BOUND
+    if unit in ("ns", "ct", "ppm", "mW", "B/s", "nm"):
+        return readable(Fraction(value), unit, currency, 6)
+    number = Fraction(value)
+    return f"{number if number.denominator == 1 else format(float(number), '.9g')} {unit}".strip()

@@ -8,9 +8,8 @@ whose reader has not given the command.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeAlias
-
-from dse.records import dataclass
 
 NOTHING = "\N{EN DASH}"
 """The cell of a table where there is nothing to say."""

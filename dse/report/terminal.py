@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from dse.report.page import MINUS, MORE, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
-from dse.report.plain import is_ascii, plain, plain_table, print_hanging
+from dse.report.text_table import is_ascii, plain, plain_table, print_hanging
 
 T = TypeVar("T")
 STYLES = {"plain": "", "strong": "bold", "wrong": "bold red"}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from dse.extras import is_installed, needed_for
-from dse.report.charts import scatter
-from dse.report.document import Document
+from dse.answers.result import Result
+from dse.report.content.document import Document
 from dse.report.html import html_report
-from dse.results.solve import Result
+from dse.report.plots.front import scatter
+from dse.support.extras import is_installed, needed_for
 
 FRAME = """
 export default {
@@ -67,7 +67,7 @@ def widget(result: Result, height: int = 900) -> Any:
     with needed_for("An interactive result in a notebook", "widget"):
         import anywidget
         import traitlets
-    from dse.errors import UsageError
+    from dse.support.errors import UsageError
 
     if not result.front:
         raise UsageError("there is no design to choose: the result is its words, `dse.explain` says why")
@@ -96,7 +96,7 @@ def still(document: Document) -> str:
     result = document.result
     drawn = ""
     if is_installed("plots"):
-        from dse.report.plot_files import svg_of
+        from dse.report.output import svg_of
 
         plot = scatter(result, document.records, result.front[0].id, document.baseline_record)
         drawn = f'<div role="img" aria-label="{escape(plot["description"])}">{svg_of(plot)}</div>'

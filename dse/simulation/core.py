@@ -8,13 +8,12 @@ does a reservation, for its own threads; what it has not used when its period en
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import field
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import ClassVar, TypeAlias
 
-from dse.records import dataclass
 from dse.simulation.plan import Gap, Share, StepKey, Task
-from dse.units import Exact
+from dse.support.units import Exact
 
 Births: TypeAlias = dict[StepKey, list[Exact]]
 """For each flow step, when the data were born that are there."""

@@ -26,8 +26,8 @@ from dse.simulation.core import Births, Core, Entry, Job
 from dse.simulation.observing import Observation, Setting
 from dse.simulation.plan import Gap, Link, Plan, Share, StepKey, Task, TaskKey
 from dse.simulation.readings import Range
-from dse.timelimit import look_at_the_clock
-from dse.units import Exact, whole
+from dse.support.timelimit import look_at_the_clock
+from dse.support.units import Exact, whole
 
 MILLION = 10**6
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from dse.records import dataclass
 from dse.simulation.plan import StepKey
-from dse.units import Exact
+from dse.support.units import Exact
 
 Execution: TypeAlias = Literal["max", "min", "random"]
 

@@ -6,16 +6,14 @@ Reads the space on its own, without `dse.analysis`, so that a mistake there is n
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.records import dataclass
 from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
-from dse.space.hosts import ExecutorKind
-from dse.space.metrics import all_disparities
-from dse.space.types import Design, Space
-from dse.units import Exact
+from dse.space.model.space import Design, ExecutorKind, Space
+from dse.space.question.metrics import all_disparities
+from dse.support.units import Exact
 
 NS_PER_S = 10**9
 ENDLESS = 10**9

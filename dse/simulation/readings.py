@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from dse.records import dataclass
-from dse.space.clocks import AT_RELEASE
-from dse.space.frames import Frame, wire_ns
-from dse.space.hosts import ExecutorKind, Interference, at_home
-from dse.space.trees import FROM_BANDWIDTH, PerProcessorType, at
-from dse.space.types import Component, Connection, Design, Space
-from dse.units import Exact
+from dse.space.architecture.clocks import AT_RELEASE
+from dse.space.architecture.frames import Frame, wire_ns
+from dse.space.model.space import Component, Connection, Design, ExecutorKind, Interference, Space, at_home
+from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, at
+from dse.support.units import Exact
 
 Range: TypeAlias = tuple[Exact, Exact]
 """Least and most, in ns; exact where messages and their bytes take less than 1 ns."""

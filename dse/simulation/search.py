@@ -11,15 +11,14 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from dse.records import dataclass
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Execution, Observation, Setting
 from dse.simulation.plan import Plan
-from dse.space.steps import Flow
-from dse.units import Exact
+from dse.space.model.flows import Flow
+from dse.support.units import Exact
 
 
 @dataclass

@@ -6,32 +6,32 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError, in_order
-from dse.space.activation import check_activation, with_triggers
-from dse.space.budgets import build_resources
-from dse.space.bus_slots import build_buses, check_bus_types
-from dse.space.clocks import check_clocks, grid_in_use
-from dse.space.components import (
+from dse.space.architecture.activation import check_activation, with_triggers
+from dse.space.architecture.budgets import build_resources
+from dse.space.architecture.buses import build_buses, check_bus_types
+from dse.space.architecture.clocks import check_clocks, grid_in_use
+from dse.space.architecture.components import (
     build_component,
     build_connections,
     check_machines,
     check_processes,
     check_processor_types,
 )
-from dse.space.executors import build_executors, build_homes, build_reservations
-from dse.space.flows import build_flows, check_flow_sizes
-from dse.space.metric_kinds import RESERVED
+from dse.space.architecture.executors import build_executors, build_homes, build_reservations
+from dse.space.architecture.flows import build_flows, check_flow_sizes
+from dse.space.architecture.processors import build_processor, check_overheads
+from dse.space.architecture.segments import with_pieces
+from dse.space.model.metric_kinds import RESERVED
+from dse.space.model.space import Space
 from dse.space.properties import Ledger, Path, closest
-from dse.space.questions import with_questions
-from dse.space.segments import with_pieces
-from dse.space.settings import default_deadlines
-from dse.space.slots import build_processor, check_overheads
-from dse.space.types import Space
-from dse.spec import ros2
-from dse.spec.load import LoadedSpec, UnreadableError
-from dse.spec.model import Spec
-from dse.spec.scan import CALL
-from dse.units import shown
+from dse.space.question.reading import with_questions
+from dse.space.question.settings import default_deadlines
+from dse.spec.language.scan import CALL
+from dse.spec.loading.load import LoadedSpec, UnreadableError
+from dse.spec.schema import ros2
+from dse.spec.schema.model import Spec
+from dse.support.errors import Diagnostic, ProblemError, in_order
+from dse.support.units import shown
 
 CATALOGUES = ("processor_types", "bus_types", "device_types", "thread_types")
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from dse.errors import Suggestion, did_you_mean
-from dse.space.metrics import (
-    QuestionError,
-)
-from dse.space.properties import closest
-from dse.space.types import (
+from dse.space.model.space import (
     EMPTY,
     Reference,
     Space,
 )
-from dse.spec.totals import in_unit_of
-from dse.units import (
+from dse.space.properties import closest
+from dse.space.question.metrics import (
+    QuestionError,
+)
+from dse.spec.quantities.totals import in_unit_of
+from dse.support.errors import Suggestion, did_you_mean
+from dse.support.units import (
     Rounding,
     Total,
     UnitError,

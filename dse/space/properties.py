@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
 
-from dse.errors import Diagnostic, Suggestion, did_you_mean, in_order
-from dse.records import dataclass
-from dse.space.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
-from dse.space.types import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
-from dse.spec.load import LoadedSpec
-from dse.timelimit import Work
-from dse.units import shown
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Decision, Processor, Reference
+from dse.space.model.trees import NOT_OFFERED, Choice, PerCore, PerProcessorType, Tree, graft
+from dse.spec.loading.load import LoadedSpec
+from dse.support.errors import Diagnostic, Suggestion, did_you_mean, in_order
+from dse.support.timelimit import Work
+from dse.support.units import shown
 
 Path: TypeAlias = tuple[str | int, ...]
 Options: TypeAlias = tuple[Any, ...]
@@ -294,7 +293,7 @@ class FieldReader:
     def _leaf(options: Options, union: Options, decision: int | None) -> Tree:
         if decision is None:
             return options[0]
-        # equal figures of other owners stay theirs (see `dse.study.trace`)
+        # equal figures of other owners stay theirs (see `dse.questions.sensitivity.traced_numbers`)
         own = dict(zip(options, options, strict=True))
         return Choice(decision, tuple(own.get(value, NOT_OFFERED) for value in union))
 

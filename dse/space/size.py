@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import prod
 
-from dse.space.trees import NOT_OFFERED, Choice, Tree
-from dse.space.types import EMPTY, Space
+from dse.space.model.space import EMPTY, Space
+from dse.space.model.trees import NOT_OFFERED, Choice, Tree
 
 
 def space_size(space: Space) -> int:

@@ -7,15 +7,15 @@ shared. This is done apart from `dse.analysis.views.tabulate`, from which the se
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias
 
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View
-from dse.records import dataclass
-from dse.space.trees import NotOffered
-from dse.space.types import Space
-from dse.timelimit import look_at_the_clock
+from dse.space.model.space import Space
+from dse.space.model.trees import NotOffered
+from dse.support.timelimit import look_at_the_clock
 
 MOST_LEAVES = 100_000
 
@@ -48,7 +48,7 @@ class Node:
 
     @cached_property
     def remainders(self) -> dict[Any, Any]:
-        """What was found out about it for some of the options (`dse.verification.remainders`)."""
+        """What was found out about it for some of the options (`dse.verification.restricted_diagrams`)."""
         return {}
 
 

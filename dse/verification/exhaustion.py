@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
@@ -10,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dse.analysis.views import View
-from dse.records import dataclass
-from dse.space.types import INACTIVE
-from dse.timelimit import look_at_the_clock
-from dse.verification.cores import CoreTable, fitting
+from dse.space.model.space import INACTIVE
+from dse.support.timelimit import look_at_the_clock
 from dse.verification.diagrams import Diagram, Node, scope
+from dse.verification.scheduling.cores import CoreTable, fitting
 from dse.verification.sums import Sum
 from dse.verification.tables import Tables
 

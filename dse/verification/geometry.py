@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from dse.timelimit import look_at_the_clock
+from dse.support.timelimit import look_at_the_clock
 
 Bound: TypeAlias = tuple[int, ...]
 """Exclusive upper bounds: the points strictly below it in every objective."""

@@ -16,23 +16,23 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluation
 from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.views import View
-from dse.space.types import INACTIVE, Design
-from dse.timelimit import OutOfTime, look_at_the_clock
-from dse.verification import calls
-from dse.verification.alike import Numbering
-from dse.verification.by_type import MOST_AS_A_WHOLE, ByType
-from dse.verification.calls import FIRST_LIMIT, Reply
-from dse.verification.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
-from dse.verification.cores import add_cores
+from dse.space.model.space import INACTIVE, Design
+from dse.support.timelimit import OutOfTime, look_at_the_clock
+from dse.verification import solver_calls
 from dse.verification.diagrams import Node, TooLarge, leaves
-from dse.verification.earlier import Claim, Earlier, Place, add_earlier, limit_options
-from dse.verification.lookups import Lookups
-from dse.verification.passing import add_passage
+from dse.verification.element_constraints import Lookups
 from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.rounds import Favourite, Rounds
+from dse.verification.scheduling.by_type import MOST_AS_A_WHOLE, ByType
+from dse.verification.scheduling.clock_reads import add_passage
+from dse.verification.scheduling.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
+from dse.verification.scheduling.core_symmetry import Numbering
+from dse.verification.scheduling.cores import add_cores
+from dse.verification.scheduling.first_designs import Claim, Earlier, Place, add_earlier, limit_options
+from dse.verification.scheduling.waiting import Waiting
+from dse.verification.solver_calls import FIRST_LIMIT, Reply
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
-from dse.verification.waiting import Waiting
 
 EASY_LIMIT = 0.004
 """Deterministic time for each claim of a question about all of them, where it is easy."""
@@ -167,7 +167,7 @@ class SecondModel:
         if self.waiting is None:
             return self._ask(ask, self._reduced(below, from_on), held=held)
         most = MOST_AS_A_WHOLE if self._by_type.combinations else None
-        reply = self._ask(ask, self._reduced(below, from_on), ways=calls.WAITING, held=held, most=most)
+        reply = self._ask(ask, self._reduced(below, from_on), ways=solver_calls.WAITING, held=held, most=most)
         return self._in_parts(below, from_on, given) if reply.answer == "unknown" else reply
 
     def _in_parts(self, *question: Any) -> Reply:
@@ -186,7 +186,7 @@ class SecondModel:
         if not places:
             return Reply("none")
         ask = partial(self._add_earlier, claims=[(vector, design)], places=[places])
-        return self._ask(ask, partial(self._earlier.are_refuted, places), exactly=True, ways=calls.IN_ORDER)
+        return self._ask(ask, partial(self._earlier.are_refuted, places), exactly=True, ways=solver_calls.IN_ORDER)
 
     def _add_earlier(self, model: cp_model.CpModel, claims: Sequence[Claim], places: Sequence[Sequence[Place]]) -> None:
         chosen, shown, objectives = (
@@ -218,7 +218,7 @@ class SecondModel:
         model = self.model.clone()
         self._add_earlier(model, claims, places)
         self.calls += 1
-        status, _ = calls.attempted(model, self.deadline, limit, ways=calls.IN_ORDER)
+        status, _ = solver_calls.attempted(model, self.deadline, limit, ways=solver_calls.IN_ORDER)
         return bool(status == cp_model.INFEASIBLE)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
@@ -247,7 +247,7 @@ class SecondModel:
         is_refuted: Callable[[float], bool] | None = None,
         *,
         exactly: bool = False,
-        ways: calls.Ways = calls.WAYS,
+        ways: solver_calls.Ways = solver_calls.WAYS,
         held: int | None = None,
         most: int | None = None,
     ) -> Reply:
@@ -276,7 +276,7 @@ class SecondModel:
             status, solver = rounds.answer(model, self.deadline, is_refuted, most)
             if status == cp_model.INFEASIBLE:
                 return Reply("none")
-            if solver is None and most is not None and not calls.is_over(self.deadline):
+            if solver is None and most is not None and not solver_calls.is_over(self.deadline):
                 return Reply("unknown")
             if solver is None:
                 raise OutOfTime

@@ -8,10 +8,10 @@ from typing import Literal, Protocol, TypeAlias
 import numpy as np
 
 from dse.analysis.evaluate import Evaluator
-from dse.space.types import INACTIVE, Design
-from dse.verification.calls import Reply
+from dse.space.model.space import INACTIVE, Design
 from dse.verification.exhaustion import Exhaustion, TooMany, exhaust
 from dse.verification.model import SecondModel
+from dse.verification.solver_calls import Reply
 from dse.verification.tables import Tables, build_tables
 
 Method: TypeAlias = Literal["auto", "exhaustion", "model"]

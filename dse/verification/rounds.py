@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 
 from ortools.sat.python import cp_model
 
-from dse.space.types import Design
-from dse.verification.calls import Outcome, Way, Ways, ask, attempted
+from dse.space.model.space import Design
+from dse.verification.solver_calls import Outcome, Way, Ways, ask, attempted
 
 MOVING = 0.1
 """Deterministic time for other cores of a solution whose threads wait longer than it says."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.views import View
-from dse.records import dataclass
-from dse.space.types import Space
+from dse.space.model.space import Space
 from dse.verification.diagrams import Diagram, leaves
 
 

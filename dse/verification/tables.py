@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
@@ -13,22 +13,21 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
-from dse.analysis.scheduling import UNBOUNDED_NS
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
 from dse.analysis.terms import Reads
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
-from dse.records import dataclass
-from dse.space.cores import is_scheduled
-from dse.space.trees import Choice
-from dse.space.types import EMPTY, Space
-from dse.verification.contention import is_late_limit
-from dse.verification.cores import CoreTable, core_table
+from dse.space.model.space import EMPTY, Space
+from dse.space.model.trees import Choice
+from dse.space.question.open_cores import is_scheduled
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
-from dse.verification.levels import Levels, levels_of, rooms, timely
-from dse.verification.passing import Passage, in_units, passage_of
-from dse.verification.releases import formula_of
+from dse.verification.scheduling.clock_reads import Passage, in_units, passage_of
+from dse.verification.scheduling.contention import is_late_limit
+from dse.verification.scheduling.cores import CoreTable, core_table
+from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
+from dse.verification.scheduling.sampling import formula_of
+from dse.verification.scheduling.threads import places_of, rate_of, waits_of
 from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
-from dse.verification.threads import places_of, rate_of, waits_of
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""

@@ -8,7 +8,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.errors import ProblemError
+from dse.support.errors import ProblemError
 
 CAN = """
 dse: 1

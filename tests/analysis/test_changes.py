@@ -14,10 +14,10 @@ from typing import Any
 import pytest
 
 import dse
+from dse.answers.ranking.order import ranked_by
 from dse.cli.main import run
-from dse.report.charts import axis_title
-from dse.results.order import ranked_by
-from dse.study.robust import solve_robust
+from dse.questions.robust.robust import solve_robust
+from dse.report.plots.front import axis_title
 
 HAND = """
 dse: 1

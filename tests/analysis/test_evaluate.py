@@ -9,9 +9,9 @@ import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
-from dse.examples import example_files
-from tests.effort import count
-from tests.support import PROBLEMS, load_space
+from dse.examples.shipped import example_files
+from tests.helpers.effort import count
+from tests.helpers.support import PROBLEMS, load_space
 
 
 @pytest.mark.parametrize("path", [*PROBLEMS, *example_files()], ids=lambda path: path.stem)

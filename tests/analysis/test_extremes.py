@@ -20,11 +20,11 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.cli.main import run
 from dse.encode.model import encode
-from dse.pareto.answer import Answer, Found, Unfinished
-from dse.pareto.settings import BARE_IN_ORDER, Settings
-from dse.pareto.subproblem import Solver
-from dse.study.robust import solve_robust
-from dse.study.sensitivity import sensitivity
+from dse.questions.robust.robust import solve_robust
+from dse.questions.sensitivity.sensitivity import sensitivity
+from dse.search.solver.settings import BARE_IN_ORDER, Settings
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer, Found, Unfinished
 
 HAND = """
 dse: 1

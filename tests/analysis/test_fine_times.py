@@ -8,16 +8,16 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from small import figure, space_of
-from support import brute_front
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import Problem, loads
-from dse.api.simulate import simulate
-from dse.pareto.front import Budget, search_front
-from dse.study.robust import solve_robust
-from dse.units import Rounded, parse_transmission_ns
+from dse.questions.problem import Problem, loads
+from dse.questions.robust.robust import solve_robust
+from dse.questions.verbs.simulate import simulate
+from dse.search.front import Budget, search_front
+from dse.support.units import Rounded, parse_transmission_ns
+from tests.helpers.small import figure, space_of
+from tests.helpers.support import brute_front
 
 LINK = """
 bus_types: {link: {bandwidth: 10 GB/s, transmission_time: {per_byte: 0.1 ns}}}

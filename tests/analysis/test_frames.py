@@ -7,12 +7,12 @@ from fractions import Fraction
 from textwrap import dedent
 
 import pytest
-from effort import count
-from small import US
 
 import dse
-from dse.space.frames import FD_SIZES, Frame, bit_units, wire_bits, wire_ns
+from dse.space.architecture.frames import FD_SIZES, Frame, bit_units, wire_bits, wire_ns
 from tests.analysis import encoder
+from tests.helpers.effort import count
+from tests.helpers.small import US
 
 KBIT = 1000
 MBIT = 10**6

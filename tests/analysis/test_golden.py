@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dse.analysis.latency.rows import Row
 from dse.analysis.measures import build_measure, load_terms
-from dse.analysis.rows import Row
-from dse.space.criteria import Metric
-from dse.space.metrics import read_derived
-from dse.space.trees import PerProcessorType, at
-from dse.space.types import Space
-from tests.small import GOLDEN, MS, US, example, figure, rows_of, view_of
+from dse.space.model.criteria import Metric
+from dse.space.model.space import Space
+from dse.space.model.trees import PerProcessorType, at
+from dse.space.question.metrics import read_derived
+from tests.helpers.small import GOLDEN, MS, US, example, figure, rows_of, view_of
 
 Cells = list[dict[str, str]]
 

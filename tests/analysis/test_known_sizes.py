@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import dse
-from dse.report.words import extrapolated_words
+from dse.report.words.reasons import extrapolated_words
 
 PROBLEM = """
 dse: 1

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import pytest
 
-from tests.small import MS, US, figure, rows_of, space_of
+from tests.helpers.small import MS, US, figure, rows_of, space_of
 
 WORK = "compute_execution_time: 1 ms .. 2 ms"
 PERIODIC = f"dispatch_protocol: periodic, period: 20 ms, {WORK}"

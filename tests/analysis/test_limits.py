@@ -9,8 +9,8 @@ import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Verdict
-from dse.space.questions import QuestionError, read_requirements
-from tests.small import MS, design_of, example, figure, space_of
+from dse.space.question.reading import QuestionError, read_requirements
+from tests.helpers.small import MS, design_of, example, figure, space_of
 
 
 def verdicts(text: str, *requirements: str, options: dict[str, str] | None = None) -> tuple[Verdict, ...]:

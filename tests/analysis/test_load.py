@@ -8,7 +8,7 @@ import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import load_terms
-from tests.small import design_of, figure, space_of, view_of
+from tests.helpers.small import design_of, figure, space_of, view_of
 
 
 def load_space(connections: str) -> str:

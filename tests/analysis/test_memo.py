@@ -6,20 +6,20 @@ import random
 from typing import cast
 
 import pytest
-from effort import cases
-from thread_systems import draw, text_of
 
-from dse.analysis.contention import ContentionReferee, with_contention
+from dse.analysis.diagnosis.front_verdicts import ContentionReferee, with_contention
+from dse.analysis.diagnosis.unbounded import unbounded_in
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.flow_terms import flow_figure_ns
+from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import TRIED, Recall
-from dse.analysis.unbounded import unbounded_in
 from dse.analysis.views import View
-from dse.generator import random_problem
-from dse.space.cores import is_scheduled
-from dse.space.types import Design, Space
-from tests.support import space_of
+from dse.examples.random import random_problem
+from dse.space.model.space import Design, Space
+from dse.space.question.open_cores import is_scheduled
+from tests.helpers.effort import cases
+from tests.helpers.support import space_of
+from tests.helpers.thread_systems import draw, text_of
 
 
 @pytest.fixture(scope="module")

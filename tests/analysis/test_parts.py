@@ -8,17 +8,17 @@ from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 
-import chained_callbacks
 import pytest
-from effort import cases
-from thread_systems import KINDS, draw, text_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling import Response, processor_responses
+from dse.analysis.scheduling.scheduling import Response, processor_responses
 from dse.analysis.views import View
 from dse.cli.main import run
-from dse.space.types import Space
+from dse.space.model.space import Space
+from tests.helpers import chained_callbacks
+from tests.helpers.effort import cases
+from tests.helpers.thread_systems import KINDS, draw, text_of
 
 BLOCKED = """
 dse: 1

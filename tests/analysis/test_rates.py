@@ -9,8 +9,8 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
 from dse.analysis.views import CyclicActivation
-from dse.space.types import Space
-from tests.small import design_of, space_of, view_of
+from dse.space.model.space import Space
+from tests.helpers.small import design_of, space_of, view_of
 
 
 def activation_hz(space: Space, name: str, options: dict[str, str] | None = None) -> Fraction:

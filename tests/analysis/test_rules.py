@@ -9,11 +9,11 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import is_broken, truth
 from dse.analysis.views import View
-from dse.space.criteria import ValueTest
-from dse.space.rules import read_rule
-from dse.space.types import Space
-from dse.spec.expressions import And, Not, Or
-from tests.small import design_of, space_of, view_of
+from dse.space.model.criteria import ValueTest
+from dse.space.model.space import Space
+from dse.space.question.rules import read_rule
+from dse.spec.language.expressions import And, Not, Or
+from tests.helpers.small import design_of, space_of, view_of
 
 TRUE, FALSE, UNKNOWN = True, False, None
 VALUES = (TRUE, FALSE, UNKNOWN)

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis import resources, timescale
+from dse.analysis import timescale, usage
 from dse.analysis.evaluate import Evaluator
-from dse.spec.rules import RuleParser, _by_initial
+from dse.spec.language.rules import RuleParser, _by_initial
 
 THREADS, BUSES = 40, 8
 
@@ -36,7 +36,7 @@ def text() -> str:
 def test_each_connection_is_asked_once_for_its_buses_and_its_times(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each bus and each flow asked every connection."""
     asked: Counter[str] = Counter()
-    for module, name in ((resources, "carriers"), (timescale, "wrapping")):
+    for module, name in ((usage, "carriers"), (timescale, "wrapping")):
         own = getattr(module, name)
 
         def counting(*arguments: Any, name: str = name, own: Any = own) -> Any:

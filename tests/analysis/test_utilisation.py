@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 from dse.analysis.measures import utilisation_terms
-from tests.small import figure, space_of, view_of
+from tests.helpers.small import figure, space_of, view_of
 
 ROBOT = """
     processor_types: {slow: {cores: 2}, fast: {cores: 1}}

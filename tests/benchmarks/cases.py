@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
-from tests import classics
+from tests.helpers import classics
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,7 +41,7 @@ class Case:
             return classics.knapsack(*classics.drawn_items(self.threads, self.objectives, self.seed))
         if self.family == "assignment":
             return classics.assignment(classics.drawn_costs(self.threads, self.objectives, self.seed))
-        from dse.generator import random_problem  # not in the processes of peers that have no use for it
+        from dse.examples.random import random_problem  # not in the processes of peers that have no use for it
 
         text = random_problem(self.threads, self.seed, self.objectives, self.family)
         if self.deadlines:
@@ -118,7 +118,7 @@ def contended(*, quick: bool, seed: int) -> list[Case]:
 
 def families() -> Collection[str]:
     """Those of the generator."""
-    from dse.generator import FAMILIES
+    from dse.examples.random import FAMILIES
 
     return FAMILIES
 

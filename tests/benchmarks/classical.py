@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from ortools.sat.python import cp_model
 
-from tests.classics import Row, drawn_costs, drawn_items
+from tests.helpers.classics import Row, drawn_costs, drawn_items
 
 from .asking import Ask, OutOfTime, Vector, within_processor_time
 from .cases import Case

@@ -33,14 +33,14 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import judge
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.views import View
-from dse.encode import contention
-from dse.encode.contention import Deadline
-from dse.encode.core_demand import jobs_within, scheduling_points
 from dse.encode.model import EncodedSpace
-from dse.encode.places import Places, Thread
-from dse.pareto import subproblem
-from dse.space.trees import at
-from dse.space.types import Design, Space
+from dse.encode.scheduling import contention
+from dse.encode.scheduling.contention import Deadline
+from dse.encode.scheduling.core_demand import jobs_within, scheduling_points
+from dse.encode.scheduling.places import Places, Thread
+from dse.search.solver import solver
+from dse.space.model.space import Design, Space
+from dse.space.model.trees import at
 
 from .asking import Ask, Vector, within_processor_time
 from .textbook import textbook_front
@@ -196,7 +196,7 @@ def in_our_search(way: str) -> Iterator[None]:
             rows = add_thread_rows if way == "rows per thread" else lambda *_: []
             stack.enter_context(patch.object(contention, "placements", lambda *_: ()))
             stack.enter_context(patch.object(contention, "add_rows", rows))
-            stack.enter_context(patch.object(subproblem, "roomier", lambda *_: None))
+            stack.enter_context(patch.object(solver, "roomier", lambda *_: None))
         yield
 
 

@@ -7,7 +7,7 @@ from itertools import permutations, product
 
 import pytest
 
-from tests.classics import Row, drawn_costs, drawn_items
+from tests.helpers.classics import Row, drawn_costs, drawn_items
 
 from .asking import Vector
 from .cases import Case, classical

@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import loads
-from dse.pareto.front import Budget, search_front
+from dse.questions.problem import loads
+from dse.search.front import Budget, search_front
 
 from .cases import Case
 from .contended import PEERS, WAYS, contended_front, ends_late, in_our_search

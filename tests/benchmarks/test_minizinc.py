@@ -6,11 +6,11 @@ from contextlib import nullcontext
 
 import pytest
 from ortools.sat.python import cp_model
-from support import PROBLEMS, brute_front, counted_down, load_space
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
-from dse.space.types import Space
+from dse.space.model.space import Space
+from tests.helpers.support import PROBLEMS, brute_front, counted_down, load_space
 
 from .asking import Ask, OutOfTime, by_cp_sat
 from .minizinc import MiniZinc, NotTranslatable, answer, installed, translated

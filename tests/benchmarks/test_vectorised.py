@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oracle.generator import random_problem as oracle_problem
 
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import load, loads
-from dse.examples import example_files
-from dse.generator import FAMILIES, random_problem
-from dse.space.types import Design, Space
+from dse.examples.random import FAMILIES, random_problem
+from dse.examples.shipped import example_files
+from dse.questions.problem import load, loads
+from dse.space.model.space import Design, Space
 from tests.benchmarks import vectorised
 from tests.benchmarks.vectorised import VectorisedEvaluator
-from tests.effort import cases
+from tests.helpers.effort import cases
+from tests.oracle.generator import random_problem as oracle_problem
 
 MOST = 150
 

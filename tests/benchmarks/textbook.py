@@ -24,8 +24,8 @@ from typing import Any
 from unittest.mock import patch
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import additive, sums
 from dse.encode import model as encoding
+from dse.encode import sums, table_parts
 from dse.encode.model import EncodedSpace, encode
 
 from .asking import Ask, OutOfTime, Vector
@@ -41,7 +41,7 @@ def peers_model() -> Iterator[None]:
 @contextmanager
 def plain_model() -> Iterator[None]:
     """Within it, the encoder makes the plain model."""
-    with patch.object(sums, "SHARED_BY", 10**9), patch.object(additive, "MOST_CELLS", 0):
+    with patch.object(sums, "SHARED_BY", 10**9), patch.object(table_parts, "MOST_CELLS", 0):
         yield
 
 

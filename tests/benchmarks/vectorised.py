@@ -24,7 +24,7 @@ from dse.analysis.memo import Recall
 from dse.analysis.rates import rate_hz
 from dse.analysis.validity import is_broken
 from dse.analysis.views import Case, View, tabulate
-from dse.space.types import EMPTY, Space
+from dse.space.model.space import EMPTY, Space
 
 Columns: TypeAlias = npt.NDArray[np.int64]
 """Designs by column: one row for each decision, contiguous."""

@@ -25,8 +25,8 @@ def main() -> None:
 def _load(case: Case) -> tuple[Any, float, float]:
     """The problem, the seconds to import what reads it, and those to build it."""
     started = time.perf_counter()
-    from dse.api.problem import changed, load, loads
-    from dse.api.question import Changes
+    from dse.questions.problem import changed, load, loads
+    from dse.questions.question import Changes
 
     imported = time.perf_counter()
     text = "" if case.file else case.text()
@@ -41,10 +41,10 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     problem, _, build_s = _load(case)
     started = time.perf_counter()
     from dse.analysis.evaluate import Evaluator
-    from dse.api.solve import result_of
     from dse.encode.model import encode
-    from dse.pareto.front import Budget, Progress, Watch, search_front
-    from dse.timelimit import TimeLimit
+    from dse.questions.verbs.solve import result_of
+    from dse.search.front import Budget, Progress, Watch, search_front
+    from dse.support.timelimit import TimeLimit
 
     import_s = time.perf_counter() - started
     started = time.perf_counter()
@@ -104,8 +104,8 @@ def _ours_contended(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     """
     problem, _, _ = _load(case)
     from dse.analysis.evaluate import Evaluator
-    from dse.pareto.front import Budget, search_front
-    from dse.timelimit import TimeLimit
+    from dse.search.front import Budget, search_front
+    from dse.support.timelimit import TimeLimit
 
     from .contended import in_our_search
     from .run import crowding

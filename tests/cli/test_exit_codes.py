@@ -8,12 +8,12 @@ from pathlib import Path
 
 import click
 import pytest
-from documents import ROOT
 
-import dse.errors
+import dse.support.errors
 from dse.cli.main import COMMANDS, cli, run
-from dse.errors import EXIT_MEANINGS
-from dse.examples import example_path
+from dse.examples.shipped import example_path
+from dse.support.errors import EXIT_MEANINGS
+from tests.helpers.documents import ROOT
 
 STARTER = str(example_path("starter"))
 PLAIN = """
@@ -87,7 +87,9 @@ def test_the_table_of_the_readme_is_that_of_the_code() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| (\d+) \| ([^|:]+?)(?::[^|]*)? \|$", text, re.M))
     assert {int(code): meaning for code, meaning in rows.items()} == EXIT_MEANINGS
-    codes = {value for name, value in vars(dse.errors).items() if name.startswith("EXIT_") and isinstance(value, int)}
+    codes = {
+        value for name, value in vars(dse.support.errors).items() if name.startswith("EXIT_") and isinstance(value, int)
+    }
     assert codes == set(EXIT_MEANINGS)
 
 

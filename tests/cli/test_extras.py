@@ -12,9 +12,9 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.examples import example_path
-from dse.extras import EXTRAS
+from dse.examples.shipped import example_path
 from dse.report.html import libraries
+from dse.support.extras import EXTRAS
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

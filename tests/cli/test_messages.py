@@ -9,7 +9,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.examples import example_path
+from dse.examples.shipped import example_path
 
 STARTER = str(example_path("starter"))
 SINGLE = """

@@ -11,14 +11,31 @@ import pytest
 INMARK = str(Path(__file__).parents[2] / "problems" / "inmark.yaml")
 SOLVER = ("ortools", "pandas", "numpy")
 SELDOM = ("importlib.metadata", "email")
-RESULTS = ("dse.results.forms", "dse.results.solve")
-ROOMS = ("dse.simulation", "dse.verification", "dse.study", "dse.fitting", "dse.importers.aadl", "dse.report.document")
+RESULTS = ("dse.answers.forms", "dse.answers.result")
+ROOMS = (
+    "dse.simulation",
+    "dse.verification",
+    "dse.questions",
+    "dse.fitting",
+    "dse.importers.aadl",
+    "dse.report.content.document",
+)
 NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),
-    "check": (*SOLVER, *SELDOM, "networkx", "jinja2", "dse.encode", "dse.pareto", *RESULTS, "dse.generator", *ROOMS),
-    "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.generator"),
-    "solve": ("pandas", "networkx", "scipy", "matplotlib", "dse.generator", "dse.study", "dse.verification"),
-    "analyse": (*SOLVER, "networkx", "dse.encode", "dse.pareto"),
+    "check": (
+        *SOLVER,
+        *SELDOM,
+        "networkx",
+        "jinja2",
+        "dse.encode",
+        "dse.search",
+        *RESULTS,
+        "dse.examples.random",
+        *ROOMS,
+    ),
+    "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.examples.random"),
+    "solve": ("pandas", "networkx", "scipy", "matplotlib", "dse.examples.random", "dse.questions", "dse.verification"),
+    "analyse": (*SOLVER, "networkx", "dse.encode", "dse.search"),
 }
 ARGUMENTS = {
     "--help": ["--help"],
@@ -67,8 +84,8 @@ assert list(_loader.entry_points(group="pytest11"))
 
 def test_a_part_of_a_problem_file_is_made_ready_when_a_file_has_it() -> None:
     program = """
-from dse.spec.load import parse_spec
-from dse.spec.model import Clock, Thread
+from dse.spec.loading.load import parse_spec
+from dse.spec.schema.model import Clock, Thread
 parse_spec("{dse: 1, name: x, threads: {a: {period: 1 ms}}}")
 assert Thread.__pydantic_complete__ and not Clock.__pydantic_complete__
 assert parse_spec("{dse: 1, name: x, clocks: {a: {}}}").spec.clocks["a"] == Clock()

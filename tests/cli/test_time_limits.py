@@ -17,12 +17,12 @@ import click
 import pytest
 
 import dse
-from dse import timelimit
-from dse.analysis import responding
+from dse.analysis.scheduling import responding
 from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
-from dse.report.document import Document
-from dse.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
+from dse.report.content.document import Document
+from dse.support import timelimit
+from dse.support.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
 
 PRIMES = (10007, 10009, 10037, 10039, 10061, 10067)
 THREADS = "".join(
@@ -115,7 +115,7 @@ def test_a_limit_ends_every_command(
     name: str, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ten looks at the clock, and it is over: an answer that says so, or a message; never a bug, never longer."""
-    monkeypatch.setattr("dse.api.check.TIME_S", inf)  # what it bounds by itself would be given up first
+    monkeypatch.setattr("dse.questions.verbs.check.TIME_S", inf)  # what it bounds by itself would be given up first
     with jumping(1000.0, monkeypatch) as looks:
         code = run([*LIMITED[name], "--time-limit", "10000s"])
     said = capsys.readouterr()
@@ -187,7 +187,7 @@ def test_a_report_for_which_there_is_no_time_is_named(
             look_at_the_clock()
         raise AssertionError(document)
 
-    monkeypatch.setattr("dse.report.writing.report_files", slow)
+    monkeypatch.setattr("dse.report.output.report_files", slow)
     with jumping(1000.0, monkeypatch):
         assert run(["solve", "p.yaml", "--json", "out.json", "--report", "--time-limit", "10000s"]) == 5
     assert "no report: the time limit came first" in capsys.readouterr().err
@@ -210,7 +210,7 @@ def test_a_front_is_printed_without_reasons_where_there_is_no_time_for_them(
     print_front(document, None, TimeLimit(), explain=False)
     said = capsys.readouterr().out
     assert "Stands out" in said and "not looked at" not in said
-    monkeypatch.setattr("dse.results.reasons.analyse_design", slow)
+    monkeypatch.setattr("dse.answers.ranking.reasons.analyse_design", slow)
     for explain in (False, True):
         with jumping(1000.0, monkeypatch):
             print_front(Document(whole), None, TimeLimit.after(10000.0), explain=explain)

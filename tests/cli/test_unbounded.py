@@ -17,11 +17,11 @@ from typing import Any
 import pytest
 
 import dse
+from dse.answers.ranking.order import ranked_by
+from dse.answers.ranking.variants import find_variants
 from dse.cli.main import run
-from dse.report.missing import missing_words
-from dse.results.order import ranked_by
-from dse.results.variants import find_variants
-from dse.units import Unbounded, is_unbounded
+from dse.report.words.missing import missing_words
+from dse.support.units import Unbounded, is_unbounded
 
 FULL = """
 dse: 1

@@ -17,9 +17,9 @@ from typing import Any
 
 import pytest
 import yaml
-from effort import LONG, count
 
 from dse.cli.main import run
+from tests.helpers.effort import LONG, count
 
 ROOT = Path(__file__).parents[2]
 PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"

@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 
 import dse
-from dse.report.analyse import analysis_page
-from dse.report.explain import explanation_page
+from dse.answers.analysis import Analysis
+from dse.answers.ranking.reasons import Reasoner
+from dse.report.content.analyse import analysis_page
+from dse.report.content.explain import explanation_page
 from dse.report.page import Listing
-from dse.report.timeline import boundary_words
-from dse.report.words import SAME, sentences
-from dse.results.analyse import Analysis
-from dse.results.reasons import Reasoner
+from dse.report.words.clocks import boundary_words
+from dse.report.words.reasons import SAME, sentences
 from tests.clocks import let
-from tests.effort import cases
+from tests.helpers.effort import cases
 
 
 def chain(*offsets: str, times: str = "1 ms .. 3500 us") -> dict[str, Any]:

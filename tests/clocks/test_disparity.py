@@ -16,13 +16,13 @@ import pytest
 import dse
 from dse.analysis.measures import Measure, build_measure, scaled_term
 from dse.analysis.views import View
-from dse.api import simulate as simulated
-from dse.pareto.front import search_front
+from dse.questions.verbs import simulate as simulated
+from dse.report.content.simulate import simulation_page
 from dse.report.page import Table
-from dse.report.simulate import simulation_page
-from dse.space.metrics import QuestionError, disparities
+from dse.search.front import search_front
+from dse.space.question.metrics import QuestionError, disparities
 from tests.clocks import let
-from tests.effort import cases
+from tests.helpers.effort import cases
 from tests.oracle.generator import to_yaml
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree, fronts_agree

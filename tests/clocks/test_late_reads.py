@@ -12,12 +12,12 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.encode import scheduled
-from dse.pareto.front import search_front
+from dse.encode.scheduling import waiting_forms
+from dse.search.front import search_front
 from tests.clocks import let
 from tests.clocks.test_disparity import fusion
-from tests.effort import cases
-from tests.support import counted_down, dominates, evaluated
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates, evaluated
 
 
 def contend(rng: random.Random, data: dict[str, Any]) -> dict[str, Any]:
@@ -131,8 +131,8 @@ LOST = json.loads((Path(__file__).parent / "falling_terms.json").read_text(encod
 @pytest.mark.parametrize("data", [*LOST, *(drawn(random.Random(f"late {seed}")) for seed in cases(10, 3_000))])
 def test_fronts_equal_exhaustion(data: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     """With response times learnt, too: data that come later wait less, so that terms may fall where these grow."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     evaluator = Evaluator(dse.load(data).space)
     found = search_front(evaluator)
     assert found.is_complete

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis.chains import Hop, Run, longest_and_shortest_ns
-from dse.analysis.clocks import Pair, wait_ns
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.latency.exact_chains import Hop, Run, longest_and_shortest_ns
+from dse.analysis.latency.sampling import Pair, wait_ns
 from dse.analysis.views import View
-from dse.results.reasons import dominants
+from dse.answers.ranking.reasons import dominants
 from tests.clocks import let
-from tests.effort import cases
+from tests.helpers.effort import cases
 
 PUBLISHED = let.published()
 LONGEST = "WATERS2019, LG->LOC->EKF->Planner->DASM"

@@ -11,19 +11,19 @@ from typing import Any, Literal
 import pytest
 
 import dse
-from dse.analysis import flow_terms, latency
 from dse.analysis.evaluate import Evaluator
-from dse.pareto.answer import Answer
-from dse.pareto.front import Budget, search_front
-from dse.pareto.settings import Settings
-from dse.pareto.subproblem import Solver
-from dse.report.words import proof_words
+from dse.analysis.latency import contributors, metrics
+from dse.report.words.reasons import proof_words
+from dse.search.front import Budget, search_front
+from dse.search.solver.settings import Settings
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer
 from tests.clocks import let
-from tests.effort import cases
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates, evaluated
 from tests.oracle.generator import to_yaml
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import fronts_agree
-from tests.support import counted_down, dominates, evaluated
 
 
 def drawn(rng: random.Random) -> dict[str, Any]:
@@ -125,9 +125,9 @@ def test_a_wrong_wait_is_seen_by_the_second_proof(
     data = let.problem([(0, 20, 20), (0, 20, 20)]) | {"objectives": ["minimise latency of chain"]}
     data["threads"]["t1"]["offset"] = ["0 ms", "4 ms"]
     (tmp_path / "p.yaml").write_text(json.dumps(data), encoding="utf-8")
-    right = latency.wait_ns
-    monkeypatch.setattr(latency, "wait_ns", lambda pair, *ends: (right(pair, *ends)[0], pair.receiver_ns))
-    monkeypatch.setattr(flow_terms, "phased_of", lambda *_: None)
+    right = contributors.wait_ns
+    monkeypatch.setattr(contributors, "wait_ns", lambda pair, *ends: (right(pair, *ends)[0], pair.receiver_ns))
+    monkeypatch.setattr(metrics, "phased_of", lambda *_: None)
     (tmp_path / "r.json").write_text(dse.solve(tmp_path / "p.yaml").to_json(), encoding="utf-8")
     found = dse.verify(tmp_path / "r.json", method=method)
     assert found.status == "rejected"

@@ -1,4 +1,4 @@
-"""Flows over readers on one clock beside response times: the search counts from read to read (`dse.encode.reads`)."""
+"""Flows over readers on one clock beside response times: the search counts from read to read."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.encode import scheduled
 from dse.encode.model import encode
-from dse.errors import UsageError
-from dse.pareto.front import ANYTHING, Budget, FrontSearch, search_front
-from dse.study.robust import solve_robust
+from dse.encode.scheduling import waiting_forms
+from dse.questions.robust.robust import solve_robust
+from dse.search.front import ANYTHING, Budget, FrontSearch, search_front
+from dse.support.errors import UsageError
 from dse.verification import tables
-from tests.documents import ROOT
-from tests.effort import cases
-from tests.schedulability.test_robust import MOST_DESIGNS, designs, expected
-from tests.support import counted_down, dominates, evaluated
+from tests.helpers.documents import ROOT
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates, evaluated
+from tests.scheduling.test_robust import MOST_DESIGNS, designs, expected
 
 KINDS = ("latency", "jitter")
 
@@ -106,8 +106,8 @@ def test_fronts_equal_exhaustion(
 
     Also of threads that are LET in some designs: their waiting counts in the others only.
     """
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     space = dse.load(draw(random.Random(seed))).space
     found = search_front(Evaluator(space))
     assert found.is_complete
@@ -125,8 +125,8 @@ def written(seed: int, tmp_path: Path) -> Path:
 @pytest.mark.parametrize("seed", cases(10, 5_000))
 def test_they_are_proved_again(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the second model, which has no tables of response times either."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     monkeypatch.setattr(tables, "FEW_LEAVES", 1)
     made = written(seed, tmp_path)
     found = dse.verify(made, method="model")
@@ -157,8 +157,8 @@ def test_the_robot_holds_its_limit_on_the_cheap_computer_where_offsets_are_chose
 @pytest.mark.parametrize("way", ["workers", "resumed", "fixed"])
 def test_the_same_front_another_way(way: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """With two workers, from a search that was stopped, and with a decision fixed."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     rng = random.Random(f"reads {way} {seed}")
     asked = dse.load(drawn(rng))
     if way == "fixed" and (free := [item for item in asked.space.decisions if item.is_open]):
@@ -171,7 +171,7 @@ def test_the_same_front_another_way(way: str, seed: int, monkeypatch: pytest.Mon
         whole = search_front(evaluator)
         known = {point: whole.points[point] for point in sorted(whole.points)[::2]}
         earlier = FrontSearch(known, (tuple(ANYTHING for _ in evaluator.objectives),), (), 1, 0.0)
-    monkeypatch.setattr("dse.pareto.front.HELP_AFTER_S", 0.0)
+    monkeypatch.setattr("dse.search.front.HELP_AFTER_S", 0.0)
     found = search_front(Evaluator(asked.space), Budget(workers=1 + (way == "workers")), earlier=earlier)
     assert found.is_complete
     assert set(found.points) == wanted
@@ -192,8 +192,8 @@ def uncertain(seed: int, path: Path) -> Iterator[dse.Problem]:
 @pytest.mark.parametrize("seed", cases(10, 5_000))
 def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limits at corners are of other figures, which no row of the nominal ones bounds."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     problem = next(item for item in uncertain(seed, tmp_path / "p.json") if designs(item) <= MOST_DESIGNS)
     try:
         found = solve_robust(problem)
@@ -206,8 +206,8 @@ def test_robust_fronts_equal_brute_force(seed: int, tmp_path: Path, monkeypatch:
 
 def test_figures_of_any_scale_share_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     """A length of 0.6 m/s * jitter counts in fifths of a nanometre, a latency in ns: none stays whole for that."""
-    monkeypatch.setattr(scheduled, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(scheduled, "TABULATED_TASKS", 1)
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     thread = {
         "processor": "cpu",
         "period": "10 ms",

@@ -11,17 +11,17 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.problem import load
-from dse.errors import UsageError
-from dse.study.functions import DesignFunction
-from dse.study.inputs import InputSpace
-from dse.study.robust import solve_robust
-from dse.study.uncertainty import read_uncertainties
-from dse.study.worst_place import Box
+from dse.questions.problem import load
+from dse.questions.robust.robust import solve_robust
+from dse.questions.robust.worst_case import Box
+from dse.questions.sensitivity.design_function import DesignFunction
+from dse.questions.sensitivity.inputs import InputSpace
+from dse.questions.sensitivity.uncertainty import read_uncertainties
+from dse.support.errors import UsageError
 from tests.clocks.test_open_offsets import drawn
-from tests.effort import cases
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates, evaluated
 from tests.oracle.generator import to_yaml
-from tests.support import counted_down, dominates, evaluated
 
 
 def uncertain(rng: random.Random) -> dict[str, Any]:

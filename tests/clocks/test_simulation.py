@@ -11,7 +11,7 @@ import pytest
 
 import dse
 from tests.clocks import let
-from tests.effort import cases
+from tests.helpers.effort import cases
 
 
 def mixed(rng: random.Random) -> dict[str, Any]:

@@ -9,15 +9,15 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from effort import cases
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.errors import ProblemError
-from dse.pareto.answer import Answer
-from dse.pareto.settings import Settings
-from dse.pareto.subproblem import Solver
-from dse.results.solve import Result
+from dse.answers.result import Result
+from dse.search.solver.settings import Settings
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer
+from dse.support.errors import ProblemError
+from tests.helpers.effort import cases
 
 PERIODS = ("8 ms", "10 ms", "12 ms", "20 ms")
 TYPES = {"duo": (2, 10), "trio": (3, 20), "solo": (1, 5)}

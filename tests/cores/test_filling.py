@@ -7,11 +7,11 @@ from fractions import Fraction
 from itertools import product
 
 import pytest
-from effort import cases
 
-from dse.analysis.bin_packing import Room, Work
-from dse.analysis.filling import filled
-from dse.analysis.partition import partition, tightest
+from dse.analysis.placement.bin_packing import Room, Work
+from dse.analysis.placement.partition import partition, tightest
+from dse.analysis.placement.subset_sum import filled
+from tests.helpers.effort import cases
 
 
 def loads_of(shares: list[int], taken: list[int], cores: tuple[int, ...]) -> list[int]:

@@ -6,14 +6,14 @@ import random
 from itertools import product
 
 import pytest
-from effort import cases
-from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.first_cores import first_placement
 from dse.analysis.limits import build_limit
-from dse.analysis.packing import core_limits
-from dse.space.types import Design
+from dse.analysis.placement.heuristics import core_limits
+from dse.analysis.placement.lexicographic import first_placement
+from dse.space.model.space import Design
+from tests.helpers.effort import cases
+from tests.helpers.support import space_of
 
 SURE = range(20)
 """The seeds of which looking is not given up, as it is where what threads pass on between computers decides."""

@@ -7,13 +7,13 @@ from fractions import Fraction
 
 import pytest
 from ortools.sat.python import cp_model
-from support import space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.first_cores import first_placement
+from dse.analysis.placement.lexicographic import first_placement
 from dse.encode.model import EncodedSpace, encode
-from dse.space.types import Design
-from dse.verification.contention import is_late_limit, on_other_cores
+from dse.space.model.space import Design
+from dse.verification.scheduling.contention import is_late_limit, on_other_cores
+from tests.helpers.support import space_of
 
 PROBLEM = """
 dse: 1

@@ -9,10 +9,10 @@ from __future__ import annotations
 import random
 
 import pytest
-from effort import cases
 
 import dse
-from dse.errors import ProblemError
+from dse.support.errors import ProblemError
+from tests.helpers.effort import cases
 
 LISTS = """
 dse: 1

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from effort import cases
 
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.response_time import periodic, response_time_ns
-from dse.encode import core_demand
-from dse.encode.core_demand import CoreDemand, few_points_of, points_of, work_of
+from dse.analysis.scheduling.response_time import periodic, response_time_ns
+from dse.encode.scheduling import core_demand
+from dse.encode.scheduling.core_demand import CoreDemand, few_points_of, points_of, work_of
+from tests.helpers.effort import cases
 
 
 @pytest.mark.parametrize("seed", cases(1000))

@@ -10,17 +10,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from effort import LONG
 from ortools.sat.python import cp_model
-from support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import linear, rules, sums
+from dse.encode import decisions, linear, sums
 from dse.encode.model import EncodedSpace, encode
-from dse.encode.rate_tables import RateTables
-from dse.encode.rates import RateVariables
-from dse.errors import TooLargeError
-from dse.space.types import INACTIVE, Design, Space
+from dse.encode.rates import RateTables, RateVariables
+from dse.space.model.space import INACTIVE, Design, Space
+from dse.support.errors import TooLargeError
+from tests.helpers.effort import LONG
+from tests.helpers.support import PROBLEMS, counted_down, evaluated, load_space, space_of
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
@@ -158,9 +157,11 @@ def test_rounded_measures_lose_no_design(
 def test_rules_as_clauses_and_as_literals(name: str, clauses: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Small rules forbid their cases; larger ones go through Kleene literals. Both mean the same."""
     used = []
-    kleene = rules._kleene
+    kleene = decisions._kleene
     monkeypatch.setattr(linear, "CLAUSES", clauses)
-    monkeypatch.setattr(rules, "_kleene", lambda board, condition: used.append(condition) or kleene(board, condition))
+    monkeypatch.setattr(
+        decisions, "_kleene", lambda board, condition: used.append(condition) or kleene(board, condition)
+    )
     assert_model_is_analysis(load_space(BY_NAME[name]))
     assert bool(used) == (clauses == 0 or (name == "large_rule" and clauses == 256))
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from small import GOLDEN
 
 import dse
 from dse.cli.main import run
@@ -22,7 +21,8 @@ from dse.fitting.lines import (
     lower_envelope_parts,
     squares_parts,
 )
-from dse.spec.load import parse_spec
+from dse.spec.loading.load import parse_spec
+from tests.helpers.small import GOLDEN
 
 US = 1000
 

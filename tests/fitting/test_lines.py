@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from effort import cases
 from scipy.optimize import linprog, nnls
 from scipy.stats import f as f_distribution
 from scipy.stats import siegelslopes
-from small import GOLDEN
 
 import dse
 from dse.fitting.fit import Transport
 from dse.fitting.judging import repeated_medians
 from dse.fitting.lines import Line, envelope, least_squares, quantile_line
+from tests.helpers.effort import cases
+from tests.helpers.small import GOLDEN
 
 PRINTED = {"RT101": (87, 529, 95, 1115), "Spectra": (7, 113, 10, 295)}
 """Table 5.6: ns per byte and us fixed, of the minimum and of the maximum."""

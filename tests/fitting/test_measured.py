@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.answers.forms.registry import mistakes_in
+from dse.answers.measured import MeasuredComparison
 from dse.cli.main import run
-from dse.results.forms.registry import mistakes_in
-from dse.results.measured import MeasuredComparison
 
 PROBLEM = """dse: 1
 name: Fusion

@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from small import GOLDEN
 
 from dse.cli.main import run
+from tests.helpers.small import GOLDEN
 
 
 def test_without_scipy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

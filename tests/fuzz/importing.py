@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.answers.written import write_bag
 from tests.importers.test_can import DBC, KCD
 from tests.importers.test_reading import model
 from tests.importers.test_ros2 import ARCHITECTURE, CONFIGURATION
 from tests.importers.test_trace import text as trace
-from tests.results.written import write_bag
 
 from .harness import ROOT, Case, Outcome, run_case
 from .mutations import changed_bytes, changed_lines, changed_number, changed_tokens, monstrous

@@ -18,9 +18,9 @@ from typing import Any
 import pytest
 
 from dse.cli.main import run
-from tests.effort import FIRST, count
 from tests.fuzz.crafted import Crafted, craft_store, crafted
 from tests.fuzz.harness import EXIT_CODES, LIMIT_S, Hangs
+from tests.helpers.effort import FIRST, count
 
 CASES = count(250)
 SEED = 1 + FIRST

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from dse.cli.main import run
-from tests.effort import FIRST, count
 from tests.fuzz.harness import Fuzzer
 from tests.fuzz.mutations import parsed, spliced, written
+from tests.helpers.effort import FIRST, count
 
 CASES = count(400)
 SEED = 1 + FIRST

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.effort import FIRST, count
 from tests.fuzz.harness import Case
 from tests.fuzz.importing import ImportFuzzer
+from tests.helpers.effort import FIRST, count
 
 CASES = count(300)
 SEED = 1 + FIRST

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from tests.effort import FIRST, count
 from tests.fuzz.launches import TEXTS, LaunchFuzzer
+from tests.helpers.effort import FIRST, count
 
 CASES = count(300)
 SEED = 1 + FIRST

@@ -7,10 +7,10 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from effort import cases
 
 import dse
-from dse.errors import ProblemError, UsageError
+from dse.support.errors import ProblemError, UsageError
+from tests.helpers.effort import cases
 
 HEAD = """package r public
   data msg properties Data_Size => 8 Bytes; end msg;

@@ -12,8 +12,8 @@ import yaml
 import dse
 from dse.cli.main import run
 from dse.importers.allowance import allowed
-from dse.importers.launch.parameters import is_like, is_named
-from dse.importers.ros2.located import Names
+from dse.importers.ros2.launch.parameters import is_like, is_named
+from dse.importers.ros2.yaml_places import Names
 
 NODE = "Node(package='p', executable='e', name='n')"
 FUNCTION = "def f(context, *more):\n    return []\n"
@@ -84,7 +84,7 @@ GROWING = {
 def test_what_grows_without_end_is_refused_at_its_line(
     case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("dse.importers.launch.reading.allowed", lambda: allowed(50_000))
+    monkeypatch.setattr("dse.importers.ros2.launch.reading.allowed", lambda: allowed(50_000))
     lines, words = GROWING[case]
     assert run(["import", put(tmp_path, python(*lines)), "-o", str(tmp_path / "y")]) == 3
     said = capsys.readouterr().err
@@ -235,7 +235,7 @@ def test_models_that_grow_without_end_are_refused(
 def test_a_yaml_file_of_another_tool_has_a_bounded_number_of_values(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("dse.importers.ros2.located.MOST_VALUES", 5)
+    monkeypatch.setattr("dse.importers.ros2.yaml_places.MOST_VALUES", 5)
     text = "/a:\n  ros__parameters: {rate: 1, b: [1,\n  2]}\n"
     assert run(["import", put(tmp_path, text, "x.yaml")]) == 3
     assert "x.yaml:2:34: more than 5 values" in capsys.readouterr().err

@@ -10,7 +10,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.importers.ros_bags import read_bag
+from dse.importers.ros2.bags import read_bag
 from tests.fuzz.importing import ARXML, MUXED, SYM
 from tests.importers.test_can import DBC, KCD
 from tests.importers.test_ros_sizes import put

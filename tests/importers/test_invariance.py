@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from effort import cases
 
 import dse
-from dse.errors import ProblemError
 from dse.importers.registry import read_foreign
+from dse.support.errors import ProblemError
+from tests.helpers.effort import cases
 
 ROOT = Path(__file__).parents[2]
 MODELS = sorted((ROOT / "problems" / "aadl").glob("*.aadl"))

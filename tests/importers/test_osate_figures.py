@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import dse
-from dse.space.settings import osate_settings
+from dse.space.question.settings import osate_settings
+from tests.helpers.small import MS
 from tests.importers.test_reading import document, written
-from tests.small import MS
 
 USUAL = "AS-MF-DL-EQ-EQL"
 

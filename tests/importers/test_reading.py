@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import dse
-from dse.errors import ProblemError
 from dse.importers.registry import read_foreign
+from dse.support.errors import ProblemError
 
 SENSOR = """
   device sensor

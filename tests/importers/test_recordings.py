@@ -9,8 +9,8 @@ import yaml
 
 import dse
 from dse.cli.main import run
+from tests.answers.written import write_bag
 from tests.importers.test_trace import happenings, put, text
-from tests.results.written import write_bag
 
 SLOW = 1.5
 

@@ -11,10 +11,10 @@ from types import ModuleType
 import pytest
 
 import dse
-from dse.api.importing import import_file
-from dse.errors import Diagnostic, ProblemError, UsageError
 from dse.importers import registry
 from dse.importers.registry import Imported, Importer
+from dse.questions.verbs.import_file import import_file
+from dse.support.errors import Diagnostic, ProblemError, UsageError
 
 
 def read_toy(path: Path, options: Mapping[str, str]) -> Imported:

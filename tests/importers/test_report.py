@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import dse
-from dse.importers.aadl.parser import parse
+from dse.importers.aadl.syntax.parser import parse
 
 ROOT = Path(__file__).parents[2]
 MODELS = ROOT / "problems" / "aadl"

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import dse
 from dse.cli.main import run
-from tests.results.written import write_bag
+from tests.answers.written import write_bag
 
 TABLE_5_3 = {1: 76, 2: 132, 32: 1812, 1024: 57364}
 """Poses, and the bytes that the report measured (PoseArray of ROS 1)."""
@@ -61,7 +61,7 @@ def test_every_type_of_the_common_interfaces_has_the_size_that_is_serialised(dis
     serialise = store.serialize_ros1 if distribution.startswith("ros1") else store.serialize_cdr
     names = [name for name in store.fielddefs if name.startswith(COMMON)]
     assert len(names) > 80
-    from dse.importers.ros_messages import Types
+    from dse.importers.ros2.messages import Types
 
     types = Types(distribution)
     for name in names:

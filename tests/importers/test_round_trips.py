@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from clocks.test_open_offsets import drawn, to_yaml
-from effort import cases
-from oracle.generator import random_problem
 
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
-from dse.api.completing import complete_design
-from dse.api.export import figures
-from dse.errors import DseError, UsageError
-from dse.results.design_tables import analyse_design
-from dse.space.settings import settings_of
-from dse.space.types import Design, Space
+from dse.answers.analysis import analyse_design
+from dse.questions.complete_design import complete_design
+from dse.questions.verbs.export import figures
+from dse.space.model.space import Design, Space
+from dse.space.question.settings import settings_of
+from dse.support.errors import DseError, UsageError
+from tests.clocks.test_open_offsets import drawn, to_yaml
+from tests.helpers.effort import cases
+from tests.oracle.generator import random_problem
 from tests.properties.scheduled import with_scheduling
 from tests.properties.test_every_question import OSATE, with_deadlines, with_osates_words
 

@@ -75,7 +75,7 @@ Where the documents leave something open, this is how they are read here:
     exist: all have the priority of the thread. Where one has no bound what stands for that is its end.
     Two releases that streams of two senders bring may come at once: what they release has no bound.
 29. Not judged: `priority: any`, priority levels, non-preemptive sections, context switches, interrupts, throttling,
-    groups of cores (``tests/thread_systems.py`` has an own reading of each of these).
+    groups of cores (``tests/helpers/thread_systems.py`` has an own reading of each of these).
 30. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 

@@ -1,7 +1,7 @@
 """OSATE's latency analysis as OSATE goes about it: contributors in a list, then one pass for minima and one for maxima.
 
-Written from OSATE's rules (docs/semantics.md, section 3.7) and not from `dse.analysis.osate`, which looks back from
-each element instead: nothing of that is used here. Times in ns, of one design of a space.
+Written from OSATE's rules (docs/semantics.md, section 3.7) and not from `dse.analysis.osate.latency`, which looks back
+from each element instead: nothing of that is used here. Times in ns, of one design of a space.
 """
 
 from __future__ import annotations
@@ -10,11 +10,10 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from dse.space.frames import Frame, wire_ns
-from dse.space.hosts import Partition
-from dse.space.steps import Flow, Step
-from dse.space.trees import FROM_BANDWIDTH, Choice, PerProcessorType
-from dse.space.types import Component, Connection, Design, Space
+from dse.space.architecture.frames import Frame, wire_ns
+from dse.space.model.flows import Flow, Step
+from dse.space.model.space import Component, Connection, Design, Partition, Space
+from dse.space.model.trees import FROM_BANDWIDTH, Choice, PerProcessorType
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))

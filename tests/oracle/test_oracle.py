@@ -7,7 +7,8 @@ from itertools import product
 from math import prod
 
 import pytest
-from effort import LONG, cases
+
+from tests.helpers.effort import LONG, cases
 
 from .drawn import kept
 from .evaluator import (

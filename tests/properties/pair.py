@@ -12,7 +12,7 @@ from math import prod
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import Measure
-from dse.space.types import INACTIVE, Design
+from dse.space.model.space import INACTIVE, Design
 from tests.oracle import evaluator as oracle
 from tests.oracle.problem import as_list, option_value
 

@@ -8,12 +8,12 @@ from fractions import Fraction
 import pytest
 
 from dse.analysis.terms import Term
-from dse.errors import TooLargeError
-from dse.pareto.front import search_front
+from dse.search.front import search_front
+from dse.space.model.space import Design
+from dse.space.model.trees import consulted
 from dse.space.size import space_size
-from dse.space.trees import consulted
-from dse.space.types import Design
-from tests.effort import cases
+from dse.support.errors import TooLargeError
+from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair, exact_value

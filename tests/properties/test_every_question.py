@@ -18,36 +18,35 @@ from typing import Any
 
 import pytest
 import yaml
-from effort import cases
-from oracle.generator import random_problem
-from oracle.osate import Model
-from support import counted_down
 
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import build_measure, loaded_buses
-from dse.analysis.osate_load import bus_budget
+from dse.analysis.osate.load import bus_budget
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
-from dse.api.problem import Problem, changed, load, loads
-from dse.api.question import Changes
-from dse.api.solve import Watcher, solve_asked
-from dse.errors import DseError, TooLargeError, UsageError
-from dse.pareto import pace
-from dse.pareto.answer import Answer, Unfinished
-from dse.pareto.front import Budget
-from dse.pareto.subproblem import Solver
-from dse.results.robust import RobustResult
-from dse.results.solve import Result
-from dse.space.criteria import Metric
-from dse.space.settings import SETTINGS
-from dse.space.types import Design, Space
-from dse.study.inputs import InputSpace
-from dse.study.robust import RobustWatcher, robust_asked
-from dse.study.uncertainty import read_uncertainties
-from dse.study.worst_place import Box
+from dse.answers.result import Result
+from dse.answers.robust import RobustResult
+from dse.questions.problem import Problem, changed, load, loads
+from dse.questions.question import Changes
+from dse.questions.robust.robust import RobustWatcher, robust_asked
+from dse.questions.robust.worst_case import Box
+from dse.questions.sensitivity.inputs import InputSpace
+from dse.questions.sensitivity.uncertainty import read_uncertainties
+from dse.questions.verbs.solve import Watcher, solve_asked
+from dse.search import workers
+from dse.search.front import Budget
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer, Unfinished
+from dse.space.model.criteria import Metric
+from dse.space.model.space import Design, Space
+from dse.space.question.settings import SETTINGS
+from dse.support.errors import DseError, TooLargeError, UsageError
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates
+from tests.oracle.generator import random_problem
+from tests.oracle.osate import Model
 from tests.properties.scheduled import with_scheduling
-from tests.support import dominates
 
 MOST_DESIGNS = 4000
 PARTITIONS = [
@@ -269,7 +268,7 @@ def kept_by_the_way(asked: Asked, monkeypatch: pytest.MonkeyPatch) -> list[Resul
     kept: list[Result | RobustResult] = []
     with monkeypatch.context() as patch:
         for name, value in (("CHECKPOINT_S", 0.0), ("SHARE", 1e9), ("SECOND", 1e9)):
-            patch.setattr(pace, name, value)
+            patch.setattr(workers, name, value)
         if asked.robust:
             robust_asked(asked.problem, Budget(), RobustWatcher(checkpoint=kept.append))
         else:

@@ -10,9 +10,8 @@ from math import ceil, floor
 import pytest
 
 import dse
-from dse.results.points import Clash
-from dse.results.solve import Result
-from tests.effort import cases
+from dse.answers.result import Clash, Result
+from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle import grammar
 from tests.oracle.generator import random_problem

@@ -13,9 +13,9 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.pareto.front import search_front
-from dse.space.types import Design
-from tests.effort import cases
+from dse.search.front import search_front
+from dse.space.model.space import Design
+from tests.helpers.effort import cases
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
 from tests.properties.rewriting import Document, document_of, in_other_units, renamed, reordered, text_of, with_limit

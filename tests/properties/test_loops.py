@@ -12,9 +12,9 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.errors import ProblemError, TooLargeError
-from dse.pareto.front import search_front
-from tests.effort import cases
+from dse.search.front import search_front
+from dse.support.errors import ProblemError, TooLargeError
+from tests.helpers.effort import cases
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree, fronts_agree
 

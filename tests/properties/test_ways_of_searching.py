@@ -7,17 +7,18 @@ import random
 import pytest
 
 from dse.encode import model, sums
-from dse.errors import TooLargeError
-from dse.pareto import apart, best, front, portfolio
-from dse.pareto.answer import Answer, Found, Unfinished
-from dse.pareto.front import Budget, FrontSearch, search_front
-from dse.pareto.parts import Part
-from dse.pareto.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
-from dse.pareto.subproblem import Solver
-from tests.effort import cases
+from dse.search import front, lexicographic
+from dse.search.front import Budget, FrontSearch, search_front
+from dse.search.solver import portfolio, subspaces
+from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
+from dse.search.solver.solver import Solver
+from dse.search.solver.subspaces import Part
+from dse.search.solver_answer import Answer, Found, Unfinished
+from dse.support.errors import TooLargeError
+from tests.helpers.effort import cases
+from tests.helpers.support import brute_front
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
-from tests.support import brute_front
 
 WAYS = 3
 MOST_COMBINATIONS = 1500
@@ -49,9 +50,11 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(model, "MOST_REGIONS", draw.randint(1, 6))
     changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
-    changed.setattr(best, "EXACT_LIMIT", draw.choice([1, best.EXACT_LIMIT, best.EXACT_LIMIT]))
+    changed.setattr(
+        lexicographic, "EXACT_LIMIT", draw.choice([1, lexicographic.EXACT_LIMIT, lexicographic.EXACT_LIMIT])
+    )
     changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
-    changed.setattr(apart, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
+    changed.setattr(subspaces, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver.run_within
 

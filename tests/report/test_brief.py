@@ -11,18 +11,17 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
-from cli.test_time_limits import jumping
 from rich.console import Console
 
 import dse
 from dse.cli.main import run
-from dse.examples import example_files, example_path
-from dse.report.brief import brief_page, fitting_page
-from dse.report.document import Document
+from dse.examples.shipped import example_files, example_path
+from dse.report.content.document import Document
+from dse.report.content.front import TOP, brief_page, fitting_page
+from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
-from dse.report.robust import robust_section
-from dse.report.solve import TOP
 from dse.report.terminal import page_height, print_page
+from tests.cli.test_time_limits import jumping
 
 COLUMNS, LINES = 100, 40
 console = Console(file=io.StringIO(), width=COLUMNS)

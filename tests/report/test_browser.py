@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from effort import LONG
-from report.browser import Browser, needs_browser
-from results.hostile import hostile_result
 
 import dse
-from dse.examples import example_path
+from dse.examples.shipped import example_path
 from dse.report import html
-from dse.report.document import Document
-from dse.report.writing import report_files
+from dse.report.content.document import Document
+from dse.report.output import report_files
+from tests.answers.hostile import hostile_result
+from tests.helpers.effort import LONG
+from tests.report.browser import Browser, needs_browser
 
 pytestmark = needs_browser
 

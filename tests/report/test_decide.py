@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report.browser import Browser, needs_browser
 
 import dse
-from dse.api.feasible import feasible_designs
-from dse.report.decide import decide_data
-from dse.report.document import Document
+from dse.questions.verbs.feasible_designs import feasible_designs
+from dse.report.content.decide import decide_data
+from dse.report.content.document import Document
 from dse.report.html import html_report
-from tests.effort import count
+from tests.helpers.effort import count
+from tests.report.browser import Browser, needs_browser
 
 pytestmark = needs_browser
 

@@ -8,9 +8,9 @@ import json
 import pytest
 
 import dse
-from dse.report.answers import Told
-from dse.report.charts import whole_spec
-from dse.report.figures import _figures
+from dse.report.dispatch import Told
+from dse.report.output import _figures
+from dse.report.plots.front import whole_spec
 
 NAMES = ["a\\", 'a\\"+1', 'a"b', "a'b", "a\\nb", "var(--x)", "var(--ink)", "${x}|<b>&amp;", "\\u0041"]
 PROBLEM = """
@@ -56,7 +56,7 @@ def _drawn(answer: Told) -> list[str]:
 
 
 def test_line_breaks_in_titles_end_no_expression() -> None:
-    svg = pytest.importorskip("dse.report.plot_files").svg_of
+    svg = pytest.importorskip("dse.report.output").svg_of
     title = 'a\n"b"\r\u2028\\'
     place = {"field": "x", "type": "quantitative", "title": title}
     tooltip = [{"field": "x", "title": title}]

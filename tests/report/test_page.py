@@ -16,15 +16,15 @@ from rich.console import Console
 import dse
 from dse.cli import main
 from dse.cli.main import run
-from dse.errors import UsageError
-from dse.report.answers import page_of
-from dse.report.document import Document
+from dse.questions.robust.robust import solve_robust
+from dse.report.content.document import Document
+from dse.report.content.front import printed_page
+from dse.report.dispatch import page_of
 from dse.report.html import html_page
 from dse.report.markdown import escaped, markdown_page
 from dse.report.page import NOTHING, Listing, Page, Section, Table, Text
-from dse.report.solve import printed_page
 from dse.report.terminal import print_page
-from dse.study.robust import solve_robust
+from dse.support.errors import UsageError
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
 UNCERTAIN = "uncertainty: {threads.filter.compute_execution_time: {factor: 0.9 .. 1.5}}\n"

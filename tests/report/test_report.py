@@ -11,31 +11,29 @@ from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 
-import effort
 import pytest
-from results.hostile import NAMES, hostile_result
 from rich.console import Console
 
 import dse
+from dse.answers.result import Result
+from dse.answers.tables.display import counted
 from dse.cli.main import run
-from dse.examples import example_path
-from dse.report.analyse import tightest_limits
-from dse.report.bars import stacked_rows, usage_records
-from dse.report.charts import scatter
-from dse.report.document import Document
-from dse.report.drawing import Drafter
+from dse.examples.shipped import example_path
+from dse.report.content.analyse import tightest_limits
+from dse.report.content.document import Document
+from dse.report.content.front import printed_page
 from dse.report.html import html_report
-from dse.report.layout import layered
 from dse.report.markdown import escaped
+from dse.report.output import figure_files, markdown_report, report_files
 from dse.report.page import NOTHING
-from dse.report.plot_files import figure_files
-from dse.report.solve import printed_page
+from dse.report.plots.architecture import Drafter, layered
+from dse.report.plots.design import stacked_rows, usage_records
+from dse.report.plots.front import scatter
 from dse.report.terminal import print_page
 from dse.report.theme import DARK, LIGHT
-from dse.report.words import GAPS, REDUCED
-from dse.report.writing import markdown_report, report_files
-from dse.results.display import counted
-from dse.results.solve import Result
+from dse.report.words.reasons import GAPS, REDUCED
+from tests.answers.hostile import NAMES, hostile_result
+from tests.helpers import effort
 
 
 class Reader(HTMLParser):

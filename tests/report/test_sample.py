@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.examples import example_path
-from dse.report.document import Document
-from dse.report.writing import report_files
+from dse.examples.shipped import example_path
+from dse.report.content.document import Document
+from dse.report.output import report_files
 
 FOLDER = Path(__file__).parents[2] / "reports"
 

@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from report.browser import Browser, needs_browser
-from study.studies import example, written
 
 import dse
-from dse.api.problem import load
 from dse.cli.main import run
-from dse.examples import example_path
+from dse.examples.shipped import example_path
+from dse.questions.problem import load
+from dse.questions.robust.robust import solve_robust
+from dse.report.content.sensitivity import scaling_words
+from dse.report.content.simulate import simulation_page
+from dse.report.content.study import sections_of
+from dse.report.output import study_figures, study_files
 from dse.report.page import Section, Table
-from dse.report.sensitivity import scaling_words
-from dse.report.simulate import simulation_page
-from dse.report.study import sections_of
-from dse.report.study_files import study_figures, study_files
-from dse.study.robust import solve_robust
+from tests.questions.studies import example, written
+from tests.report.browser import Browser, needs_browser
 
 UNCERTAIN = """
 uncertainty:

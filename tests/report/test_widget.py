@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from report.browser import Browser, needs_browser
 
 import dse
 from dse.report.widget import FRAME
+from tests.report.browser import Browser, needs_browser
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
 HOST = """<!doctype html><meta charset="utf-8"><body><script type="module">

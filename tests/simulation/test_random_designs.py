@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from functools import cache
 
 import pytest
-from effort import LONG, cases
-from oracle import generator
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.api.simulate import simulate
-from dse.results.simulate import Simulation
-from dse.results.solve import decisions_of
+from dse.answers.result import decisions_of
+from dse.answers.simulation import Simulation
+from dse.questions.verbs.simulate import simulate
+from tests.helpers.effort import LONG, cases
+from tests.oracle import generator
 
 SEEDS = range(24) if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
 """To draw one takes a second: half of them, with all whose flows reach their bounds."""

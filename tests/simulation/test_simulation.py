@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.api.simulate import simulate
+from dse.answers.simulation import Simulation
 from dse.cli.main import run
-from dse.errors import UsageError
-from dse.report.simulate import simulation_page
-from dse.results.simulate import Simulation
+from dse.questions.verbs.simulate import simulate
+from dse.report.content.simulate import simulation_page
+from dse.support.errors import UsageError
 
 MS = 10**6
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -85,16 +85,16 @@ def test_contention_exceeds_execution_times_and_response_times_hold() -> None:
 
 def test_a_wrong_analysis_is_contradicted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Faults injected into the analysis: half the sampling, and a response time without interference."""
-    from dse.analysis import latency
-    from dse.analysis.rows import Row
+    from dse.analysis.latency import contributors
+    from dse.analysis.latency.rows import Row
 
-    original = latency._sampling_row
+    original = contributors._sampling_row
 
     def halved(*arguments: object) -> Row | None:
         row = original(*arguments)  # type: ignore[arg-type]
         return row and Row(row.category, row.contributor, 0, row.min_method, row.max_ns // 2, row.max_method)
 
-    monkeypatch.setattr(latency, "_sampling_row", halved)
+    monkeypatch.setattr(contributors, "_sampling_row", halved)
     result = run_text(CHAIN, contention=False)
     assert len(result.contradictions) == 1 and "flow main: observed 6000000" in result.contradictions[0]
     path = tmp_path / "chain.yaml"
@@ -106,7 +106,7 @@ def test_a_wrong_analysis_is_contradicted(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 def test_a_wrong_response_time_is_contradicted(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dse.analysis import responding
+    from dse.analysis.scheduling import responding
 
     monkeypatch.setattr(responding, "response_time_ns", lambda task, *_: task.worst_ns)
     text = CHAIN.replace("  control:", RIVAL + "  control:")

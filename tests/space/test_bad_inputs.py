@@ -15,17 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dse.space
-from dse.api.problem import load, loads
-from dse.errors import ProblemError
+from dse.questions.problem import load, loads
 from dse.space import properties
 from dse.space.build import build_space
-from dse.space.metrics import QuestionError
+from dse.space.model.space import Space
 from dse.space.properties import Ledger
-from dse.space.questions import MOST_FAILURES
-from dse.space.types import Space
-from dse.spec.load import load_spec, parse_spec
-from dse.spec.salvage import MOST_PLACES
-from tests.diagnostics import (
+from dse.space.question.metrics import QuestionError
+from dse.space.question.reading import MOST_FAILURES
+from dse.spec.loading.load import load_spec, parse_spec
+from dse.spec.loading.salvage import MOST_PLACES
+from dse.support.errors import ProblemError
+from tests.helpers.diagnostics import (
     FOLDER,
     assert_every_input_has_its_messages,
     assert_places_exist,

@@ -8,21 +8,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from effort import cases
-from oracle.generator import random_problem
-from support import evaluated
 
 import dse
 from dse.analysis.bounds import Ends, best_possible, impossible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit
 from dse.analysis.views import View
-from dse.api.problem import loads
-from dse.errors import ProblemError
-from dse.report.impossible import impossible_words
-from dse.space.criteria import Requirement
-from dse.space.settings import deadline_requirements
-from dse.space.types import Space
+from dse.questions.problem import loads
+from dse.report.content.explain import impossible_words
+from dse.space.model.criteria import Requirement
+from dse.space.model.space import Space
+from dse.space.question.settings import deadline_requirements
+from dse.support.errors import ProblemError
+from tests.helpers.effort import cases
+from tests.helpers.support import evaluated
+from tests.oracle.generator import random_problem
 
 PROBLEM = """dse: 1
 name: bounds

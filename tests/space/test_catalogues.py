@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from support import brute_front, evaluated, space_of
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.pareto.front import Budget, search_front
+from dse.search.front import Budget, search_front
+from tests.helpers.support import brute_front, evaluated, space_of
 
 TEXT = """
 dse: 1

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 import dse
-from dse.api.problem import loads
 from dse.cli.main import run
-from dse.errors import UsageError
-from dse.space.settings import SETTINGS
-from dse.spec.schema import json_schema
-from dse.version import SEMANTICS
+from dse.questions.problem import loads
+from dse.space.question.settings import SETTINGS
+from dse.spec.schema.json_schema import json_schema
+from dse.support.errors import UsageError
+from dse.support.version import SEMANTICS
 
 CORES = """
 dse: 1
@@ -314,5 +314,5 @@ SETTINGS_BY_SEMANTICS = {
 
 
 def test_a_new_setting_is_a_new_meaning() -> None:
-    """A result without it would not be told from a forgery: the number in `dse.version` is raised with the settings."""
+    """A result without it would not be told from a forgery: the number of `dse.support.version` is raised for it."""
     assert " ".join(SETTINGS) == SETTINGS_BY_SEMANTICS[SEMANTICS]

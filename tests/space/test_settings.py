@@ -11,14 +11,14 @@ import pytest
 from click.testing import CliRunner
 
 import dse
-from dse.api.problem import changed, loads
-from dse.api.question import Changes
-from dse.api.stated import restated
 from dse.cli.main import cli
-from dse.errors import ProblemError, UsageError
-from dse.space.settings import OSATE_SETTINGS, SETTINGS, settings_of
-from dse.space.types import Space
-from dse.spec.schema import json_schema
+from dse.questions.problem import changed, loads
+from dse.questions.question import Changes
+from dse.questions.result_question import restated
+from dse.space.model.space import Space
+from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, settings_of
+from dse.spec.schema.json_schema import json_schema
+from dse.support.errors import ProblemError, UsageError
 
 PROBLEM = """
 dse: 1
@@ -78,7 +78,7 @@ def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str,
 
 def test_both_spellings_are_taken() -> None:
     for word in ("response-time", "response_time"):
-        assert dse.cli.question.Words(["response-time"]).convert(word, None, None) == "response_time"
+        assert dse.cli.options.Words(["response-time"]).convert(word, None, None) == "response_time"
 
 
 def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:
@@ -137,9 +137,9 @@ def test_deadlines_follow_the_profile_unless_they_are_said() -> None:
 def test_stated_deadlines_are_those_of_the_threads_that_have_one() -> None:
     """Under `stated` a thread without a deadline is never late; under `all` it ends by its period."""
     from dse.analysis.limits import build_limit
-    from dse.analysis.scheduling import UNBOUNDED_NS
+    from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
     from dse.analysis.views import View
-    from dse.space.settings import deadline_requirements
+    from dse.space.question.settings import deadline_requirements
 
     bounds: dict[str, list[Any]] = {}
     for word in ("stated", "all"):

@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 import dse
-from dse.errors import ProblemError, UsageError
+from dse.support.errors import ProblemError, UsageError
 
 TEXT = """
 dse: 1

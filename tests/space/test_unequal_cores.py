@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.analysis.tasks import utilisation
+from dse.analysis.scheduling.tasks import utilisation
 from dse.analysis.views import View
 
 TEXT = """

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from dse.errors import ProblemError
-from dse.spec.load import load_spec, parse_spec
-from dse.spec.model import Thread
-from dse.spec.reader import MAX_BYTES
-from tests import diagnostics
-from tests.diagnostics import FOLDER, assert_every_input_has_its_messages, bad_inputs, expected_messages
+from dse.spec.loading.load import load_spec, parse_spec
+from dse.spec.loading.reader import MAX_BYTES
+from dse.spec.schema.model import Thread
+from dse.support.errors import ProblemError
+from tests.helpers import diagnostics
+from tests.helpers.diagnostics import FOLDER, assert_every_input_has_its_messages, bad_inputs, expected_messages
 
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
 messages = partial(diagnostics.messages, read=load_spec)

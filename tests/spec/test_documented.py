@@ -12,10 +12,10 @@ import jsonschema
 import pytest
 import yaml
 
-from dse.errors import ProblemError
-from dse.spec import model
-from dse.spec.load import load_spec
-from dse.spec.schema import json_schema
+from dse.spec.loading.load import load_spec
+from dse.spec.schema import model
+from dse.spec.schema.json_schema import json_schema
+from dse.support.errors import ProblemError
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "problem-file.md").read_text(encoding="utf-8")
 VALIDATOR = jsonschema.Draft202012Validator(json_schema())

@@ -10,9 +10,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dse import units
-from dse.spec.expressions import And, Compare, Condition, ExtremeRef, MetricRef, MultipleOf, Not, OneOf, Or, Ref, Used
-from dse.spec.grammar import (
+from dse.spec.language.expressions import (
+    And,
+    Compare,
+    Condition,
+    ExtremeRef,
+    MetricRef,
+    MultipleOf,
+    Not,
+    OneOf,
+    Or,
+    Ref,
+    Used,
+)
+from dse.spec.language.grammar import (
     ExpressionError,
     parse_assignment,
     parse_derived,
@@ -21,7 +32,8 @@ from dse.spec.grammar import (
     parse_requirement,
     parse_rule,
 )
-from dse.units import Quantity, parse_quantity
+from dse.support import units
+from dse.support.units import Quantity, parse_quantity
 
 NAMES = {"nav.period", "main_loop.period", "my thread.period", "can.type", "not ready.period", "x and y.type"}
 BARE = {"Spectra", "can_500k", "can", "big box", "R (rev B)"}

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from dse.errors import ProblemError
-from dse.spec.hardware import TransmissionTime
-from dse.spec.load import dotted, load_spec, parse_spec
-from dse.spec.model import Spec
-from dse.units import Money, TimeRange, Total
+from dse.spec.loading.load import dotted, load_spec, parse_spec
+from dse.spec.schema.hardware import TransmissionTime
+from dse.spec.schema.model import Spec
+from dse.support.errors import ProblemError
+from dse.support.units import Money, TimeRange, Total
 
 FOLDER = Path(__file__).parents[1] / "bad_inputs"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
@@ -189,7 +189,7 @@ def test_include_of_an_impossible_path(tmp_path: Path) -> None:
 
 
 def test_number_of_files_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dse.spec.load.MAX_FILES", 2)
+    monkeypatch.setattr("dse.spec.loading.load.MAX_FILES", 2)
     (tmp_path / "main.yaml").write_text("dse: 1\nname: x\ninclude: [a.yaml, b.yaml]\n")
     for name in "ab":
         (tmp_path / f"{name}.yaml").write_text("assumptions: []\n")

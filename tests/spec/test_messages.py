@@ -121,7 +121,7 @@ def test_without_rosbags_the_command_that_installs_it_is_told(tmp_path: Path, mo
 
 
 def test_a_result_that_lost_its_sizes_says_so(tmp_path: Path) -> None:
-    from dse.api.problem import load_carried
+    from dse.questions.problem import load_carried
 
     with pytest.raises(dse.ProblemError, match=r"data\.message: the result does not carry its size"):
         load_carried("fusion.yaml", {"fusion.yaml": PROBLEM})

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import dse
-from dse.errors import ProblemError
-from tests.diagnostics import FOLDER
+from dse.support.errors import ProblemError
+from tests.helpers.diagnostics import FOLDER
 
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
 SECRETS = {

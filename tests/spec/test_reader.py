@@ -9,9 +9,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dse.errors import ProblemError
-from dse.spec import reader
-from dse.spec.reader import read_yaml
+from dse.spec.loading import reader
+from dse.spec.loading.reader import read_yaml
+from dse.support.errors import ProblemError
 
 
 def data(text: str) -> Any:

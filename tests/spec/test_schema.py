@@ -13,12 +13,12 @@ import yaml
 from pydantic import BaseModel
 
 import dse
-from dse.errors import ProblemError
-from dse.results.forms.registry import FORMS
-from dse.spec import model
-from dse.spec.load import parse_spec
-from dse.spec.reader import read_yaml
-from dse.spec.schema import descriptions, json_schema
+from dse.answers.forms.registry import FORMS
+from dse.spec.loading.load import parse_spec
+from dse.spec.loading.reader import read_yaml
+from dse.spec.schema import model
+from dse.spec.schema.json_schema import descriptions, json_schema
+from dse.support.errors import ProblemError
 
 FOLDER = Path(__file__).parents[1] / "bad_inputs"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")

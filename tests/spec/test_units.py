@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dse import units
-from dse.units import Money, Quantity, Rounding, TimeRange, Total, UnitError
+from dse.support import units
+from dse.support.units import Money, Quantity, Rounding, TimeRange, Total, UnitError
 
 BIG = 10**15
 fractions = st.fractions(min_value=0, max_value=BIG, max_denominator=10**6)

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dse.errors import ProblemError
-from dse.importers.aadl.alternatives import (
+from dse.importers.aadl.document.implementations import (
     DifferError,
     Subsystem,
     conflict,
@@ -15,12 +14,13 @@ from dse.importers.aadl.alternatives import (
     subsystems,
     with_implementations,
 )
-from dse.importers.aadl.model import Model, read_model
-from dse.importers.aadl.problem import Writer
-from dse.importers.aadl.tokens import finding
-from dse.importers.aadl.unread import tell
+from dse.importers.aadl.document.problem import Writer
+from dse.importers.aadl.instance.model import Model, read_model
+from dse.importers.aadl.instance.unread import tell
+from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.allowance import allowed, at
 from dse.importers.registry import CHOICES, Imported, Key, Place
+from dse.support.errors import ProblemError
 
 PIECES = 20_000_000
 """The allowance of one import of a model."""

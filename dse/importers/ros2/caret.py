@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import Imported
-from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.ros2.yaml_places import LocatedFile, Place
 
 UNDEFINED = "UNDEFINED"
 WHAT = "an architecture file of CARET"

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import Imported
-from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.ros2.yaml_places import LocatedFile, Place
 
 WHAT = "a configuration of the callback-isolated executor"
 POLICIES = ("SCHED_FIFO", "SCHED_RR", "SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE", "SCHED_DEADLINE")

@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dse.errors import Diagnostic, ProblemError
-from dse.files.foreign import reading
-from dse.files.reading import UnreadableFileError, opened
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.files.foreign import reading
+from dse.support.files.reading import UnreadableFileError, opened
 
 MAGIC = b"\xc1\x1f\xfc\xc1"
 DAY_NS = 86_400 * 10**9

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from statistics import mean, stdev
 from typing import Any
 
-from dse.errors import UsageError
 from dse.importers.registry import Key
 from dse.importers.registry import Place as Found
-from dse.importers.ros2.located import LocatedFile, Names, Place, ros_name
-from dse.records import dataclass
-from dse.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
+from dse.importers.ros2.yaml_places import LocatedFile, Names, Place, ros_name
+from dse.support.errors import UsageError
+from dse.support.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
 COMPUTER = "computer"
 NODE = re.compile(r"(/[A-Za-z_]\w*)+")

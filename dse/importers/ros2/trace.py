@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.errors import Diagnostic, ProblemError
 from dse.importers.registry import Imported
 from dse.importers.ros2.events import MOST_NS, Event, events_of
-from dse.importers.ros2.located import LocatedFile, Place
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
-from dse.records import dataclass
-from dse.timelimit import in_time
-from dse.units import format_rate
+from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.timelimit import in_time
+from dse.support.units import format_rate
 
 OF_TOOLS = ("/parameter_events", "/rosout")
 """Topics that every node has, and nobody designs."""

@@ -1,0 +1,108 @@
+"""Who waits for whom in a flow whose latency counts response times, and which single shorter time would keep a limit.
+
+What a thread waits for is told as that of late threads is (`dse.analysis.scheduling.waiting`), and a shorter time that
+would do is found in the same way (`dse.analysis.diagnosis.shortening`): all response times are found anew, and the
+figure that is limited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from dse.analysis.diagnosis.lateness import Late, Teller
+from dse.analysis.diagnosis.shortening import Candidate, Shorter
+from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
+from dse.analysis.limits import Verdict, build_limit, judge
+from dse.analysis.scheduling.scheduling import response_of
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.scheduling.waiting import Wait, waits_of
+from dse.space.model.metric_kinds import flows_in
+from dse.support.units import Exact
+
+MOST_CUT = 24
+"""No more candidates than these are shortened for one requirement."""
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A thread of a flow that ends `waited_ns` later than by itself, and what it waits for."""
+
+    thread: str
+    waited_ns: Exact
+    waits: tuple[Wait, ...]
+
+
+@dataclass(frozen=True)
+class Delayed:
+    """A broken limit on what counts response times of flows: who waits in them, longest first; nobody may.
+
+    Each of `shorter` would keep it by itself.
+    """
+
+    requirement: str
+    waiting: tuple[Waiting, ...]
+    shorter: tuple[Shorter, ...]
+
+
+def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delayed]:
+    """The broken upper limits in which threads wait for others, or a shorter time would do."""
+    for verdict in _broken(teller, verdicts):
+        keys = _threads(teller, verdict)
+        found = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
+        found.sort(key=lambda item: -item.waited_ns)
+        shorter = tuple(_shorter(teller, verdict, keys))
+        if found or shorter:
+            yield Delayed(verdict.requirement.shown, tuple(found), shorter)
+
+
+def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:
+    """The threads without a bound because of which such limits are broken, each once."""
+    space = teller.space
+    names = (name for item in _broken(teller, verdicts) for name in _unbounded(teller, item))
+    for number in dict.fromkeys(space.component_numbers[name] for name in names):
+        found = teller.unbounded(number)
+        if found is not None:
+            yield found
+
+
+def _unbounded(teller: Teller, verdict: Verdict) -> tuple[str, ...]:
+    return unbounded_in(teller.space, verdict.requirement.metric, teller.view)
+
+
+def _broken(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Verdict]:
+    for verdict in verdicts:
+        metric, operator = verdict.requirement.metric, verdict.requirement.operator
+        is_upper = not verdict.holds and operator in ("<=", "<")
+        if is_upper and flows_in(teller.space, metric) and may_be_unbounded(teller.space, metric):
+            yield verdict
+
+
+def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
+    """The threads of its flows, of one with segments its last piece there."""
+    space = teller.space
+    flows = flows_in(space, verdict.requirement.metric)
+    steps = [step for flow in space.flows if flow.name in flows for step in flow.steps]
+    last: dict[str, int] = {}
+    for step in steps:
+        if step.kind == "component" and teller.schedule.place((step.index, "thread")) is not None:
+            last[space.components[step.index].stated_as] = step.index
+    return [(number, "thread") for number in last.values()]
+
+
+def _waiting(teller: Teller, key: TaskKey) -> Waiting | None:
+    """What a thread waits for, if it has a bound and does wait."""
+    found = response_of(teller.space, *key, teller.view)
+    if found is None or found.response_ns is None:
+        return None
+    waits = waits_of(teller.schedule, key, teller.known) or ()
+    waited = sum(item.waited_ns for item in waits)
+    return Waiting(teller.space.components[key[0]].stated_as, waited, waits) if waited > 0 else None
+
+
+def _shorter(teller: Teller, verdict: Verdict, keys: Sequence[TaskKey]) -> Iterator[Shorter]:
+    def is_enough(item: Candidate, by_ns: int) -> bool:
+        space, view = teller.trials.whole(item, by_ns)
+        return judge(build_limit(space, verdict.requirement), view).holds
+
+    yield from teller.trials.least_cuts(teller.trials.candidates(keys)[:MOST_CUT], is_enough)

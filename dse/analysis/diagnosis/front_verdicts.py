@@ -1,0 +1,163 @@
+"""What a design keeps when threads wait for each other, told of fronts whose search does not count that.
+
+docs/semantics.md, section 4.4. The cores are those of the design: stated, decided, else as first-fit gives them
+(`dse.analysis.placement.first_fit.core_of_each`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from dse.analysis.diagnosis.unbounded import unbounded_in
+from dse.analysis.latency.metrics import flow_figure_ns
+from dse.analysis.latency.rows import counts_responses
+from dse.analysis.limits import Limit, Verdict, build_limit, judge
+from dse.analysis.memo import Recall
+from dse.analysis.placement.first_fit import placement
+from dse.analysis.placement.heuristics import placed
+from dse.analysis.placement.partition import Spread
+from dse.analysis.scheduling.turns import Turn
+from dse.analysis.scheduling.turns import cores_of as turns_on
+from dse.analysis.validity import Rulebook
+from dse.analysis.views import View
+from dse.space.architecture.carriers import carriers
+from dse.space.model.space import EMPTY, Component, Design, Space
+from dse.space.model.trees import at, leaves
+from dse.space.question.open_cores import is_scheduled, with_open_cores
+from dse.support.timelimit import in_time
+
+SHARED = 256
+"""The number of plans of a processor that are shared by designs in which it has the same threads at the same rates."""
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A requirement that a design breaks, and the threads in it whose response time has no bound, if there are any."""
+
+    verdict: Verdict
+    unbounded: tuple[str, ...]
+
+
+def is_left_out(space: Space) -> bool:
+    """Whether latencies leave contention out although a profile that knows it applies, and threads share processors."""
+    knows = counts_responses(replace(space, processing="response_time"))
+    return knows and not counts_responses(space) and any(item.processor is not None for item in space.components)
+
+
+def leaves_out_buses(space: Space) -> bool:
+    """Whether latencies count no waiting for physical buses that may carry messages; OSATE has rules of its own."""
+    carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
+    return space.profile == "dse" and bool(space.flows) and not all(space.buses[bus].virtual for bus in carried)
+
+
+def with_contention(space: Space) -> Space | None:
+    """The question with response times counted in latencies; None where that is what is asked anyway."""
+    return replace(space, processing="response_time") if is_left_out(space) else None
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a design breaks, as `design` of `space`, the question with contention and the order that it is judged in."""
+
+    misses: tuple[Miss, ...]
+    space: Space
+    design: Design
+
+
+class ContentionReferee:
+    """Judges designs by the question with contention.
+
+    Where a best order is open in a design, and is none of the decisions of the question that it is an answer to, it is
+    judged in the one that whoever analyses it with contention gets (`dse.analysis.placement.heuristics.placed`).
+    """
+
+    def __init__(self, counted: Space, *, of_fronts: bool = True) -> None:
+        """Judge by `counted`, which `with_contention` gives.
+
+        Designs of fronts keep what the question without contention requires: of them only what response times count in
+        is looked at; else every requirement.
+        """
+        self.space, self.of_fronts = counted, of_fronts
+        self._limits = self._limits_of(counted)
+        self._turns: Recall[list[list[Turn]]] = Recall(SHARED)
+
+    def judge(self, design: Design) -> Judged:
+        """What a valid design keeps and breaks, in the order of the requirements.
+
+        Raises
+        ------
+        OutOfTime
+            when a limit of time (`dse.support.timelimit.until`) is up.
+        """
+        if self._open is None:
+            return Judged(self._misses(self.space, self._limits, design), self.space, design)
+        space, limits = self._open
+        added = range(len(self.space.decisions), len(space.decisions))
+        whole = placed(space, (*design, *(0 for _ in added)), added)
+        if Rulebook(space).breaches(whole):
+            return Judged(self._misses(self.space, self._limits, design), self.space, design)
+        return Judged(self._misses(space, limits, whole), space, whole)
+
+    @cached_property
+    def _open(self) -> tuple[Space, tuple[Limit, ...]] | None:
+        """The space with a decision for each open core and order; None where no order is left open."""
+        space = with_open_cores(self.space) if self.space.open_priorities else self.space
+        return (space, self._limits_of(space)) if len(space.decisions) > len(self.space.decisions) else None
+
+    def _limits_of(self, space: Space) -> tuple[Limit, ...]:
+        asked = (item for item in space.requirements if not self.of_fronts or is_scheduled(space, item.metric))
+        return tuple(build_limit(space, item) for item in in_time(asked))
+
+    def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
+        view = View(design)  # one for all: response times are found together, once for a view
+        for number in range(len(space.processors)):
+            view.memo["turns", number] = self._turns.recall(space, number, view, turns_on)
+        verdicts = [judge(item, view, flow_figure_ns(space, item.requirement.metric, view)) for item in in_time(limits)]
+        return tuple(
+            Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))
+            for verdict in verdicts
+            if not verdict.holds
+        )
+
+
+def core_by(space: Space, component: Component, view: View) -> str:
+    """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
+    if at(component.core, view) is None:
+        return "first-fit"
+    decision = space.decision_index(f"{space.core_owner(component, view)}.core")
+    return "stated" if decision is None or not space.decisions[decision].is_open else "decided"
+
+
+def core_origins(space: Space) -> frozenset[str]:
+    """Who chooses the cores of threads on processors with several, in the words of `core_by`, in any design."""
+    several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
+    open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
+    found = set()
+    for item in space.components:
+        if several & set(leaves(item.processor)):
+            stated = {"decided" if f"{name}.core" in open_ else "stated" for name in space.core_owners(item)}
+            found |= {"first-fit"} if item.core is None else stated
+    return frozenset(found)
+
+
+_PLACEMENTS: Recall[Spread] = Recall()
+
+
+def cores_of(space: Space, design: Design) -> Mapping[int, int]:
+    """The core, from 1, of each thread that runs on a processor with several, by the thread's number."""
+    found: dict[int, int] = {}
+    for item in placements_of(space, design).values():
+        found |= item.cores
+    return dict(sorted(found.items()))
+
+
+def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:
+    """Who runs where on each processor with several cores, and whether that keeps all that is required of cores."""
+    view = View(design)
+    return {
+        number: _PLACEMENTS.recall(space, number, view, placement)
+        for number, slot in enumerate(space.processors)
+        if slot.types[view[slot.type_decision]] != EMPTY and at(slot.cores, view) > 1
+    }

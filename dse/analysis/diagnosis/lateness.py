@@ -1,0 +1,244 @@
+"""Why a thread is late, and how much shorter it or what goes before it would have to be.
+
+What goes before the worst job is what the analysis of its response time counts (`dse.analysis.scheduling.waiting`;
+docs/semantics.md, section 4.3), of a thread with segments piece by piece. A time that would do is found by asking that
+analysis again with a shorter one (`dse.analysis.diagnosis.shortening`). Of threads without a bound it is told which of
+them have none because of others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, partial
+
+from dse.analysis.diagnosis.reservation_budgets import Budget, budget_of
+from dse.analysis.diagnosis.shortening import Shorter, Trials
+from dse.analysis.limits import HOLDS, Verdict
+from dse.analysis.scheduling.holistic import fixed_point
+from dse.analysis.scheduling.parts import Delay
+from dse.analysis.scheduling.releases import thread_releases
+from dse.analysis.scheduling.responding import counts_once
+from dse.analysis.scheduling.response_time import Task
+from dse.analysis.scheduling.scheduling import Response, all_responses, response_of
+from dse.analysis.scheduling.servers.segments import apart_ns, elapsed_ns
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.scheduling.turns import Schedule, Turn, upstream
+from dse.analysis.scheduling.waiting import Known, Place, Wait, waits_of
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+PPM = 10**6
+
+
+@dataclass(frozen=True)
+class Full:
+    """A processor's core (from 1; `is_served` where that has no number) of which more than all is needed.
+
+    `share_ppm` is what a thread and what goes before it there need of it together.
+    """
+
+    processor: str
+    core: int
+    is_served: bool
+    share_ppm: Exact
+
+
+@dataclass(frozen=True)
+class Late:
+    """A thread that ends too late: `late_ns` behind its limit of `limit_ns` on a core (from 1), None without a bound.
+
+    Of one without a bound that has no limit of its own `limit_ns` is None.
+
+    `work_ns` is what its own jobs take up to then, `waits` what it waits for, piece by piece of one that
+    `has_segments`, on its core and on `accelerators`; `blocked_ns` and `delays` are those of one without. In an
+    `executor` the others that it runs count. Each of `shorter` is enough by itself. `budget` is that of the reservation
+    it is in.
+
+    Of one without a bound `endless` are the threads that have none themselves and because of which it has none. Else
+    `full` is where more than all is needed, if it is, and the `waits` of its pieces are those which would make its job
+    end `ends_ns` after its release, at least, though its next one comes `apart_ns` after it.
+    """
+
+    thread: str
+    processor: str
+    core: int
+    late_ns: Exact | None
+    work_ns: int
+    blocked_ns: Exact
+    executor: str
+    delays: tuple[Delay, ...]
+    shorter: tuple[Shorter, ...]
+    has_segments: bool = False
+    budget: Budget | None = None
+    accelerators: tuple[str, ...] = ()
+    endless: tuple[str, ...] = ()
+    limit_ns: Fraction | None = None
+    waits: tuple[Wait, ...] = ()
+    full: Full | None = None
+    apart_ns: Exact | None = None
+
+    @property
+    def is_late_alone(self) -> bool:
+        """Whether its own work takes longer than it may."""
+        return self.limit_ns is not None and self.work_ns > self.limit_ns
+
+    @property
+    def ends_ns(self) -> Exact | None:
+        """How long after its release its job ends, as far as that is known of one without a bound."""
+        return sum(item.response_ns for item in self.waits) if self.waits else None
+
+
+def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
+    """The threads that break an upper limit on their response time, in the order of the limits."""
+    yield from Teller(space, view).late_threads(verdicts)
+
+
+@dataclass(frozen=True)
+class _Loss:
+    """How it turns out that a thread has no bound: because of others, or with what is `known` of them by then."""
+
+    key: TaskKey
+    because: tuple[str, ...]
+    known: Known
+
+
+class _Losses:
+    """Notes, when it turns out that a task has no bound, whether that is because something else has none.
+
+    What is known of others by then are times that they take at the least, all of them bounded.
+    """
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self.found: dict[tuple[int, ...], _Loss] = {}
+
+    def note(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], known: Known) -> None:
+        """Called by the analysis (`dse.analysis.scheduling.holistic.fixed_point`)."""
+        members = turn.pieces or turn.key[:1]
+        if members in self.found:
+            return
+        space, view = self.space, self.view
+        before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
+        missing = [turns[position].key[0] for position in sorted(before) if self._is_lost(turn, turns, tasks, position)]
+        missing += [
+            key[0] for key in upstream(space, turn.key, view, frozenset())
+            if key[0] not in members and known.get(key, 0) is None
+        ]  # fmt: skip
+        because = tuple(dict.fromkeys(space.components[number].stated_as for number in missing))
+        self.found[members] = _Loss(turn.key, because, {} if because else dict(known))
+
+    def _is_lost(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], position: int) -> bool:
+        return tasks[position] is None and not counts_once(self.space, turn, turns[position], self.view)
+
+
+class Teller:
+    """The late threads of one design."""
+
+    def __init__(self, space: Space, view: View) -> None:
+        self.space, self.view = space, view
+        self.schedule, self.trials = Schedule(space, view), Trials(space, view)
+
+    @cached_property
+    def known(self) -> dict[TaskKey, Exact | None]:
+        """The response time of every task, in ns."""
+        return all_responses(self.space, self.view)
+
+    @cached_property
+    def losses(self) -> Mapping[tuple[int, ...], _Loss]:
+        """How it turns out of each thread without a bound, by the numbers of its pieces, that it has none."""
+        losses = _Losses(self.space, self.view)
+        if None in self.known.values():
+            processors = range(len(self.space.processors))
+            every = [core for processor in processors for core in self.schedule.cores(processor)]
+            fixed_point(self.space, every, self.view, losses.note)
+        return losses.found
+
+    def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
+        """The threads that break an upper limit on their response time, in the order of the limits."""
+        broken: dict[int, Verdict] = {}
+        for verdict in verdicts:
+            metric, operator = verdict.requirement.metric, verdict.requirement.operator
+            if not verdict.holds and metric.kind == "response time" and operator in ("<=", "<"):
+                broken.setdefault(metric.index or 0, verdict)
+        for number, verdict in broken.items():
+            found = response_of(self.space, number, "thread", self.view)
+            if found is not None:
+                yield self._late(found, verdict.limit, partial(_holds, verdict))
+
+    def unbounded(self, number: int) -> Late | None:
+        """Why a thread, by number, has no bound where nobody limits its response time; None where it has one."""
+        found = response_of(self.space, number, "thread", self.view)
+        if found is None or found.response_ns is not None:
+            return None
+        return self._late(found, None, _is_bounded)
+
+    def _late(self, found: Response, limit: Fraction | None, is_in_time: Callable[[Exact | None], bool]) -> Late:
+        space, view, key = self.space, self.view, (found.component, found.part)
+        component = space.components[found.component]
+        members = component.pieces.members if component.pieces is not None else (found.component,)
+        keys: list[TaskKey] = [(number, "thread") for number in members]
+        late = None if found.response_ns is None or limit is None else found.response_ns - limit
+        loss = self.losses.get(members)
+        known = self.known if loss is None or loss.because else loss.known
+        is_told = late is not None or (loss is not None and not loss.because and found.is_piece)
+        causes = [] if late is not None or loss is None else self._keys_of(loss.because)
+        waits = (waits_of(self.schedule, key, known) if is_told else None) or ()
+        budget = budget_of(space, found.component, view, is_in_time)
+        return Late(
+            found.name if component.pieces is None else component.stated_as,
+            space.processors[at(component.processor, view)].name,
+            found.core,
+            late,
+            elapsed_ns(space, found.component, view)[1] if found.is_piece else found.task.worst_ns,
+            found.blocked_ns, found.executor, found.delays,
+            tuple(self.trials.shorter(keys, causes, is_in_time)),
+            found.is_piece,
+            budget,
+            tuple(self._accelerators(members)) if found.is_piece else (),
+            () if late is not None or loss is None else loss.because,
+            limit,
+            waits,
+            self._full(keys, known) if late is None and (loss is None or not loss.because) else None,
+            self._apart(members[0]) if late is None and found.is_piece else None,
+        )  # fmt: skip
+
+    def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
+        """The tasks of threads, by their names."""
+        return [key for key in self.known if self.space.components[key[0]].stated_as in names]
+
+    def _full(self, keys: Sequence[TaskKey], known: Known) -> Full | None:
+        """Where a thread and what goes before it need most, if that is more than there is."""
+        found: list[Full] = []
+        for key in keys:
+            place = Place(self.schedule, key, known)
+            share = place.share()
+            name = self.space.processors[place.processor].name
+            if share is not None and share > 1:
+                found.append(Full(name, place.core + 1, place.is_served, share * PPM))
+        return max(found, key=lambda item: item.share_ppm, default=None)
+
+    def _apart(self, first: int) -> Exact | None:
+        """How far apart the releases of a thread with segments are, whose first piece is given."""
+        released, separation_ns = thread_releases(self.space, first, self.known, self.view)
+        return None if released is None else apart_ns(released, separation_ns)
+
+    def _accelerators(self, members: Sequence[int]) -> dict[str, None]:
+        """The processors that serve pieces of a thread as they come, or by priority."""
+        served = (self.space.components[one] for one in members)
+        return dict.fromkeys(
+            self.space.processors[at(item.processor, self.view)].name
+            for item in served
+            if at(item.executor, self.view) is not None
+        )
+
+
+def _holds(verdict: Verdict, response_ns: Exact | None) -> bool:
+    return response_ns is not None and HOLDS[verdict.requirement.operator](Fraction(response_ns), verdict.limit)
+
+
+def _is_bounded(response_ns: Exact | None) -> bool:
+    return response_ns is not None

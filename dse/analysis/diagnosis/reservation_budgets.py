@@ -1,0 +1,88 @@
+"""What the budget of a reservation has to do with a thread in it that is late, and which budget would do.
+
+Two things go wrong with a budget: it is too small for what its threads need in time, or so large that it is not there
+in each period behind what goes before the reservation; then nothing in it has a bound (docs/semantics.md, section 4.8).
+Between the two a larger budget never makes a response time longer, so that the least that is enough is found by halves,
+and the analysis is asked again with each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from dse.analysis.placement.first_fit import core_of_each
+from dse.analysis.scheduling.overheads import interrupting
+from dse.analysis.scheduling.releases import task_of
+from dse.analysis.scheduling.scheduling import all_responses, response_of
+from dse.analysis.scheduling.servers.reservations import before_task
+from dse.analysis.scheduling.turns import turns_of
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The budget of the reservation that a late thread is in: `budget_ns` of each `period_ns`.
+
+    `is_served` says whether it is there in each period; `enough_ns` is the least budget with which the thread is in
+    time, everything else as it is, None where no budget is enough.
+    """
+
+    reservation: str
+    budget_ns: int
+    period_ns: int
+    is_served: bool
+    enough_ns: int | None
+
+
+def budget_of(space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]) -> Budget | None:
+    """That of a thread, by number, which `is_in_time` with some response times; None where it is in no reservation."""
+    place = space.components[number].reservation
+    if place is None:
+        return None
+    mine = space.reservations[place]
+    budget, period = at(mine.budget_ns, view), at(mine.period_ns, view)
+
+    def changed(budget_ns: int) -> tuple[Space, View]:
+        other = replace(mine, budget_ns=budget_ns)
+        found = (*space.reservations[:place], other, *space.reservations[place + 1 :])
+        return replace(space, reservations=found), View(view.design)
+
+    def is_too_large(budget_ns: int) -> bool:
+        return not _is_served(*changed(budget_ns), number)
+
+    def is_enough(budget_ns: int) -> bool:
+        other, seen = changed(budget_ns)
+        found = response_of(other, number, "thread", seen)
+        return found is not None and is_in_time(found.response_ns)
+
+    most = period if not is_too_large(period) else least(is_too_large, period) - 1
+    enough = least(is_enough, most) if most and is_enough(most) else None
+    return Budget(mine.name, budget, period, _is_served(space, view, number), enough)
+
+
+def _is_served(space: Space, view: View, number: int) -> bool:
+    """Whether the budget that a thread is in is there in each period."""
+    cores = core_of_each(space, at(space.components[number].processor, view), view)
+    turns = turns_of(space, [other for other, core in cores.items() if core == cores[number]], view)
+    known = all_responses(space, view)
+    tasks = [task_of(space, turn.key, known, view) for turn in turns]
+    before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
+    [turn] = [turn for turn in turns if turn.key == (number, "thread")]
+    return None not in before_task(space, turns, turn, tasks, before, view)
+
+
+def least(is_enough: Callable[[int], bool], most: int) -> int:
+    """The least number from 1 to `most` that is enough, as `most` is, and all beyond it.
+
+    >>> least(lambda number: number >= 7, 100)
+    7
+    """
+    low, high = 0, most
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return high

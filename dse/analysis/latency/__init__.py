@@ -1,0 +1,14 @@
+"""End-to-end latency and jitter of flows, by the rules of the profile `dse`.
+
+Read `contributors.py` first: the contributor table of a flow, row by row (docs/semantics.md, section 3).
+
+* `rows.py`: a row of that table.
+* `contributors.py`: the rules of latency, element by element.
+* `metrics.py`: metrics of flows as terms.
+* `sampling.py`: waits between neighbours on one clock, in closed form.
+* `clock_reads.py`: waits of a reader on a clock, with response times and offsets left open.
+* `exact_chains.py`: the exact latency over the hyperperiod of flows whose timers share clocks.
+* `offset_advice.py`: reads that just miss their data, and offsets that would shorten a flow.
+
+Not allowed here: rules of OSATE (`analysis/osate`), response times (`analysis/scheduling`). Times are exact, in ns.
+"""

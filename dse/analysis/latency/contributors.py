@@ -1,0 +1,291 @@
+"""End-to-end flow latency: the contributor table, row by row (docs/semantics.md, sections 3.1 to 3.3).
+
+Minimum and maximum of a flow are sums of contributions. The rules here are those of the profile `dse`; OSATE's are in
+`dse.analysis.osate.latency`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.rows import (
+    UNBOUNDED_METHOD,
+    Row,
+    computed_ns,
+    first_given,
+    in_flow,
+    is_computed,
+    scheduled_ns,
+)
+from dse.analysis.latency.sampling import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
+from dse.analysis.osate.latency import Place, place_rows, places_of
+from dse.analysis.rates import is_event_triggered, is_periodic
+from dse.analysis.scheduling.priorities import deadline_ns
+from dse.analysis.scheduling.servers.segments import elapsed_ns
+from dse.analysis.terms import picked
+from dse.analysis.views import View
+from dse.space.architecture.clocks import AT_RELEASE
+from dse.space.model.flows import Flow, Step
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import at
+from dse.support.units import Exact, is_unbounded
+
+
+def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
+    """The contributor table of `flow`; its totals are the sums of its columns."""
+    return tuple(row for element in elements_of(space, flow) for row in element_rows(space, element, view))
+
+
+def elements_of(space: Space, flow: Flow) -> Sequence[Step | Place]:
+    """The elements of a flow, in order; for OSATE, where what came before matters, with their places in it."""
+    return flow.steps if space.profile == "dse" else places_of(space, flow)
+
+
+def element_rows(space: Space, element: Step | Place, view: View) -> tuple[Row, ...]:
+    """The rows of one element of a flow (one of `elements_of`)."""
+    return place_rows(space, element, view) if isinstance(element, Place) else step_rows(space, element, view)
+
+
+def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
+    """The rows of one element of a flow under the profile `dse`.
+
+    The flow starts at its first component without that component's own period (the *reduced* reaction time).
+    """
+    if step.kind == "connection":
+        if space.connections[step.index].is_inner:
+            return ()
+        return (_connection_row(space, step.index, view),)
+    component = _in_flow(space, step, view)
+    rows = _callback_rows(space, step, component, view)
+    for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
+        if row is not None:
+            rows.append(row)
+    if not step.only_reads:
+        rows += _job_rows(space, component, view)
+    return tuple(rows)
+
+
+def _in_flow(space: Space, step: Step, view: View) -> Component:
+    """The component of a step with the figures that it has there."""
+    component = space.components[step.index]
+    return in_flow(space, component, step, is_periodic=is_periodic(component, view))
+
+
+def _callback_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
+    """What the callback of a hybrid component takes before its timer samples."""
+    callback = at(component.callback_ns, view) if step.via is not None else None
+    if callback is None or at(component.protocol, view) != "hybrid":
+        return []
+    method = "processing time"
+    worst, worst_method = callback[1], method
+    if is_computed(space, component, view):
+        worst, worst_method = scheduled_ns(space, component, "callback", view)
+    return [Row(component.category, component.name, callback[0], method, worst, worst_method)]
+
+
+@dataclass(frozen=True, slots=True)
+class Neighbours:
+    """Timers on one clock that follow each other in a flow, the first of them by its number.
+
+    Data are there between `least_ns` and `most_ns` after its release.
+    """
+
+    sender: int
+    pair: Pair
+    least_ns: Exact
+    most_ns: Exact
+
+
+def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) -> Neighbours | None:
+    """A reader and the nearest component before it that a timer releases; None where clocks say nothing of them.
+
+    With `offsets` both must be known, too.
+    """
+    found = _arrival_ns(space, step, view)
+    if found is None:
+        return None
+    earlier, least, most = found
+    sender, receiver = space.components[earlier.index], space.components[step.index]
+    pair = pair_of(sender, receiver, view, offsets=offsets)
+    if pair is None:
+        return None
+    first = start_delay_ns(space, earlier, view), start_delay_ns(space, step, view)
+    return Neighbours(earlier.index, replace(pair, begins_ns=first), least, most)
+
+
+def start_delay_ns(space: Space, step: Step, view: View) -> Exact:
+    """How long after its release the job of a timer may begin, and read; 0 where it reads at its release.
+
+    A job that begins so late and takes its longest execution time ends within the response time. Latency is counted
+    from the release of the first component of a flow.
+    """
+    component = space.components[step.index]
+    if step.via is None or space.profile != "dse" or at(component.communication, view) in AT_RELEASE:
+        return 0
+    worst, method = _worst_ns(space, component, view)
+    if method not in ("response time", UNBOUNDED_METHOD):
+        return 0
+    execution = at(component.execution_ns, view)
+    own = execution[1] if execution is not None else _best_ns(space, component, view)[0]
+    return worst if is_unbounded(worst) else picked("max", worst - own, 0)
+
+
+def _arrival_ns(space: Space, step: Step, view: View) -> tuple[Step, Exact, Exact] | None:
+    """The nearest element before one whose component a timer releases, and how long after that data may be there.
+
+    None where a flow has no such element before it.
+    """
+    rows = _callback_rows(space, step, space.components[step.index], view)
+    for earlier in reversed(step.since):
+        if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
+            rows += _job_rows(space, _in_flow(space, earlier, view), view)
+            return earlier, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+        rows += step_rows(space, earlier, view)
+    return None
+
+
+def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
+    """What sampling adds to the largest difference of latencies within one run (docs/semantics.md, section 3.6).
+
+    None where it is that of all runs: offsets are known, or the clocks drift.
+    """
+    receiver = space.components[step.index] if step.since else None
+    if receiver is None or space.profile != "dse" or not is_periodic(receiver, view):
+        return None
+    if neighbours(space, step, view) is not None:
+        return None
+    found = neighbours(space, step, view, offsets=False)
+    return None if found is None else spread_ns(found.pair, found.least_ns, found.most_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """What offsets say of a wait, with d = offset of the receiver - offset of the sender.
+
+    It is at most (d + `most_ns`) mod `step_ns`, and at least (d + `least_ns`) mod `step_ns` less `less_ns`, and 0.
+    """
+
+    least_ns: Exact
+    most_ns: Exact
+    step_ns: Exact
+    less_ns: Exact
+
+
+def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exact], Phase | None]:
+    """What an element of a flow adds at least and at most without what its offsets say, and what they say.
+
+    That is None for sampling of other clocks.
+    """
+    component = space.components[step.index]
+    found = neighbours(space, step, view, offsets=False)
+    rows = _callback_rows(space, step, component, view)
+    if not step.only_reads:
+        rows += _job_rows(space, _in_flow(space, step, view), view)
+    least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+    period = at(component.period_ns, view)
+    if found is None:
+        return (least, most + period), None
+    pair = found.pair
+    assert not pair.error_ns, component.name
+    phase = Phase(pair.begins_ns[1] - found.least_ns, -found.most_ns, pair.step_ns, missing_ns(pair))
+    return (least, most + period - pair.step_ns), phase
+
+
+def _on_one_clock(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Sampling of what comes from a timer of the same clock, where both offsets are known."""
+    if not step.since or at(component.offset_ns, view) is None:
+        return None
+    found = neighbours(space, step, view)
+    if found is None:
+        return None
+    least, most = wait_ns(found.pair, found.least_ns, found.most_ns)
+    return Row(component.category, component.name, least, METHOD, most, METHOD)
+
+
+def _connection_row(space: Space, number: int, view: View) -> Row:
+    """Transmission, as `transmission_ns` says."""
+    connection = space.connections[number]
+    least, most, method = transmission_ns(space, connection, view)
+    return Row("connection", connection.name, least, method, most, method)
+
+
+def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow."""
+    if not is_periodic(component, view):
+        return None
+    if step.via is None:
+        return Row(component.category, component.name, 0, "first sampling", 0, "first sampling")
+    on_one_clock = _on_one_clock(space, step, component, view)
+    if on_one_clock is not None:
+        return on_one_clock
+    return Row(component.category, component.name, 0, "sampling", at(component.period_ns, view), "sampling")
+
+
+def _queuing_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
+    """Queuing delay of an event-triggered component with a queue: 0 .. queue size * its longest processing."""
+    if step.via is None:
+        return None
+    size = at(space.connections[step.via].queue_size, view)
+    if size is None:
+        size = at(component.queue_size, view)
+    if size is None or not is_event_triggered(component, view):
+        return None
+    each = _worst_ns(space, component, view)[0]
+    return Row(component.category, component.name, 0, "queued", size * each, "queued")
+
+
+def is_logical(space: Space, component: Component, view: View) -> bool:
+    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
+    return space.profile == "dse" and at(component.communication, view) == LET
+
+
+def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
+    """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
+    return [_processing_row(space, component, view)]
+
+
+def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
+    """The least and the most that a component of a flow takes from its release on."""
+    rows = _job_rows(space, _in_flow(space, step, view), view)
+    return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
+
+
+def _processing_row(space: Space, component: Component, view: View) -> Row:
+    if is_logical(space, component, view):
+        logical = deadline_ns(component, view)
+        assert logical is not None, component.name
+        return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
+    best, best_method = _best_ns(space, component, view)
+    worst, worst_method = _worst_ns(space, component, view)
+    return Row(component.category, component.name, best, best_method, worst, worst_method)
+
+
+def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Best processing: best execution time, else specified."""
+    candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
+    ranges = [(at(tree, view), method) for tree, method in candidates]
+    return first_given(space, [(given and given[0], method) for given, method in ranges])
+
+
+def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2)."""
+    trees = (component.response_ns, component.execution_ns, component.latency_ns)
+    ranges = [at(tree, view) for tree in trees]
+    methods = ("response time", "processing time", "specified")
+    response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
+    waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
+    if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
+        response = computed_ns(space, component, execution, view)
+        if component.pieces is not None:
+            own = execution[0]
+            before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
+            return max(own, response[0] - before), response[1]
+    return first_given(space, [response, execution, latency])
+
+
+def figure_of(kind: str, range_ns: tuple[Exact, Exact]) -> Exact:
+    """The figure of a flow, or of an element of one, in ns."""
+    least, most = range_ns
+    return least if kind == "min latency" else most if kind == "latency" else most - least

@@ -1,0 +1,382 @@
+"""The metrics of flows as terms by the elements of the flow (docs/semantics.md, sections 3.1 and 3.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from typing import cast
+
+from dse.analysis.latency.clock_reads import can_be_taken_apart, hangs_on_offsets, phased_of, read_of
+from dse.analysis.latency.contributors import (
+    element_rows,
+    elements_of,
+    figure_of,
+    is_logical,
+    job_range_ns,
+    run_spread_ns,
+    start_delay_ns,
+    step_rows,
+)
+from dse.analysis.latency.exact_chains import exact_range_ns
+from dse.analysis.latency.rows import counts_responses
+from dse.analysis.latency.sampling import LET
+from dse.analysis.memo import Answering, Recall
+from dse.analysis.osate.latency import Place, place_rows, place_step, rivals, waiting_for_ns
+from dse.analysis.rates import is_periodic
+from dse.analysis.scheduling.response_time import PLAIN
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.servers.segments import always_executes
+from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
+from dse.analysis.views import View
+from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin
+from dse.space.model.criteria import Metric
+from dse.space.model.flows import Flow, Step
+from dse.space.model.space import Space
+from dse.space.model.trees import at, leaves
+from dse.support.units import Exact
+
+EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
+
+
+def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6)."""
+    if kind in EXACT_KINDS:
+        yield _exact_term(space, flow, EXACT_KINDS[kind])
+        return
+    yield from _latency_terms(space, flow, "latency" if kind in ("reaction time", "data age") else kind)
+    if kind in ("reaction time", "data age"):
+        yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    if kind == "data age":
+        yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def up_to(flow: Flow, number: int) -> Flow:
+    """A flow until a component reads what came to it."""
+    place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
+    return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
+
+
+def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """The age of what the last component of a flow reads, at most or at least (docs/semantics.md, section 3.6).
+
+    At most that is the reduced latency and the first period, less that of the reader: what is read is the newest there.
+    """
+    if kind == "newest input":
+        yield from _latency_terms(space, flow, "min latency")
+        return
+    *before, last = _latency_terms(space, flow, "latency")
+    yield from before
+    yield _read_late(space, flow.steps[-1], last)
+    yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+    yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+
+
+def _read_late(space: Space, step: Step, term: Term) -> Term:
+    """What a reader's wait adds to the age of what it reads: more where its job begins late, up to a period.
+
+    What it finds then is no older than one period of what comes next.
+    """
+    component = space.components[step.index]
+    responds = counts_responses(space) or component.response_ns is not None
+    if component.offset_ns is None or not responds or not reads_when_jobs_begin(space):
+        return term
+
+    def late(view: View, space: Space = space) -> Fraction:
+        rows = step_rows(space, step, view)
+        waited = next((row.max_ns for row in rows if "sampling" in row.max_method), None)
+        if waited is None or waited == (period := at(component.period_ns, view)):
+            return ZERO
+        found: Fraction = ZERO + picked("min", start_delay_ns(space, step, view), period - waited)
+        return found
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least, most = (term.ends or (lambda seen: (term.value(seen),) * 2))(view)
+        return least, most + (at(component.period_ns, view) or 0)
+
+    is_scheduled = term.ends is not None or counts_responses(space)
+    return replace(
+        term,
+        value=lambda view: term.value(view) + late(view),
+        ends=ends if is_scheduled else None,
+        may_fall=is_scheduled,
+        phased=None,
+        reads=None,
+        sampled=term.sampled and replace(term.sampled, kind="oldest input"),
+    )
+
+
+def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
+    """The exact latency, minimum latency or jitter of a flow, from everything that is on it at once."""
+    name = space.components[flow.steps[-1].index].name if flow.steps[-1].kind == "component" else ""
+
+    def value(view: View) -> Fraction:
+        return ZERO + figure_of(kind, exact_range_ns(space, flow, view))
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        alone = replace(space, processing="execution_time")
+        ranges = [_element_range_ns(alone, element, view) for element in elements_of(space, flow)]
+        least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
+        jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
+        waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
+        if kind == "min latency":
+            return ZERO, ZERO + exact_range_ns(alone, flow, view)[0]  # readers that begin late meet more
+        low = ZERO if kind == "jitter" else ZERO + least
+        return low, ZERO + most + waits + jobs * UNBOUNDED_NS
+
+    waits_for_cores = counts_responses(space) and (kind != "min latency" or reads_when_jobs_begin(space))
+    return Term(flow.name, value, component=name, ends=ends if waits_for_cores else None)
+
+
+def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
+    """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
+    alone = replace(space, processing="execution_time")
+    for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
+        names = space.components if step.kind == "component" else space.connections
+        name = names[step.index].name
+        if isinstance(element, Place):
+            yield from _placed_terms(space, element, name, kind)
+            continue
+
+        is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
+        counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
+
+        def value(view: View, step: Step = step, space: Space = counted) -> Fraction:
+            figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
+            if kind == "run jitter":
+                figure += _run_excess_ns(space, step, view)
+            return figure
+
+        def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
+            """Response times are no shorter than execution times; each counts for its job and for those queued."""
+            least = value(view, step, alone)
+            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+            if kind == "min latency":
+                return least - period, least
+            most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+            if not _may_move(space, step, kind):
+                return least, most
+            return least - period, most + 2 * period
+
+        counts = is_scheduled and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
+        only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+        waits_where = _waits_where(space, step.index) if only_waits else None
+        counts = only_waits or (counts and _always_waits(space, step.index))
+        yield Term(
+            name,
+            value,
+            ends=ends if is_scheduled else None,
+            waits=(step.index, Fraction(1)) if counts else None,
+            may_fall=is_scheduled and _may_move(space, step, kind),
+            only_waits=only_waits,
+            waits_where=waits_where,
+            grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
+            phased=None if is_scheduled else phased_of(space, step, kind),
+            reads=_reads(space, step, number, kind),
+            sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
+        )
+
+
+def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
+    """What a component on a clock adds to a latency or jitter under response times (`clock_reads`).
+
+    `number` is how many elements come before it.
+    """
+    component = space.components[step.index] if step.kind == "component" else None
+    if component is None or not counts_responses(space) or not can_be_taken_apart(space, step, kind):
+        return None
+    reading = replace(step, only_reads=True)
+
+    def until_read(view: View) -> Fraction:
+        return ZERO + figure_of(kind, _element_range_ns(space, reading, view))
+
+    def job(view: View, space: Space = space) -> Fraction:
+        return ZERO + figure_of(kind, job_range_ns(space, step, view))
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least = job(view, alone)
+        return least, least + UNBOUNDED_NS
+
+    alone = replace(space, processing="execution_time")
+    waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
+    made = Term(
+        component.name,
+        job,
+        ends=ends if waits is not None else None,
+        waits=waits,
+        only_waits=waits is not None,
+        waits_where=_waits_where(space, step.index) if waits is not None else None,
+        grows=waits is not None,
+    )
+    parts = partial(read_of, alone, step, kind == "jitter")
+    return Reads(step.index, number, parts, until_read, None if step.only_reads else made)
+
+
+def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[Term]:
+    """The rows of an element in its place in a flow; what its message waits for each other connection is apart."""
+
+    def value(view: View) -> Fraction:
+        rows = place_rows(space, place, view, queues=False)
+        sums = sum((row.min_ns for row in rows), ZERO), sum((row.max_ns for row in rows), ZERO)
+        figure: Fraction = ZERO + figure_of(kind, sums)
+        return figure
+
+    yield Term(name, value)
+    if kind == "min latency" or place_step(space, place).kind == "component":
+        return
+    for other in rivals(space, place):
+
+        def waiting(view: View, other: int = other) -> Fraction:
+            return ZERO + waiting_for_ns(space, place, other, view)
+
+        yield Term(name, waiting)
+
+
+def _counts_waiting(space: Space, number: int) -> bool:
+    """Whether the longest processing of a thread is its response time, in every design in which it is not LET."""
+    component = space.components[number]
+    if component.processor is None or not space.is_last_piece(number):
+        return False
+    is_ever = set(leaves(component.communication)) != {LET}
+    return space.profile == "dse" and component.response_ns is None and always_executes(space, number) and is_ever
+
+
+def _always_waits(space: Space, number: int) -> bool:
+    """Whether a thread's data pass when its job ends, whatever the design."""
+    return LET not in set(leaves(space.components[number].communication))
+
+
+def _waits_where(space: Space, number: int) -> Callable[[View], bool] | None:
+    """In which designs that is so, where logical execution time is one of several ways to communicate."""
+    if _always_waits(space, number):
+        return None
+    return lambda view: not is_logical(space, space.components[number], view)
+
+
+def _may_wait(space: Space, step: Step, kind: str) -> bool:
+    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
+    here = space.components[step.index]
+    if kind == "min latency":  # only where a job may read when it begins
+        return _may_move(space, step, kind) and reads_when_jobs_begin(space)
+    if space.profile != "dse" or here.callback_ns is not None:
+        return True
+    if not space.is_last_piece(step.index):
+        return False
+    asked = [here]
+    for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
+        asked.append(earlier)
+        if is_always_timed(earlier):
+            break
+    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in asked)
+
+
+def _may_move(space: Space, step: Step, kind: str) -> bool:
+    """Whether sampling on one clock may be cut or spread by what is before an element of a flow."""
+    return bool(step.since) and (kind == "run jitter" or hangs_on_offsets(space, step))
+
+
+def _counts_waiting_once(space: Space, step: Step) -> bool:
+    """Whether an element of a flow has no rows that count a response time but that of processing."""
+    component = space.components[step.index]
+    sizes = [component.queue_size]
+    if step.via is not None:
+        sizes.append(space.connections[step.via].queue_size)
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
+
+
+def _ends_in_pieces(space: Space, step: Step) -> bool:
+    """Whether the longest processing of an element is when the last piece of a thread ends."""
+    component = space.components[step.index]
+    is_logical = LET in set(leaves(component.communication))
+    stated = component.response_ns is not None or component.callback_ns is not None or is_logical
+    return space.profile == "dse" and component.pieces is not None and not stated and _counts_waiting_once(space, step)
+
+
+_RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
+_WAITING: Recall[tuple[Exact, Exact]] = Recall(256)
+
+
+def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
+    """The latency, minimum latency or jitter of a flow at once; None for other metrics.
+
+    The same as the measure's value.
+    """
+    if metric.kind not in ("latency", "min latency", "jitter"):
+        return None
+    flow = space.flows[metric.index or 0]
+    key = ("flow", metric.index)
+    found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
+    if found is None:
+        ranges = [_element_range_ns(space, item, view) for item in elements_of(space, flow)]
+        found = view.memo[key] = exact_sum(least for least, _ in ranges), exact_sum(most for _, most in ranges)
+    return figure_of(metric.kind, found)
+
+
+def _queue_size(space: Space, step: Step, view: View) -> int:
+    """The most jobs that a flow's queuing row may count for a step (OSATE counts one where no size is stated)."""
+    sizes = [at(space.components[step.index].queue_size, view)]
+    if step.via is not None:
+        sizes.append(at(space.connections[step.via].queue_size, view))
+    return max(1, *(int(size or 0) for size in sizes))
+
+
+def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
+    key = ("element", element, space.processing)
+    found: tuple[Exact, Exact] | None = view.memo.get(key)
+    if found is None:
+        if counts_responses(space) and not _is_delivery(element):  # which consult whatever shares a processor
+            found = _waiting_range_ns(space, element, view)
+        else:
+            found = _RANGES.recall(space, element, view, _rows_range_ns)
+        view.memo[key] = found
+    return found
+
+
+def _is_delivery(element: Step | Place) -> bool:
+    """Whether an element is a connection, which waits for no processor."""
+    return isinstance(element, Step) and element.kind == "connection"
+
+
+def _waiting_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    """The same where response times count: of a whole design they are found together, and the rows by them."""
+    if type(view) is not View:
+        return _rows_range_ns(space, element, view)
+    answering: Answering | None = view.memo.get("answering")
+    if answering is None:
+        known = all_responses(space, view)
+        if not all(type(found) in PLAIN for found in known.values()):
+            return _rows_range_ns(space, element, view)
+        answering = view.memo["answering"] = Answering(view, known)
+    return _WAITING.recall(space, element, answering, _rows_range_ns)
+
+
+def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+    rows = element_rows(space, element, view)
+    return ZERO + sum(row.min_ns for row in rows), ZERO + sum(row.max_ns for row in rows)
+
+
+def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
+    """How much less than the jitter over all runs an element of a flow adds to that of one run; not above 0."""
+    spread = run_spread_ns(space, step, view) if step.kind == "component" else None
+    return 0 if spread is None else spread - at(space.components[step.index].period_ns, view)
+
+
+def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release."""
+    first = flow.steps[0]
+    if first.kind != "component" or not is_periodic(space.components[first.index], view):
+        return 0
+    found: Exact = at(space.components[first.index].period_ns, view)
+    return found
+
+
+def last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+    """The period of the last component of a flow that a timer releases, at which its output is renewed."""
+    for step in reversed(flow.steps):
+        if step.kind == "component" and is_periodic(space.components[step.index], view):
+            found: Exact = at(space.components[step.index].period_ns, view)
+            return found
+    return 0

@@ -1,0 +1,88 @@
+"""What a contribution to a flow's latency is: one row of its contributor table (docs/semantics.md, section 3.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.tasks import Part
+from dse.analysis.views import View
+from dse.space.model.flows import Step
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
+UNBOUNDED_METHOD = "response time (unbounded)"
+"""Of a row whose maximum stands for a response time without a bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them.
+
+    `medium` is the bus of a connection's row, `specified_ns` what is specified (`dse.analysis.osate.findings`).
+    """
+
+    category: str
+    contributor: str
+    min_ns: Exact
+    min_method: str
+    max_ns: Exact
+    max_method: str
+    medium: str = ""
+    specified_ns: tuple[Exact, Exact] | None = None
+
+
+def counts_responses(space: Space) -> bool:
+    """Whether latencies count response times; OSATE of 2014 looks at none."""
+    return space.processing == "response_time" and space.profile != "osate-2.2"
+
+
+def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
+    """The response time that follows from what shares the core (``processing: response_time``), with its method."""
+    worst = bounded_response_ns(space, space.component_numbers[component.name], part, view)
+    return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
+
+
+def computed_ns(
+    space: Space, component: Component, execution: tuple[Exact | None, str], view: View
+) -> tuple[Exact, str]:
+    """The computed response time of a thread; no less than the execution time that it has in one flow alone."""
+    found = scheduled_ns(space, component, "thread", view)
+    if execution[0] is None or space.components[space.component_numbers[component.name]] is component:
+        return found
+    return found if found[0] >= execution[0] else (execution[0], execution[1])
+
+
+def in_flow(space: Space, component: Component, step: Step, *, is_periodic: bool) -> Component:
+    """A component with the figures that it has in one flow.
+
+    Execution and response time are those of an event port or event data port, of a component that is not periodic.
+    """
+    figures = step.figures
+    if figures is None:
+        return component
+    by_event = step.via is not None and space.connections[step.via].port in ("event", "event_data")
+    counts = by_event and not is_periodic
+    response, execution = (figures.response_ns, figures.execution_ns) if counts else (None, None)
+    return replace(
+        component,
+        latency_ns=figures.latency_ns or component.latency_ns,
+        execution_ns=execution or component.execution_ns,
+        response_ns=response or component.response_ns,
+    )
+
+
+def is_computed(space: Space, component: Component, view: View) -> bool:
+    """Whether a component's response time is computed: where these count, of a thread on a processor."""
+    return counts_responses(space) and at(component.processor, view) is not None
+
+
+def first_given(space: Space, candidates: Sequence[tuple[Exact | None, str]]) -> tuple[Exact, str]:
+    """The first value that is given, with its method; for OSATE a time of 0 is none."""
+    for value, method in candidates:
+        if value or (value is not None and space.profile == "dse"):
+            return value, method
+    return 0, NO_LATENCY[space.profile]

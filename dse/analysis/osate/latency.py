@@ -1,0 +1,374 @@
+"""End-to-end flow latency as OSATE computes it: the contributor table of the profiles `osate-2.2` and `osate-2.19`.
+
+The rules are those of docs/semantics.md, section 3.7. What an element adds may depend on what came before it: where
+both ends of a connection run by one clock, its receiver waits until the time since the last sampling is a multiple of
+its period. An element is therefore looked at in its place in the flow. Looking back ends at the last row that samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dse.analysis.latency.rows import NO_LATENCY, Row
+from dse.analysis.osate.components import OLD, is_sampling, later_rows, period_ns
+from dse.analysis.osate.media import Medium, media, medium_ends, medium_ns
+from dse.analysis.views import View
+from dse.space.model.flows import Flow, Step
+from dse.space.model.space import Component, Connection, Partition, Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The element at `position` of a flow (by index)."""
+
+    flow: int
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sums:
+    """What passed since the last row that sampled, in ns: the least and the most."""
+
+    min_ns: Exact = 0
+    max_ns: Exact = 0
+
+    def with_rows(self, rows: Sequence[Row]) -> Sums:
+        """The sums with those of further rows."""
+        return Sums(
+            self.min_ns + sum(row.min_ns for row in rows), self.max_ns + sum(row.max_ns for row in rows)
+        )  # fmt: skip
+
+
+def places_of(space: Space, flow: Flow) -> tuple[Place, ...]:
+    """The places of a flow's elements, in order."""
+    number = space.flows.index(flow)
+    return tuple(Place(number, position) for position in range(len(flow.steps)))
+
+
+def place_step(space: Space, place: Place) -> Step:
+    """The element at a place."""
+    return space.flows[place.flow].steps[place.position]
+
+
+def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+    """The rows of the element at a place; without what waits on buses where `queues` is false."""
+    step = place_step(space, place)
+    if step.kind == "connection":
+        left, entered = crossed(space, step)
+        output = _output_row(space, place, left, view) if left is not None else None
+        entry = _entry_row(space, place, entered, view) if entered is not None else None
+        rows = (output, *_connection_rows(space, place, view, queues=queues), entry)
+        return tuple(row for row in rows if row is not None)
+    component = space.components[step.index]
+    sampling = _sampling_row(space, place, component, view)
+    first = _first_partition_row(space, place, component, view)
+    return tuple(row for row in (sampling, first, *later_rows(space, step, component, view)) if row is not None)
+
+
+# --- components ---------------------------------------------------------------------------------------------------
+
+
+def is_never_sampled(space: Space, wire: Connection, component: Component, view: View) -> bool:
+    """Whether OSATE counts no sampling of what its receiver, a periodic component, gets: by an event port, today."""
+    return space.profile != OLD and wire.port not in ("data", "feature") and is_sampling(space, component, view)
+
+
+def _sampling_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+    step = place_step(space, place)
+    periodic = is_sampling(space, component, view)
+    # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
+    printed = space.profile == OLD and component.category in ("device", "abstract")
+    name = (component.category, component.name)
+    if step.via is None or step.unlinked:
+        return Row(*name, 0, "first sampling", 0, "first sampling") if periodic or printed else None
+    wire = space.connections[step.via]
+    if not periodic:
+        return Row(*name, 0, "sampling", 0, "sampling") if printed else None
+    if is_never_sampled(space, wire, component, view):
+        return None
+    if wire.timing == "immediate":
+        return Row(*name, 0, "immediate", 0, "immediate")
+    period = _sampling_period_ns(space, step, wire, component, view)
+    entered = crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
+    method = "delayed sampling" if wire.timing == "delayed" else "sampling"
+    if entered is not None:  # added to the minimum, too, as OSATE does
+        more = max(0, period - entered.period_ns)
+        return Row(*name, more, method, more, method)
+    since = since_sampling(space, place, view) if is_synchronous(space, wire, view) else None
+    if wire.timing == "delayed":
+        least, most = (period, period) if since is None else _round_ups(since, period)
+        return Row(*name, least, method, most, method)
+    least, most = (0, period) if since is None else _round_ups(since, period)
+    if space.profile != OLD:
+        least = 0
+    return Row(*name, least, method, most, method)
+
+
+def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: Component, view: View) -> Exact:
+    """The receiver's period; today the sender's where that divides it and the connection is sampled."""
+    period = period_ns(component, view)
+    if space.profile == OLD or wire.timing != "sampled" or step.sender is None:
+        return period
+    sending = period_ns(space.components[step.sender], view)
+    return sending if sending and period % sending == 0 else period
+
+
+def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
+    return round_up(since.min_ns, period), round_up(since.max_ns, period)
+
+
+def round_up(passed: Exact, period: Exact) -> Exact:
+    """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
+
+    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)], round_up(3, 0)
+    ([10, 7, 0, 8], 0)
+    """
+    if not period:
+        return period
+    return -passed % period if passed else period
+
+
+def is_synchronous(space: Space, wire: Connection, view: View) -> bool:
+    """Whether both ends of a connection run by one clock (AADL's Reference_Time, as `clock`).
+
+    Those on one device or processor do, and those in one partition where a processor is not known. Where both state a
+    clock, that it is the same one decides; else the setting of the system does.
+    """
+    ends = [_hardware(space, end, view) for end in (wire.source, wire.target)]
+    if ends[0] is not None and ends[0] == ends[1]:
+        return True
+    if None in ends:
+        inside = [space.components[end].partition if end is not None else None for end in (wire.source, wire.target)]
+        if inside[0] is not None and inside[0] == inside[1]:
+            return True
+    clocks = [_stated_clock(space, end, view) for end in (wire.source, wire.target)]
+    if clocks[0] and clocks[1]:
+        return clocks[0] == clocks[1]
+    return space.system == "synchronous"
+
+
+def _stated_clock(space: Space, end: int | None, view: View) -> str:
+    """The clock that the hardware of a component states; "" without one."""
+    if end is None or not space.components[end].bound:
+        return ""
+    reading = at(space.components[end].clock, view)
+    return reading.name if reading is not None else ""
+
+
+def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | None:
+    """What a component runs on: a device on itself."""
+    if end is None:
+        return None
+    component = space.components[end]
+    if component.category == "device":
+        return "device", end
+    processor = at(component.processor, view) if component.bound else None
+    return None if processor is None else ("processor", processor)
+
+
+def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
+    """What passed between the last row that sampled and an element of a flow; None where none did.
+
+    Entering a partition counts as sampling; immediate rows and those of buses do not.
+    """
+    found = Sums()
+    for position in range(place.position - 1, -1, -1):
+        before = Place(place.flow, position)
+        step = place_step(space, before)
+        if step.kind == "connection":
+            left, entered = crossed(space, step)
+            if entered is not None:
+                return found
+            found = found.with_rows(_connection_rows(space, before, view))
+            if left is not None:
+                found = found.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
+            continue
+        component = space.components[step.index]
+        found = found.with_rows(tuple(later_rows(space, step, component, view)))
+        first = _first_partition_row(space, before, component, view)
+        if first is not None or _samples(space, step, component, view):
+            return found
+    return None
+
+
+def _samples(space: Space, step: Step, component: Component, view: View) -> bool:
+    """Whether a component has a row that samples, whatever its value is."""
+    if not is_sampling(space, component, view):
+        return space.profile == OLD and component.category in ("device", "abstract")
+    if step.via is None or step.unlinked:
+        return True
+    wire = space.connections[step.via]
+    return wire.timing != "immediate" and (space.profile == OLD or wire.port in ("data", "feature"))
+
+
+# --- partitions ---------------------------------------------------------------------------------------------------
+
+
+def crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | None]:
+    """The partition that a connection leaves and the one that it enters, where these are not the same."""
+    if step.kind != "connection":
+        return None, None
+    wire = space.connections[step.index]
+    left, entered = (
+        space.components[end].partition if end is not None else None for end in (wire.source, wire.target)
+    )  # fmt: skip
+    return (None, None) if left == entered else (left, entered)
+
+
+def _first_partition_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+    """The partition in which a flow starts with a component that is not periodic: time is counted from there."""
+    partition = component.partition
+    if place.position or partition is None or is_sampling(space, component, view):
+        return None
+    return Row("partition", partition.name, 0, "partition", 0, "partition")
+
+
+def _output_row(space: Space, place: Place, left: Partition, view: View) -> Row | None:
+    """Output leaves a partition with a window at its major frame, or at the end of a window."""
+    if left.duration_ns is None:
+        return None
+    since = since_sampling(space, place, view) or Sums()
+    least, most = (_output_ns(space, left, passed) for passed in (since.min_ns, since.max_ns))
+    return Row("partition", left.name, least, "partition output", most, "partition output")
+
+
+def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
+    if space.partition_output == "major_frame":
+        return round_up(passed + left.offset_ns, left.period_ns)
+    window = left.duration_ns
+    assert window is not None, left.name
+    full = passed // window
+    return (full + 1) * window - passed + full * left.period_ns
+
+
+def _entry_row(space: Space, place: Place, entered: Partition, view: View) -> Row:
+    """Input waits for the partition's frame, or for its window: at most a whole frame where clocks differ."""
+    wire = space.connections[place_step(space, place).index]
+    method = "partition offset" if entered.duration_ns is not None else "partition major frame"
+    frame = entered.period_ns
+    since = _since_crossing(space, place, view) if is_synchronous(space, wire, view) else None
+    if since is None:
+        return Row("partition", entered.name, 0, method, frame, method)
+    before = _last_window(space, place, view) if entered.duration_ns is not None else None
+    if before is None:
+        least, most = _round_ups(since, frame)
+    else:
+        phase = entered.offset_ns - before.offset_ns
+        least, most = (_to_phase(phase - passed, frame) for passed in (since.min_ns, since.max_ns))
+    return Row("partition", entered.name, least, method, most, method)
+
+
+def _to_phase(distance: Exact, frame: Exact) -> Exact:
+    """A distance modulo a frame, as an expression of them (`dse.questions.sensitivity.traced_numbers`)."""
+    return distance - distance // frame * frame
+
+
+def _since_crossing(space: Space, place: Place, view: View) -> Sums | None:
+    """What passed until a connection has carried its message, since the last row that sampled."""
+    since = since_sampling(space, place, view)
+    if since is None:
+        return None
+    left = crossed(space, place_step(space, place))[0]
+    output = _output_row(space, place, left, view) if left is not None else None
+    rows = _connection_rows(space, place, view)
+    return since.with_rows(rows if output is None else (output, *rows))
+
+
+def _last_window(space: Space, place: Place, view: View) -> Partition | None:
+    """The partition with a window that a flow was in last before a connection, as far as its rows tell."""
+    for position in range(place.position - 1, -1, -1):
+        step = place_step(space, Place(place.flow, position))
+        entered = crossed(space, step)[1]
+        if not position and step.kind == "component":
+            component = space.components[step.index]
+            first = _first_partition_row(space, Place(place.flow, 0), component, view)
+            entered = component.partition if first is not None else None
+        if entered is not None and entered.duration_ns is not None:
+            return entered
+    return None
+
+
+# --- connections --------------------------------------------------------------------------------------------------
+
+
+def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+    """Transmission over each medium, its sampling, and waiting there; the connection's own latency without any."""
+    wire = space.connections[place_step(space, place).index]
+    name = ("connection", wire.name)
+    nothing = NO_LATENCY[space.profile]
+    stack = media(space, wire, view)
+    rows = [row for row in (_medium_row(space, wire, medium, view) for medium in stack) if row.max_ns]
+    period, slowest = max(
+        ((at(space.buses[medium.bus].period_ns, view) or 0, space.buses[medium.bus].name) for medium in stack),
+        key=lambda item: item[0],
+        default=(0, ""),
+    )
+    if space.profile == OLD:
+        rows = [Row(*name, sum(r.min_ns for r in rows), nothing, sum(r.max_ns for r in rows), nothing)]
+    elif not rows and not period:
+        own = at(wire.latency_ns, view)
+        if own is not None and own[1]:
+            rows = [Row(*name, own[0], "specified", own[1], "specified")]
+    if period:
+        least = period if is_rounded_to_bus(space, place, view) else 0
+        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol", slowest))
+    waiting = _waiting_ns(space, place, view) if queues else 0
+    if waiting:
+        waited = (item.bus for item in stack if item.is_bound and not at(space.buses[item.bus].period_ns, view))
+        names = ", ".join(dict.fromkeys(space.buses[number].name for number in waited))
+        rows.append(Row(*name, 0, "queued", waiting, "queued", names))
+    return tuple(rows) or (Row(*name, 0, nothing, 0, nothing),)
+
+
+def _medium_row(space: Space, wire: Connection, medium: Medium, view: View) -> Row:
+    """What one medium takes, by the rule that gives it at each end."""
+    (least, is_least_timed), (most, is_most_timed) = medium_ends(space, wire, medium, view)
+    methods = ["transmission time" if timed else "specified" for timed in (is_least_timed, is_most_timed)]
+    return Row("connection", wire.name, least, methods[0], most, methods[1], space.buses[medium.bus].name)
+
+
+def is_rounded_to_bus(space: Space, place: Place, view: View) -> bool:
+    """OSATE in a synchronous system rounds up nothing to a bus's period where something sampled before: a whole one."""
+    return space.system == "synchronous" and since_sampling(space, place, view) is not None
+
+
+def _waiting_ns(space: Space, place: Place, view: View) -> Exact:
+    """What a message waits for the other connections of flows that its media carry, each for once."""
+    return sum(waiting_for_ns(space, place, other, view) for other in rivals(space, place))
+
+
+def rivals(space: Space, place: Place) -> tuple[int, ...]:
+    """The connections of flows that one may wait for on a bus, where its waiting is counted.
+
+    OSATE prints it in the last of the flows alone that have the connection.
+    """
+    number = place_step(space, place).index
+    if space.profile == OLD or space.bus_queuing == "not_counted" or _last_flow(space, number) != place.flow:
+        return ()
+    used = {step.index for flow in space.flows for step in flow.steps if step.kind == "connection"}
+    return tuple(other for other in sorted(used) if other != number)
+
+
+def _last_flow(space: Space, number: int) -> int:
+    step = Step("connection", number)
+    return max(index for index, flow in enumerate(space.flows) if step in flow.steps)
+
+
+def waiting_for_ns(space: Space, place: Place, other: int, view: View) -> Exact:
+    """What a message waits for one other connection: its longest transmission on each medium that both share.
+
+    A medium with a period of its own makes nobody wait.
+    """
+    mine = {item.bus for item in media(space, space.connections[place_step(space, place).index], view) if item.is_bound}
+    if not mine:
+        return 0
+    rival = space.connections[other]
+    shared = [
+        item
+        for item in media(space, rival, view)
+        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view)
+    ]
+    return sum(medium_ns(space, rival, item, view)[1] for item in shared)

@@ -1,0 +1,256 @@
+"""Whether threads that share a core meet their limits on response times, asked of one thread more at a time.
+
+Whoever puts threads on cores asks hundreds of times whether a core may take one more of them (an admission test). The
+response times among fewer threads are a place to begin from, for they are no longer: those that are known, and that
+nothing new goes before, stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya
+("Finding response times in a real-time system", The Computer Journal 29(5), 1986), with the jitter that threads of the
+core pass on. Where more than the preemption of tasks has a part in it the analysis is asked as a whole
+(`dse.analysis.scheduling.scheduling`), with the same answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import groupby
+from operator import itemgetter
+from typing import NamedTuple, TypeAlias
+
+from dse.analysis.limits import HOLDS
+from dse.analysis.placement.priority_assignment import Latest, best_options
+from dse.analysis.scheduling.overheads import interrupting
+from dse.analysis.scheduling.priorities import most_levels, number_of, order_ns
+from dse.analysis.scheduling.releases import bounded_task
+from dse.analysis.scheduling.response_time import Task, most_jobs, response_time_ns
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, counted_ns, subset_responses
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.scheduling.turns import turns_of, upstream
+from dse.analysis.views import View
+from dse.space.model.space import OpenPriority, Space
+from dse.support.units import Exact
+
+MOST_ROUNDS = 16
+"""After so many rounds in which jitter still grows the analysis is asked."""
+NUMBERS = (int, Fraction)
+
+
+class _Latest(NamedTuple):
+    """A response time is to be at most so long, or shorter unless it `allows_equal`; the tighter one is the smaller."""
+
+    bound_ns: Fraction | int
+    allows_equal: bool
+
+    def allows(self, response_ns: Exact) -> bool:
+        """Whether a response time keeps it."""
+        return response_ns <= self.bound_ns if self.allows_equal else response_ns < self.bound_ns
+
+
+@dataclass(frozen=True)
+class _Simple:
+    """A thread that is one task, which only tasks of a lower or the same `turn` delay.
+
+    `upstream` are the tasks whose response times are jitter of its releases. `latest` is the limit on its response
+    time, None where any will do.
+    """
+
+    key: TaskKey
+    turn: tuple[int, int, int]
+    upstream: tuple[TaskKey, ...]
+    latest: _Latest | None
+
+
+@dataclass(frozen=True)
+class _Among:
+    """What is known of threads that share a core, by number: their tasks, and the response times that matter, in ns."""
+
+    tasks: Mapping[int, Task]
+    responses: Mapping[int, Exact]
+
+
+class _NotSimple(Exception):
+    """The analysis has to be asked."""
+
+
+Known: TypeAlias = dict[TaskKey, Exact | None]
+NOBODY = _Among({}, {})
+
+
+class Admission:
+    """Tells whether threads meet their limits on a core of their own, in some order of those whose order is open.
+
+    With further threads response times are no shorter, so that what is not admitted is not admitted beside others.
+    `orders` are the priorities that are open in the design; `latest` are the limits in ns.
+    """
+
+    def __init__(self, space: Space, view: View, latest: Latest, orders: Sequence[OpenPriority] = ()) -> None:
+        self.space, self.view, self.latest = space, view, latest
+        self._free = {item.component: item for item in orders}
+        self._simple: dict[int, _Simple | None] = {}
+        self._tasks: dict[tuple[int, tuple[Exact | None, ...]], Task] = {}
+        self._among: dict[frozenset[int], _Among | None] = {}
+        self._answers: dict[frozenset[int], bool] = {}
+
+    def __call__(self, numbers: Sequence[int]) -> bool:
+        """Whether the threads with these numbers, the newest last, meet their limits together."""
+        group = frozenset(numbers)
+        found = self._answers.get(group)
+        if found is None:
+            try:
+                found = self._step_by_step(numbers) is not None
+            except _NotSimple:
+                found = self._by_analysis(numbers)
+            self._answers[group] = found
+        return found
+
+    def _by_analysis(self, numbers: Sequence[int]) -> bool:
+        if self._free:
+            return best_options(self.space, numbers, self._free, self.latest, self.view.design) is not None
+        known = subset_responses(self.space, [numbers], self.view)
+        for number in numbers:
+            response = Fraction(counted_ns(known.get((number, "thread"), 0)))
+            if not all(HOLDS[operator](response, bound) for operator, bound in self.latest.get(number, ())):
+                return False
+        return True
+
+    def _simple_of(self, number: int) -> _Simple:
+        if number not in self._simple:
+            self._simple[number] = None if self._free else self._made(number)
+        found = self._simple[number]
+        if found is None:
+            raise _NotSimple
+        return found
+
+    def _made(self, number: int) -> _Simple | None:
+        space, view = self.space, self.view
+        turns = turns_of(space, [number], view)
+        if len(turns) != 1 or turns[0].executor is not None or turns[0].pieces or turns[0].reservation is not None:
+            return None
+        if space.components[number].section_ns is not None or turns[0].key[1] != "thread":
+            return None
+        if most_levels(space, [number], view) is not None or interrupting(space, [number], view):
+            return None
+        priority = number_of(space.components[number], view)
+        time = order_ns(space, number, view) if priority is None else Fraction(-priority)
+        if time is None or time.denominator != 1:
+            return None
+        limits = [
+            _Latest(int(bound) if bound.denominator == 1 else bound, operator == "<=")
+            for operator, bound in self.latest.get(number, ())
+        ]
+        limits = [item for item in limits if not item.allows(UNBOUNDED_NS)]  # which counts where there is no bound
+        turn = (0, int(time), 0) if priority is not None else (1, int(time), number)
+        return _Simple(turns[0].key, turn, _all_upstream(space, turns[0].key, view), min(limits, default=None))
+
+    def _step_by_step(self, numbers: Sequence[int]) -> _Among | None:
+        """What is known of the threads together; None where one of them is late."""
+        first = len(numbers)
+        while first and frozenset(numbers[:first]) not in self._among:
+            first -= 1
+        found = self._among[frozenset(numbers[:first])] if first else NOBODY
+        for count in range(first + 1, len(numbers) + 1):
+            found = None if found is None else self._with(found, numbers[:count])
+            self._among[frozenset(numbers[:count])] = found
+        return found
+
+    def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
+        """The same with one thread more, the last of them."""
+        order = sorted((self._simple_of(number).turn, number) for number in numbers)
+        passed_on = {key for number in numbers for key in self._simple_of(number).upstream}
+        known: Known = {}
+        for number in numbers:
+            key = self._simple_of(number).key
+            if key in passed_on:
+                known[key] = before.responses.get(number, self._task(number, {}).worst_ns)
+        tasks, responses = dict(before.tasks), dict(before.responses)
+        changes = True
+        for _ in range(MOST_ROUNDS):
+            if not changes:
+                return _Among(tasks, responses)
+            now = {number: self._task(number, known) for number in numbers}
+            changes = False
+            rivals: list[Task] = []
+            is_new = False
+            for _, level in groupby(order, key=itemgetter(0)):
+                members = [number for _, number in level]
+                rivals += (now[number] for number in members)
+                is_new = is_new or any(now[number] is not tasks.get(number) for number in members)
+                for number in members:
+                    simple = self._simple_of(number)
+                    if (simple.latest is None and simple.key not in passed_on) or (not is_new and number in responses):
+                        continue
+                    response = _response_ns(now[number], rivals, responses.get(number, 0), simple.latest)
+                    if response is None:
+                        return None
+                    responses[number] = response
+                    if simple.key in passed_on and response != known[simple.key]:
+                        known[simple.key], changes = response, True
+            tasks = now
+        raise _NotSimple
+
+    def _task(self, number: int, known: Known) -> Task:
+        """A task as response times are known: the same object where they are the same."""
+        simple = self._simple_of(number)
+        key = number, tuple(known.get(item) for item in simple.upstream)
+        found = self._tasks.get(key)
+        if found is None:
+            made = bounded_task(self.space, simple.key, known, self.view)
+            if made is None or type(made.worst_ns) is not int:
+                raise _NotSimple
+            if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
+                raise _NotSimple
+            found = self._tasks[key] = made
+        return found
+
+
+def _all_upstream(space: Space, key: TaskKey, view: View) -> tuple[TaskKey, ...]:
+    """The tasks before a task whose response times are jitter of its releases, also by way of others."""
+    found: dict[TaskKey, None] = {}
+    todo = [key]
+    while todo:
+        fresh = [item for item in upstream(space, todo.pop(), view, frozenset()) if item not in found]
+        found |= dict.fromkeys(fresh)
+        todo += fresh
+    return tuple(found)
+
+
+def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest | None) -> Exact | None:
+    """The response time of a task, which is no shorter than `begin_ns`; None where it is longer than it may be.
+
+    `together` are the tasks that may delay it, and itself.
+
+    Raises
+    ------
+    _NotSimple
+        where it has no bound, and none is asked for.
+    """
+    if not task.worst_ns:
+        return 0 if latest is None or latest.allows(0) else None
+    is_timed = len(task.streams) == 1 and task.separation_ns is None and not task.streams[0].jitter_ns
+    if is_timed and latest is not None and latest.bound_ns <= task.streams[0].period_ns:
+        return _first_response_ns(max(begin_ns, task.worst_ns), together, latest)
+    found = response_time_ns(task, [other for other in together if other is not task])
+    if latest is not None:
+        return found if found is not None and latest.allows(found) else None
+    if found is None:
+        raise _NotSimple
+    return found
+
+
+def _first_response_ns(begin_ns: Exact, together: Sequence[Task], latest: _Latest) -> Exact | None:
+    """The least time, from `begin_ns` on, that holds all work of tasks that is released in it; None where it is late.
+
+    A job that ends before the next one of its task is released is the only one in its busy period.
+    """
+    is_plain = all(task.separation_ns is None and len(task.streams) == 1 for task in together)
+    terms = [(item.worst_ns, item.streams[0].period_ns, item.streams[0].jitter_ns) for item in together if is_plain]
+    time = begin_ns
+    while latest.allows(time):
+        if is_plain:
+            needed = sum(-(-(time + jitter) // period) * work for work, period, jitter in terms)
+        else:
+            needed = sum(most_jobs(task, time) * task.worst_ns for task in together)
+        if needed == time:
+            return time
+        time = needed
+    return None

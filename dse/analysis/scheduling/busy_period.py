@@ -1,0 +1,213 @@
+"""The busy period in which a job of a thread responds last, played piece by piece.
+
+Whatever goes before the thread is released at once and then as early as it can be (the critical instant of
+J. P. Lehoczky, "Fixed priority scheduling of periodic task sets with arbitrary deadlines", RTSS 1990), behind the
+longest section of less urgent work that has just begun. Its last piece ends with the response time that is found
+(docs/semantics.md, section 4.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
+from itertools import takewhile
+
+from dse.analysis.scheduling.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
+from dse.analysis.scheduling.scheduling import Response
+from dse.analysis.scheduling.servers.executors import WorstJob, executor_worst_job
+from dse.analysis.scheduling.servers.segments import single
+from dse.support.units import Exact
+
+MOST_JOBS = 400
+"""A busy period of more jobs is not played: nobody can look at it."""
+SECTION = "less urgent"
+"""What a piece of less urgent work is called, which cannot be interrupted."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Some job of a thread (from 1) has the core, from the beginning of the busy period on."""
+
+    name: str
+    job: int
+    start_ns: Exact
+    end_ns: Exact
+
+
+@dataclass(frozen=True)
+class BusyPeriod:
+    """The pieces of a busy period of `core` up to the end of the job of `name` that responds last.
+
+    Of one that `is_segment` of a thread it begins with the release of the segment, and of the thread the deadline is.
+    """
+
+    core: int
+    name: str
+    pieces: tuple[Piece, ...]
+    released_ns: Exact
+    end_ns: Exact
+    deadline_ns: int | None
+    is_segment: bool = False
+
+
+def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | None:
+    """The busy period of the thread of a core that has the least time left to its deadline.
+
+    Of threads without deadlines it is the one that responds last. Where all others are segments of threads it is that
+    of the segment which takes longest on the core. None where no response time has a bound but those of wait sets and
+    accelerators' segments, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
+    """
+    here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
+    for item in sorted((item for item in here if item.kind != "wait_set" and not item.is_piece), key=_urgency):
+        if item.kind is not None:
+            return _of_executor(core, item)
+        found = worst_job_ns(item.task, item.rivals, item.blocking_ns)
+        if found is None:
+            continue
+        if sum(most_jobs(rival, found[1]) for rival in (*item.rivals, item.task)) > MOST_JOBS:
+            return None
+        pieces = played(item.task, item.rivals, item.blocking_ns, found)
+        return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
+    return _of_segments(core, [item for item in here if item.is_piece and not item.executor])
+
+
+def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
+    """That of the segment that ends longest after its own release: one job, for those before it have ended."""
+    found = []
+    for item in segments:
+        job = single(item.task)
+        worst_job = worst_job_ns(job, item.rivals, item.blocking_ns)
+        if worst_job is not None:
+            found.append((worst_job[1], item, job))
+    if not found:
+        return None
+    end, item, job = max(found, key=lambda one: one[0])
+    if sum(most_jobs(rival, end) for rival in item.rivals) > MOST_JOBS:
+        return None
+    pieces = played(job, item.rivals, item.blocking_ns, (0, end))
+    return BusyPeriod(core, item.name, pieces, 0, end, None, is_segment=True)
+
+
+def _of_executor(core: int, item: Response) -> BusyPeriod | None:
+    """That of a thread in an executor that runs jobs as they come, or by priority."""
+    assert item.kind is not None
+    found = executor_worst_job(
+        item.kind, item.task, item.fellows, item.rivals, item.blocking_ns, is_in_line=item.is_in_line
+    )
+    if (
+        found is None
+        or sum(delay.jobs for delay in item.delays) > MOST_JOBS
+        or (found.chain_ns is not None and found.release_ns)
+    ):
+        return None  # of what its chain did before it is known how long it took, not when
+    pieces = played_in(item, found)
+    return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
+
+
+def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
+    """Who has the core until the end of the worst job in an executor; no gaps.
+
+    What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those
+    that come with it, or the most urgent that waits.
+    """
+    rivals = list(item.rivals)
+    counted = [one for one in item.fellows if found.chain_ns is None or not one.is_kin]
+    inner = [one.task for one in counted if one.goes_first or item.kind == "fifo"] + [item.task]
+    outside = [
+        (release, level, job, one)
+        for level, one in enumerate(rivals)
+        for job, release in enumerate(_until(one, found.end_ns), 1)
+        if release < found.end_ns
+    ]
+    inside = [
+        (release, level, job, one)
+        for level, one in enumerate(inner)
+        for job, release in enumerate(_until(one, found.until_ns), 1)
+        if (release <= found.release_ns if one is item.task else job <= found.jobs(one))
+    ]
+    begun = max(item.blocking_ns, found.behind_ns)
+    name = SECTION
+    if found.behind_ns > item.blocking_ns:
+        name = next(one.task.name for one in counted if not one.goes_first and one.task.worst_ns == begun)
+    running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
+    is_held = begun > found.behind_ns  # a section: nothing preempts it
+    pieces: list[Piece] = []
+    left: dict[int, Exact] = {id(entry): entry[3].worst_ns for entry in outside}
+    now: Exact = 0
+    while now < found.end_ns:
+        urgent = [entry for entry in outside if entry[0] <= now and left[id(entry)]]
+        later = [entry[0] for entry in outside if entry[0] > now]
+        if urgent and not (is_held and running is not None):
+            entry = min(urgent, key=lambda one: (one[1], one[2]))
+            until = min([now + left[id(entry)], *later])
+            left[id(entry)] -= until - now
+            _note(pieces, Piece(entry[3].name, entry[2], now, until))
+        else:
+            if running is None:
+                ready = [one for one in inside if one[0] <= now]
+                order = (lambda one: (one[0], one[1])) if item.kind == "fifo" else (lambda one: (one[1], one[2]))
+                chosen = min(ready, key=order)
+                inside.remove(chosen)
+                running, is_held = (chosen[3].worst_ns, chosen[3].name, chosen[2]), False
+            work, name, job = running
+            until = now + work if is_held else min([now + work, *later])
+            running = (work - (until - now), name, job) if work > until - now else None
+            _note(pieces, Piece(name, job, now, until))
+        now = until
+    return tuple(pieces)
+
+
+def _until(task: Task, end: Exact) -> Iterator[Exact]:
+    """The releases of a task up to a time, that time included."""
+    return takewhile(lambda release: release <= end, densest_releases_ns(task))
+
+
+def _note(pieces: list[Piece], piece: Piece) -> None:
+    """Another piece, or more of the last one."""
+    if pieces and (pieces[-1].name, pieces[-1].job) == (piece.name, piece.job):
+        piece = replace(piece, start_ns=pieces.pop().start_ns)
+    pieces.append(piece)
+
+
+def _urgency(item: Response) -> tuple[bool, Exact]:
+    assert item.response_ns is not None
+    if item.deadline_ns is None:
+        return True, -item.response_ns
+    return False, item.deadline_ns - item.response_ns
+
+
+def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:
+    """Who has the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
+
+    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> a, b = periodic("a", 2, 5), periodic("b", 4, 20)
+    >>> [(item.name, item.start_ns, item.end_ns) for item in played(b, [a], 1, worst_job_ns(b, [a], 1))]
+    [('less urgent', 0, 1), ('a', 1, 3), ('b', 3, 5), ('a', 5, 7), ('b', 7, 9)]
+    """
+    released_ns, end_ns = worst_job
+    waiting: list[tuple[Exact, int, int, Exact]] = []  # release, level, job, work
+    for level, item in enumerate((*rivals, task)):
+        for job, release in enumerate(densest_releases_ns(item), 1):
+            if not item.worst_ns or release >= end_ns or (item is task and release > released_ns):
+                break
+            waiting.append((release, level, job, item.worst_ns))
+    heapify(waiting)
+    names = [item.name for item in (*rivals, task)]
+    pieces = [Piece(SECTION, 1, 0, blocked_ns)] if blocked_ns else []
+    ready: list[tuple[int, int, Exact]] = []
+    now: Exact = blocked_ns
+    while now < end_ns:
+        while waiting and waiting[0][0] <= now:
+            _, level, job, work = heappop(waiting)
+            heappush(ready, (level, job, work))
+        level, job, work = heappop(ready)
+        until = min(now + work, waiting[0][0]) if waiting else now + work
+        if pieces and (pieces[-1].name, pieces[-1].job) == (names[level], job):
+            pieces[-1] = Piece(names[level], job, pieces[-1].start_ns, until)
+        else:
+            pieces.append(Piece(names[level], job, now, until))
+        if until - now < work:
+            heappush(ready, (level, job, work - (until - now)))
+        now = until
+    return tuple(pieces)

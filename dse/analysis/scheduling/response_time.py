@@ -1,0 +1,238 @@
+"""Response times under fixed-priority preemptive scheduling, exact for independent tasks on one core.
+
+The level-i busy period of J. P. Lehoczky ("Fixed priority scheduling of periodic task sets with arbitrary deadlines",
+RTSS 1990) with the release jitter of N. Audsley, A. Burns, M. Richardson, K. Tindell and A. Wellings ("Applying new
+scheduling theory to static priority pre-emptive scheduling", Software Engineering Journal 8(5), 1993); without jitter
+and with response times up to the period it is the recurrence of M. Joseph and P. Pandya ("Finding response times in a
+real-time system", The Computer Journal 29(5), 1986). A busy period may begin with less urgent work that cannot be
+interrupted (`dse.analysis.scheduling.overheads`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from heapq import merge
+from itertools import count, islice, takewhile
+from math import gcd, lcm
+from operator import ge
+
+from dse.support.timelimit import look_at_the_clock
+from dse.support.units import Exact, Rounded
+
+STEPS_A_LOOK = 256
+"""The number of steps, about a millisecond, between two looks at the clock."""
+MOST_STEPS = 100_000
+"""A busy period that takes more steps than this is reported as unbounded, which is safe."""
+JOBS_BEFORE_REPETITION = 16
+"""Most busy periods have fewer jobs; from there on it is worth knowing when jobs repeat."""
+CLEARLY = 1e-9
+"""Sums of thousands of shares in floating point are closer to the exact ones than this."""
+PLAIN = (int, Fraction, Rounded, type(None))
+"""The types of mere numbers; None where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """Events at least `period_ns` apart, each up to `jitter_ns` late, which is exact."""
+
+    period_ns: int
+    jitter_ns: Exact = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What a core runs: one job of up to `worst_ns` at each event of any of its streams.
+
+    `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None.
+    Without a stream there is one job only.
+    """
+
+    name: str
+    worst_ns: int
+    streams: tuple[Stream, ...]
+    separation_ns: int | None = None
+
+    @property
+    def utilisation(self) -> Fraction:
+        """The share of the core that the task uses in the long run, at most."""
+        worst = Fraction(1) * self.worst_ns
+        share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
+        return share if self.separation_ns is None else min(share, worst / self.separation_ns)
+
+
+def is_plain(task: Task) -> bool:
+    """Whether its times are mere numbers, not traced ones (`dse.questions.sensitivity`), which differ though equal."""
+    if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
+        return False
+    return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
+
+
+def load(tasks: Sequence[Task]) -> float | Fraction:
+    """The share of a core that tasks use together in the long run, exact unless it is clearly more or less than 1.
+
+    >>> load([periodic("a", 1, 3), periodic("b", 2, 3)]), load([periodic("a", 1, 4)])
+    (Fraction(1, 1), 0.25)
+    """
+    if all(map(is_plain, tasks)):
+        rough = sum(map(_rough_share, tasks))
+        if abs(rough - 1) > CLEARLY:
+            return rough
+    return sum((task.utilisation for task in tasks), Fraction(0))
+
+
+def _rough_share(task: Task) -> float:
+    share = sum(float(task.worst_ns / stream.period_ns) for stream in task.streams)
+    return share if task.separation_ns is None else min(share, float(task.worst_ns / task.separation_ns))
+
+
+def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: Exact = 0) -> Task:
+    """A task with one stream."""
+    return Task(name, worst_ns, (Stream(period_ns, jitter_ns),))
+
+
+def is_late(task: Task) -> bool:
+    """Whether all of its jobs in a window may be more than its share of that: there is jitter, and nothing else.
+
+    >>> is_late(periodic("a", 1, 10, 3)), is_late(periodic("a", 1, 10))
+    (True, False)
+    """
+    return task.separation_ns is None and any(stream.jitter_ns for stream in task.streams)
+
+
+def most_jobs(task: Task, window_ns: Exact) -> int:
+    """The most jobs released in a window of this length: the sum of ceil((window + jitter) / period).
+
+    >>> most_jobs(periodic("a", 1, 10, 3), 10)
+    2
+    """
+    if not task.streams:
+        return 1
+    jobs = sum(-(-(window_ns + stream.jitter_ns) // stream.period_ns) for stream in task.streams)
+    return jobs if task.separation_ns is None else min(jobs, -(-window_ns // task.separation_ns))
+
+
+def densest_releases_ns(task: Task) -> Iterator[Exact]:
+    """When the jobs of a busy period are released, the first at 0 and each as early as it can be.
+
+    >>> from itertools import islice
+    >>> list(islice(densest_releases_ns(periodic("a", 1, 10, 3)), 4))
+    [0, 7, 17, 27]
+    """
+    if not task.streams:
+        yield 0
+        return
+    for number, time in enumerate(merge(*(map(partial(_release_ns, stream), count()) for stream in task.streams))):
+        yield time if task.separation_ns is None else max(time, number * task.separation_ns)
+
+
+def _release_ns(stream: Stream, number: int) -> Exact:
+    return max(0, number * stream.period_ns - stream.jitter_ns)
+
+
+def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> Exact | None:
+    """The worst time from the release of a job to its end; None when it is not bounded.
+
+    Parameters
+    ----------
+    task
+        the task itself; its jobs run in the order of their release.
+    higher
+        the tasks of its core that go before it.
+    blocked_ns
+        how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
+        reached, but approached.
+
+    Examples
+    --------
+    C = 3, 3 and 5 with T = 7, 12 and 20: 5 + 2 * 3 + 3 * 3 = 20, the last task just fits.
+
+    >>> a, b, c = periodic("a", 3, 7), periodic("b", 3, 12), periodic("c", 5, 20)
+    >>> [response_time_ns(a, []), response_time_ns(b, [a]), response_time_ns(c, [a, b])]
+    [3, 6, 20]
+    >>> response_time_ns(a, [], 2)
+    5
+    """
+    if task.worst_ns == 0:
+        return 0
+    found = worst_job_ns(task, higher, blocked_ns)
+    return None if found is None else found[1] - found[0]
+
+
+def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> tuple[Exact, Exact] | None:
+    """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
+
+    >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
+    >>> worst_job_ns(b, [a])
+    (400, 518)
+    """
+    rivals = [other for other in higher if other.worst_ns]
+    used = load((task, *rivals))
+    if used > 1 or (used == 1 and (blocked_ns or not task.streams or any(map(is_late, (task, *rivals))))):
+        return None  # such a busy period has no end
+    steps = 0
+    worst: tuple[Exact, Exact] = (0, 0)
+    releases = _releases_to_look_at_ns(task, rivals)
+    released = next(releases)
+    busy: Exact = blocked_ns + task.worst_ns
+    streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
+    terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
+    # the first release of each that `busy` has no work of
+    following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
+    others = [other for other in rivals if other.separation_ns is not None or not other.streams]
+    counted = 0
+    while True:
+        grows = True
+        while (
+            grows
+        ):  # to the least window that holds all work released in it; each addition counts for the next at once
+            steps, grows = steps + 1, False
+            if steps > MOST_STEPS:
+                return None
+            if not steps % STEPS_A_LOOK:
+                look_at_the_clock()
+            for index, (period_ns, worst_ns) in enumerate(terms):
+                if following[index] < busy:
+                    more = -((following[index] - busy) // period_ns)
+                    following[index] += more * period_ns
+                    busy += more * worst_ns
+                    grows = True
+            if others:
+                work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
+                busy, counted, grows = busy + work - counted, work, grows or work > counted
+        if busy - released > worst[1] - worst[0]:
+            worst = released, busy
+        released = next(releases, busy)
+        if busy <= released:
+            return worst
+        busy += task.worst_ns
+
+
+def _releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:
+    """Releases of the jobs of which one responds last."""
+    releases = densest_releases_ns(task)
+    yield from islice(releases, JOBS_BEFORE_REPETITION)
+    last = last_to_look_at_ns((task, *rivals))
+    yield from releases if last is None else takewhile(partial(ge, last), releases)
+
+
+def last_to_look_at_ns(tasks: Sequence[Task]) -> Exact | None:
+    """When the last job of a busy period is released that may respond later than all before it; None if not known.
+
+    It is the hyperperiod H. With a demand of at most H in each window of that length, what is done at w of the first
+    q jobs, and all that goes before them, is done at w + H of those that are released up to H later. Releases after the
+    first instant repeat with H, so that jobs released after H respond no later than those H before them. (Where loads
+    come close to 100 % a busy period has millions of jobs.) A separation of jobs does not repeat with H.
+
+    >>> last_to_look_at_ns([periodic("a", 3, 8, 500), periodic("b", 3, 12)])
+    Fraction(24, 1)
+    """
+    streams = [stream for task in tasks for stream in task.streams]
+    if not streams or any(task.separation_ns is not None for task in tasks):
+        return None
+    if not all(type(stream.period_ns) in (int, Fraction) for stream in streams):
+        return None
+    ratios = [(Fraction(stream.period_ns).numerator, Fraction(stream.period_ns).denominator) for stream in streams]
+    return Fraction(lcm(*(over for over, _ in ratios)), gcd(*(under for _, under in ratios)))

@@ -1,0 +1,290 @@
+"""What runs on each core of a design, at which priority, and the response times that follow.
+
+Threads are partitioned to the cores of their processor (`dse.analysis.placement.first_fit`). On a core the more urgent
+go first (`dse.analysis.scheduling.priorities`, `dse.analysis.scheduling.turns`): the response time holds whatever the
+order of those with the same priority, first come first served and round-robin included. Response times and the jitter
+that they pass on are found together (`dse.analysis.scheduling.holistic`). Offsets between threads are never used to
+advantage (docs/semantics.md, section 4.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.scheduling.holistic import fixed_point
+from dse.analysis.scheduling.overheads import interrupting
+from dse.analysis.scheduling.parts import Delay, Parts, executed, preempted
+from dse.analysis.scheduling.priorities import deadline_ns
+from dse.analysis.scheduling.releases import task_of
+from dse.analysis.scheduling.responding import around, beside_piece, respond
+from dse.analysis.scheduling.response_time import Task
+from dse.analysis.scheduling.servers.executors import Fellow
+from dse.analysis.scheduling.servers.reservations import before_task, blocking_ns
+from dse.analysis.scheduling.servers.segments import elapsed_ns
+from dse.analysis.scheduling.servers.succession import Succession
+from dse.analysis.scheduling.subsets import Subsets
+from dse.analysis.scheduling.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
+from dse.analysis.scheduling.turns import Schedule, Turn, blocking_name, turns_of, upstream
+from dse.analysis.terms import picked
+from dse.analysis.views import View
+from dse.space.model.space import ExecutorKind, Space
+from dse.space.model.trees import at
+from dse.support.units import Exact, Unbounded
+
+UNBOUNDED_NS = 10**14
+"""Stands for a response time without a bound (27.8 h) wherever a number is needed."""
+NO_BOUND = Unbounded(UNBOUNDED_NS)
+ONLY = "only these groups"
+"""Where a view remembers the groups of threads that count alone, in whatever space it is asked about."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """The response time of a thread or a hybrid thread's callback; None where it has no bound.
+
+    `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
+    priority; `deadline_ns` is the thread's, else its period, else None; `blocking_ns` how long a less urgent thread of
+    the core may keep that, whether or not this counts (`parts`). `worst_ns` is the longest execution time, the task's
+    own worst time has its context switches, too. `executor` is what runs it beside others, and `reservation` what both
+    are in, else empty; `rivals` are the tasks that go before it, the most urgent first, `fellows` the others of the
+    executor, of a `kind`: nothing where it has no bound. `is_in_line` is that of `executor_response_ns`. Of one that
+    `is_piece` of a thread with segments the response time counts from the release of the thread, and `rivals` are there
+    on a core. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
+    """
+
+    component: int
+    part: Part
+    core: int
+    rank: int
+    task: Task
+    best_ns: int
+    response_ns: Exact | None
+    deadline_ns: int | None
+    blocking_ns: int
+    worst_ns: int
+    executor: str
+    rivals: tuple[Task, ...] = ()
+    fellows: tuple[Fellow, ...] = ()
+    kind: ExecutorKind | None = None
+    is_piece: bool = False
+    reservation: str = ""
+    is_served: bool = False
+    is_in_line: bool = False
+    blocking_name: str = ""
+
+    @property
+    def name(self) -> str:
+        """The thread, and which part of it."""
+        return self.task.name
+
+    @property
+    def meets_deadline(self) -> bool | None:
+        """Whether it ends by its deadline; None when there is none."""
+        if self.deadline_ns is None:
+            return None
+        return self.response_ns is not None and self.response_ns <= self.deadline_ns
+
+    @cached_property
+    def parts(self) -> Parts:
+        """What the response time is made of beside the task's own time; nothing without a bound, and of a piece."""
+        found: Parts | None = Parts()
+        if self.response_ns is None or self.is_piece:
+            return Parts()
+        if self.kind is None:
+            found = preempted(self.task, self.rivals, self.blocking_ns)
+        else:
+            blocked = self.blocking_ns
+            found = executed(self.kind, self.task, self.fellows, self.rivals, blocked, is_in_line=self.is_in_line)
+        return found or Parts()
+
+    @property
+    def delays(self) -> tuple[Delay, ...]:
+        """The jobs of others before the worst one."""
+        return self.parts.delays
+
+    @property
+    def blocked_ns(self) -> Exact:
+        """How long less urgent work keeps the core in the response time; of a piece how long it may."""
+        return self.blocking_ns if self.is_piece else self.parts.blocked_ns
+
+    @property
+    def blocked_by(self) -> str:
+        """The less urgent thread whose work that is; empty where none counts."""
+        return self.blocking_name if self.blocked_ns else ""
+
+
+_RECALLED: Recall[tuple[Response, ...]] = Recall()
+
+
+def processor_responses(space: Space, processor: int, view: View) -> tuple[Response, ...]:
+    """Everything that runs on a processor, by core and priority."""
+    return _RECALLED.recall(space, processor, view, _responses_on)
+
+
+def response_of(space: Space, component: int, part: Part, view: View) -> Response | None:
+    """The response of one task; None when it runs on no processor, or has nothing to execute there."""
+    found = view.memo.get(("response", component, part))
+    if found is None:
+        found = _RECALLED.recall(space, (component, part), view, _response_to)
+        view.memo["response", component, part] = found
+    return found[0] if found else None
+
+
+def all_responses(space: Space, view: View) -> dict[TaskKey, Exact | None]:
+    """The response time of every task of a whole design, in ns; found together, and kept with the view.
+
+    Where only some threads are to count, the view's memory names them (`ONLY`), each group on a core of its own.
+    """
+    found: dict[TaskKey, Exact | None] | None = view.memo.get("responses")
+    if found is None and ONLY in view.memo:
+        found = view.memo["responses"] = subset_responses(space, view.memo[ONLY], view)
+    if found is None:
+        schedule = Schedule(space, view)
+        cores = [core for processor in range(len(space.processors)) for core in schedule.cores(processor)]
+        found = view.memo["responses"] = fixed_point(space, cores, view)
+    return found
+
+
+def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
+    """Response times where only these threads are there, each group on a core of its own: never above those of more."""
+    are_slow = any(space.components[number].executor is not None for group in groups for number in group)
+    if are_slow and type(view) is View:
+        return _SUBSETS.recall(space, groups, view, _among)
+    return _among(space, groups, view)
+
+
+_SUBSETS = Subsets()
+
+
+def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
+    return fixed_point(space, [turns_of(space, group, view) for group in groups], view)
+
+
+def response_among(
+    space: Space, group: Sequence[int], number: int, view: View, known: Mapping[TaskKey, Exact | None]
+) -> Exact | None:
+    """The response time of a thread where the threads of `group` share its core, and what releases them ends as known.
+
+    What `known` does not have ends after its longest execution time: no release has less jitter.
+    """
+    turns = turns_of(space, group, view)
+    tasks = [task_of(space, turn.key, known, view) for turn in turns]
+    before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
+    for turn, task in zip(turns, tasks, strict=True):
+        if turn.key == (number, "thread"):
+            first = before_task(space, turns, turn, tasks, before, view)
+            rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
+            return respond(task, rivals, blocking_ns(turn))
+    return 0
+
+
+def is_released_alone(space: Space, number: int, view: View) -> bool:
+    """Whether the releases of a thread do not depend on response times of threads."""
+    keys = [key for own in task_keys(space, number, view) for key in upstream(space, own, view, frozenset())]
+    return all(at(space.components[key[0]].processor, view) is None for key in keys)
+
+
+def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
+    schedule = Schedule(space, view)
+    keys = [turn.key for core in schedule.cores(processor) for turn in core]
+    return _responses(schedule, keys)
+
+
+def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]:
+    if at(space.components[key[0]].processor, view) is None or key not in task_keys(space, key[0], view):
+        return ()
+    return _responses(Schedule(space, view), [key])
+
+
+def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> Exact:
+    """The response time as a number: `UNBOUNDED_NS` beyond that, the longest processing off the processors."""
+    alone = longest_alone_ns(space, component, part, view)
+    if type(view) is View:
+        known = all_responses(space, view)
+        if (component, part) not in known:
+            return alone
+        response = known[component, part]
+    elif (knows := knowing(view)) is not None:
+        response = knows.get((component, part), ABSENT)
+        if response is ABSENT:
+            return alone
+    else:
+        found = response_of(space, component, part, view)
+        if found is None:
+            return alone
+        response = found.response_ns
+    longest: Exact = picked("max", alone, counted_ns(response))
+    return longest
+
+
+def waited_ns(space: Space, component: int, view: View, response_ns: Exact) -> Exact:
+    """How much later than if nothing delayed it a thread ends that responds after so long; of a piece all so far."""
+    alone = elapsed_ns(space, component, view)[1]
+    waited: Exact = picked("max", response_ns, alone) - alone
+    return waited
+
+
+def counted_ns(response_ns: Exact | None) -> Exact:
+    """A response time as a number: `NO_BOUND`, an `UNBOUNDED_NS`, where it has no bound, or one beyond that."""
+    return NO_BOUND if response_ns is None or response_ns >= UNBOUNDED_NS else response_ns
+
+
+def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response, ...]:
+    space, view = schedule.space, schedule.view
+    known = fixed_point(space, schedule.needed(wanted), view)
+    found = []
+    for key in wanted:
+        place = schedule.place(key)
+        assert place is not None
+        component = space.components[key[0]]
+        task = task_of(space, key, known, view)
+        best, worst = alone_ns(component, key[1], view)
+        is_whole = key[1] == "thread" and space.is_last_piece(key[0])
+        deadline = deadline_ns(component, view) if is_whole else None
+        best = best if component.pieces is None else elapsed_ns(space, key[0], view)[0]
+        lost = Task(task_name(component, key[1]), worst, ())
+        rank, blocked = place[2].rank + 1, blocking_ns(place[2])
+        executor = at(component.executor, view)
+        name = "" if executor is None else space.executors[executor].name
+        rivals, fellows, kind, is_in_line = _before(schedule, place, task, known)
+        response = known[key]
+        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name)
+        is_piece = component.pieces is not None
+        share = "" if component.reservation is None else space.reservations[component.reservation].name
+        is_served = at(space.processors[place[0]].serves, view) is not None
+        beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_in_line": is_in_line, "is_served": is_served}
+        blocking = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
+        found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocking_name=blocking))  # type: ignore[arg-type]
+    return tuple(found)
+
+
+Before: TypeAlias = "tuple[tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None, bool]"
+NOTHING: Before = ((), (), None, False)
+
+
+def _before(
+    schedule: Schedule, place: tuple[int, int, Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
+) -> Before:
+    """What goes before a task on its core, and in an executor; nothing where it has no bound."""
+    space, view = schedule.space, schedule.view
+    processor, core, turn = place
+    turns = schedule.cores(processor)[core]
+    if task is None or known[turn.key] is None or not task.worst_ns or (turn.pieces and turn.executor is not None):
+        return NOTHING
+    tasks = [task_of(space, other.key, known, view) for other in turns]
+    first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
+    if turn.executor is not None:
+        beside = around(space, turns, tasks, first, turn, Succession(space, turns, known, view))
+        if beside is None:
+            return NOTHING
+        kind, fellows, higher, is_in_line = beside
+        return tuple(higher), tuple(fellows.values()), kind, is_in_line
+    given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
+    if turn.pieces:
+        rivals = beside_piece(turn, turns, tasks, given)[1]
+        return tuple(item for item in rivals if item is not None), (), None, False
+    return tuple(given), (), None, False

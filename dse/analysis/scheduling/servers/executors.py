@@ -1,0 +1,287 @@
+"""Response times of threads that one OS thread runs, one job at a time: executors under preemptive fixed priorities.
+
+No job of an executor preempts another of it; what goes before the OS thread on its core preempts all of them.
+
+* ``fifo``: jobs run as they come. A job that comes a after the beginning of a busy period of the executor waits for all
+  that came no later: its end is the least w with w = blocking + work that came in [0, a] + work of the more urgent in
+  [0, w), and its response w - a. Of a only those count at which a job may come (K. Bedarkar, M. Vardishvili, S. Bozhko,
+  M. Maida and B. B. Brandenburg, "From intuition to Coq: a case study in verified response-time analysis of FIFO
+  scheduling", RTSS 2022).
+* ``callback_group``: of those that wait the most urgent runs next; one less urgent may have begun before. A job's start
+  counts what comes until then, its end only what goes before the OS thread (L. George, N. Rivierre and M. Spuri,
+  "Preemptive and non-preemptive real-time uniprocessor scheduling", INRIA 2966, 1996; with all jobs of the busy period
+  as R. J. Bril, J. J. Lukkien and W. F. J. Verhaegh, Real-Time Systems 42, 2009, require).
+* ``wait_set``: ROS 2's single-threaded executor takes what waits at its polling points, timers first, and runs it all
+  before it looks again (D. Casini, T. Blass, I. Luetkebohle and B. B. Brandenburg, "Response-time analysis of ROS 2
+  processing chains under reservation-based scheduling", ECRTS 2019). It is never idle while a job waits, and runs the
+  jobs of one callback as they come: until one starts, all that comes of others may go before it, as theirs of polled
+  callbacks. That is a safe bound, whatever the order.
+
+Jobs of one chain never wait for each other (`dse.analysis.scheduling.servers.succession`): what others of its chain did
+in a busy period was over when a job was released, and took no longer than until then. Where of each chain at most one
+job waits at a time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from heapq import merge
+from operator import attrgetter
+
+from dse.analysis.scheduling.response_time import Task, densest_releases_ns, is_late, load, most_jobs
+from dse.analysis.scheduling.servers.executor_work import EndlessError, Work, jobs_by, until_end
+from dse.analysis.scheduling.servers.succession import longest_of_each
+from dse.space.model.space import ExecutorKind
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Fellow:
+    """Another task of an executor; `goes_first` among those that wait (in a callback group).
+
+    One that `is_kin` never waits while the task does: they are of one chain. Of those of a `line` at most one waits at
+    a time; of one in no line several jobs may.
+    """
+
+    task: Task
+    goes_first: bool
+    is_kin: bool = False
+    line: int | None = None
+
+
+def executor_response_ns(
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    *,
+    is_in_line: bool = False,
+) -> Exact | None:
+    """The longest time from the release of a job of an executor to its end; None when it is not bounded.
+
+    Parameters
+    ----------
+    kind, fellows
+        the executor, and what else it runs.
+    higher
+        the tasks of the core that go before the executor's OS thread.
+    blocked_ns
+        how long less urgent work outside of the executor may keep the core, at most.
+    is_in_line
+        no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
+
+    Examples
+    --------
+    A timer of 1 every 10 behind a callback of 3 every 20, and the other way round; alone at its priority, and with
+    another OS thread of 2 every 5 before both.
+
+    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    >>> executor_response_ns("fifo", timer, [Fellow(callback, False)], [])
+    4
+    >>> executor_response_ns("callback_group", callback, [Fellow(timer, True)], [periodic("other", 2, 5)])
+    8
+    """
+    if task.worst_ns == 0:
+        return 0
+    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
+    return None if found is None else found.response_ns
+
+
+@dataclass(frozen=True, slots=True)
+class WorstJob:
+    """The job of an executor that responds last, in a busy period: of its fellows those count that come `until` then.
+
+    Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
+    keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
+
+    Its chain has run for `chain_ns` by then (None: it is in none). In `lines` it waits for one job of each.
+    """
+
+    release_ns: Exact
+    end_ns: Exact
+    until_ns: Exact
+    behind_ns: Exact = 0
+    comes_late: bool = False
+    chain_ns: Exact | None = None
+    lines: tuple[Task, ...] | None = None
+
+    @property
+    def response_ns(self) -> Exact:
+        """From its release to its end."""
+        return self.end_ns - self.release_ns
+
+    def jobs(self, task: Task) -> int:
+        """How many jobs of a fellow go before it."""
+        if self.lines is not None:
+            return sum(task is item for item in self.lines)
+        return (most_jobs if self.comes_late else jobs_by)(task, self.until_ns)
+
+
+def executor_worst_job(
+    kind: ExecutorKind,
+    task: Task,
+    fellows: Sequence[Fellow],
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    *,
+    is_in_line: bool = False,
+) -> WorstJob | None:
+    """The job with the longest response time, which takes some time; see `executor_response_ns`.
+
+    Examples
+    --------
+    The callback comes with the timer and waits for it; from then on nobody may come before it.
+
+    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
+    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False, chain_ns=None, lines=None)
+    """
+    inside = [item for item in fellows if item.task.worst_ns]
+    urgent = [item for item in inside if item.goes_first or kind != "callback_group"]
+    less = [item for item in inside if kind == "callback_group" and not item.goes_first]  # one may have begun
+    outside = [item for item in higher if item.worst_ns]
+    found: list[WorstJob] = []
+    with suppress(EndlessError):
+        if is_in_line and kind == "fifo" and load(outside) < 1:
+            waiting = longest_of_each([(item.task, item.line) for item in inside if not item.is_kin])
+            if waiting is not None:
+                return _in_lines(Work(task, waiting, outside, blocked_ns))
+    behind = _longest(less)
+    begun = max(blocked_ns, behind)
+    counted = [item.task for item in urgent]
+    used = load((task, *counted, *outside))
+    if used > 1 or (used == 1 and (begun or not task.streams or any(map(is_late, (task, *counted, *outside))))):
+        return None
+    with suppress(EndlessError):
+        work = Work(task, counted, outside, begun)
+        found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
+    with suppress(EndlessError):
+        if any(item.is_kin for item in fellows):
+            found.append(_in_chain(kind, task, (urgent, less), outside, blocked_ns))
+    return min(found, key=attrgetter("response_ns"), default=None)
+
+
+def _longest(fellows: Iterable[Fellow]) -> Exact:
+    return max((item.task.worst_ns for item in fellows), default=0)
+
+
+def jobs_before(
+    kind: ExecutorKind, worst: WorstJob, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact
+) -> list[tuple[Task, int]]:
+    """How many jobs of what go before the job that responds last: what preempts the executor first, then its fellows.
+
+    At last the one of these that had begun, where that takes longer than what else blocks.
+    """
+    jobs = [(item, most_jobs(item, worst.end_ns)) for item in higher]
+    counted = [item for item in fellows if worst.chain_ns is None or not item.is_kin]
+    jobs += [(item.task, worst.jobs(item.task)) for item in counted if kind != "callback_group" or item.goes_first]
+    if worst.behind_ns > blocked_ns:
+        begun = (item.task for item in counted if not item.goes_first and item.task.worst_ns == worst.behind_ns)
+        jobs.append((next(begun), 1))
+    return jobs
+
+
+def _fifo(work: Work) -> WorstJob:
+    inside = (work.task, *work.fellows)
+    busy = work.busy_ns()
+    worst = WorstJob(0, 0, 0)
+    last: Exact = -1
+    end: Exact = 0
+    for arrival in until_end(merge(*map(densest_releases_ns, inside)), busy):
+        if arrival == last:
+            continue
+        last = arrival
+        work.step()
+        before = work.blocked_ns + sum(jobs_by(item, arrival) * item.worst_ns for item in inside)
+        end = work.end(before, end)
+        if end - arrival > worst.end_ns - worst.release_ns:
+            worst = WorstJob(arrival, end, arrival)
+    return worst
+
+
+def _grouped(work: Work, behind_ns: Exact) -> WorstJob:
+    """Job after job of the busy period of the task and of what goes before it."""
+    busy = work.busy_ns()
+    worst = WorstJob(0, 0, 0)
+    start = end = work.blocked_ns
+    for number, release in enumerate(until_end(densest_releases_ns(work.task), busy)):
+        start = work.start(work.blocked_ns + number * work.task.worst_ns, start)
+        fixed = work.blocked_ns + (number + 1) * work.task.worst_ns + work.before_start(start)
+        end = work.end(fixed, end)
+        if end - release > worst.end_ns - worst.release_ns:
+            worst = WorstJob(release, end, start, behind_ns, work.comes_late)
+    return worst
+
+
+def _in_lines(work: Work) -> WorstJob:
+    """A job that waits for one job of each line: none of these comes again before it has ended."""
+    before = work.blocked_ns + work.task.worst_ns + sum(item.worst_ns for item in work.fellows)
+    return WorstJob(0, work.end(before), 0, lines=tuple(work.fellows))
+
+
+def _in_chain(
+    kind: ExecutorKind,
+    task: Task,
+    fellows: tuple[Sequence[Fellow], Sequence[Fellow]],
+    outside: Sequence[Task],
+    blocked_ns: Exact,
+) -> WorstJob:
+    """A job of a chain, whose other jobs in the busy period were over when it was released.
+
+    They, and its own earlier ones, ran until then at most; of the less urgent `fellows`, the second ones, that had
+    begun may have been one of theirs. When it is released counts: with each job that may come, and at the last moment
+    by which they all ran.
+    """
+    urgent, less = fellows
+    chain = [item.task for item in urgent if item.is_kin]
+    others = [item.task for item in urgent if not item.is_kin]
+    behind = _longest(item for item in less if not item.is_kin)
+    own_behind = _longest(item for item in less if item.is_kin)
+    ways: list[tuple[Work, Exact, Exact]] = [(Work(task, others, outside, max(blocked_ns, behind)), 0, behind)]
+    if own_behind:
+        ways.append((Work(task, others, outside, 0), own_behind, 0))
+    busy = Work(task, [*chain, *others], outside, max(blocked_ns, behind, own_behind)).busy_ns(repeats=False)
+    worst = WorstJob(0, 0, 0, chain_ns=0)
+    for work, began, before in ways:
+        for release, ran in _moments(work, began, chain, others if kind == "fifo" else (), busy):
+            work.step()
+            found = _after(work, kind, release, ran, before)
+            if found.response_ns > worst.response_ns:
+                worst = found
+    return worst
+
+
+def _moments(
+    work: Work, began_ns: Exact, chain: Sequence[Task], others: Sequence[Task], busy_ns: Exact
+) -> Iterator[tuple[Exact, Exact]]:
+    """When a job of a chain is looked at, with the longest that its chain, `began_ns` first, can have run by then."""
+
+    def ran(time: Exact) -> Exact:
+        jobs = sum(jobs_by(item, time) * item.worst_ns for item in chain)
+        return began_ns + jobs + (jobs_by(work.task, time) - 1) * work.task.worst_ns
+
+    last: Exact | None = None
+    most: Exact = 0
+    for release in until_end(merge(*map(densest_releases_ns, (work.task, *chain, *others))), busy_ns):
+        if last is not None and release == last:
+            continue
+        if last is not None and last < most < release:
+            yield most, most
+        last, most = release, ran(release)
+        yield release, min(most, release)
+    if last is not None and last < most:
+        yield most, most
+
+
+def _after(work: Work, kind: ExecutorKind, release: Exact, ran: Exact, behind: Exact) -> WorstJob:
+    """The job of a chain that is released then, after its chain has run for some time."""
+    before = work.blocked_ns + ran
+    comes_late = kind != "fifo" and work.comes_late
+    until = release if kind == "fifo" else work.start(before)
+    waits = sum((most_jobs if comes_late else jobs_by)(item, until) * item.worst_ns for item in work.fellows)
+    return WorstJob(release, work.end(before + waits + work.task.worst_ns), until, behind, comes_late, ran)

@@ -1,0 +1,137 @@
+"""What the answers of all verbs have in common: a form, in which they are written as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+
+PLAIN = frozenset({str, int, float, bool, type(None)})
+"""What has no entries."""
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """Data as every command writes them: with a line for each entry, in whatever letters they have.
+
+    >>> print(json_text({"front": [{"price": 3, "name": "ä"}, {}]}), end="")
+    {
+     "front": [
+      {
+       "price": 3,
+       "name": "ä"
+      },
+      {}
+     ]
+    }
+    """
+    return f"{_lines(data, 0)}\n"
+
+
+def _lines(value: Any, depth: int) -> str:
+    """The text of `json.dumps` with an indent of 1, which goes through every entry in Python.
+
+    Where no entry has entries itself the compiled encoder writes all of them.
+    """
+    if not isinstance(value, dict | list | tuple) or not value:
+        return _compact(value)
+    opening, separator, closing = f"\n{' ' * (depth + 1)}", f",\n{' ' * (depth + 1)}", f"\n{' ' * depth}"
+    inner = value.values() if isinstance(value, dict) else value
+    if PLAIN.issuperset(map(type, inner)):
+        text = json.dumps(value, ensure_ascii=False, separators=(separator, ": "))
+        return f"{text[0]}{opening}{text[1:-1]}{closing}{text[-1]}"
+    if isinstance(value, dict):
+        keys = (_compact({key: 0})[1:-1].removesuffix("0") for key in value)
+        entries = [f"{key}{_lines(item, depth + 1)}" for key, item in zip(keys, inner, strict=True)]
+        return f"{{{opening}{separator.join(entries)}{closing}}}"
+    return f"[{opening}{separator.join(_lines(item, depth + 1) for item in value)}{closing}]"
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+@dataclass(frozen=True)
+class With:
+    """A source of fields, and what is `told` of it under their names besides."""
+
+    source: object
+    told: Mapping[str, Any]
+
+
+class Answer:
+    """An answer that has a form, which `dse schema --of` prints: its fields are written as `FORM` describes them."""
+
+    FORM: ClassVar[str]
+    """A module of `dse.answers.forms`, and the form in it."""
+
+    def _told(self) -> Mapping[str, Any]:
+        """Fields of the form that are no attributes of the answer."""
+        return {}
+
+    @classmethod
+    def form(cls) -> type[BaseModel]:
+        """The class of the form."""
+        from dse.answers.forms.registry import form_at
+
+        return form_at(cls.FORM)
+
+    @classmethod
+    def format(cls) -> str:
+        """The name of the format, such as ``dse-result/1``."""
+        (name,) = get_args(cls.form().model_fields["format"].annotation)
+        return str(name)
+
+    def __repr__(self) -> str:
+        """One line: what it is an answer about, and its status where it has one."""
+        problem = getattr(self, "problem", None)
+        named = problem.get("name") if isinstance(problem, Mapping) else getattr(problem, "name", None)
+        named = named or getattr(getattr(self, "space", None), "name", None) or ", ".join(getattr(self, "names", ()))
+        status = getattr(self, "status", None)
+        return f"<{type(self).__name__}{f' of {named!r}' if named else ''}{f': {status}' if status else ''}>"
+
+    def _repr_html_(self) -> str:
+        """For a notebook: the line of `repr`, and `frame` as a table in the units that engineers read."""
+        from html import escape
+        from inspect import signature
+
+        make = getattr(self, "frame", None)
+        told = f"<p>{escape(repr(self)[1:-1])}</p>"
+        if make is None:
+            return told
+        frame = make("readable") if "units" in signature(make).parameters else make()
+        return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer in its form, as plain data: exact figures, fractions as text where they are no integers."""
+        from dse.answers.forms.writing import written
+
+        return written(self.form(), With(self, self._told()))
+
+    def to_json(self) -> str:
+        """`to_dict` as text."""
+        return json_text(self.to_dict())
+
+
+class DataAnswer(Answer):
+    """An answer that is made of nothing but the data of its form: it can be read back."""
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """The answer that `to_dict` made these data of; nothing is computed again.
+
+        Raises
+        ------
+        UsageError
+            when the data are not of its form, naming the first place that is wrong.
+        """
+        from dse.answers.forms.from_data import read_as
+        from dse.answers.reading import check_data
+
+        form = cls.form()
+        check_data(cls.format().removeprefix("dse-").partition("/")[0], data, "the data")
+        return read_as(cls, form.model_validate(data))  # type: ignore[arg-type]

@@ -1,0 +1,264 @@
+"""Two designs, or two results, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.analysis.measures import all_metrics
+from dse.answers.analysis import Analysis
+from dse.answers.base import Answer
+from dse.answers.ranking.core_numbering import numbered_like
+from dse.answers.result import ObjectiveInfo, Point, Result, decisions_of
+from dse.answers.tables.display import scaled_unit
+from dse.answers.tables.frames import mixed_frame
+from dse.space.model.criteria import Metric
+from dse.space.model.metric_kinds import parts_of
+from dse.space.model.space import Space
+from dse.space.question.settings import SETTINGS, settings_of
+
+if TYPE_CHECKING:
+    import pandas
+
+LATENCIES = ("latency", "min latency", "jitter")
+COUNTING = {"profile": (*LATENCIES, "busy"), "worst_case": LATENCIES, "processing": LATENCIES}
+"""The kinds of metric that each setting counts otherwise; which deadlines are required changes no figure."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One thing in two designs: texts or exact numbers in `unit`; None where a design does not have it.
+
+    `is_alike` is false for what has no difference: sums of money in two currencies, figures of different rules.
+    `renumbered` is `other` for a core that goes by another number where the cores of both are numbered alike.
+    """
+
+    name: str
+    one: Any
+    other: Any
+    unit: str = ""
+    is_alike: bool = True
+    renumbered: str | None = None
+
+    @property
+    def differs(self) -> bool:
+        """Whether the two are not the same."""
+        return bool(self.one != (self.renumbered or self.other)) or not self.is_alike
+
+    @property
+    def difference(self) -> Fraction | None:
+        """Other minus one, for numbers that both have."""
+        if self.is_alike and isinstance(self.one, Fraction) and isinstance(self.other, Fraction):
+            return self.other - self.one
+        return None
+
+
+@dataclass(frozen=True, repr=False)
+class DesignComparison(Answer):
+    """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
+
+    `unlike` says which figures follow different rules, so that they tell nothing of which design is better; `carried`
+    names the problem files that were not there, so that the problems that results carry were compared.
+    """
+
+    FORM = "verdicts.Designs"
+
+    names: tuple[str, str]
+    decisions: tuple[Line, ...]
+    metrics: tuple[Line, ...]
+    verdicts: tuple[Line, ...]
+    currencies: tuple[str, str]
+    unlike: tuple[str, ...] = ()
+    carried: tuple[str, ...] = ()
+
+    def _told(self) -> Mapping[str, Any]:
+        return {
+            "decisions": {line.name: (line.one, line.other) for line in self.decisions},
+            "metrics": {line.name: ((line.one, line.other), line.unit) for line in self.metrics},
+            "requirements": {line.name: (line.one, line.other) for line in self.verdicts},
+        }
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each decision, metric and requirement.
+
+        Columns: ``kind``, ``name``, ``one`` and ``other`` (None where only one of the designs has it; exact where it is
+        a figure), ``unit``. `units` as for `Result.frame`: rows of their kind are in that unit, which then stands in
+        ``unit``; money of two currencies stays as it is.
+        """
+        listed = {"decision": self.decisions, "metric": self.metrics, "requirement": self.verdicts}
+        named = [(kind, line) for kind, lines in listed.items() for line in lines]
+        rows = [
+            {"kind": kind, "name": line.name, "one": line.one, "other": line.other, "unit": line.unit or None}
+            for kind, line in named
+        ]
+        currency = self.currencies[0] if len(set(self.currencies)) == 1 else None
+        return mixed_frame(["kind", "name", "one", "other", "unit"], rows, ["one", "other"], units, currency)
+
+
+@dataclass(frozen=True)
+class PointComparison:
+    """A point against the other front: the ids of those with the same objectives, and of those that dominate it."""
+
+    point: Point
+    equal: tuple[int, ...]
+    dominated_by: tuple[int, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class ResultComparison(Answer):
+    """Two results with the same objectives: what was asked and found, and each point against the other front.
+
+    `unlike` says which objectives follow different rules; then no point is held against another. `carried` names the
+    problem files that were not there, so that the problems that the results carry were compared.
+    """
+
+    FORM = "verdicts.Results"
+
+    names: tuple[str, str]
+    results: tuple[Result, Result]
+    facts: tuple[Line, ...]
+    points: tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]]
+    unlike: tuple[str, ...] = ()
+    carried: tuple[str, ...] = ()
+
+    def _told(self) -> Mapping[str, Any]:
+        return {"facts": {line.name: (line.one, line.other) for line in self.facts}}
+
+    def frame(self) -> pandas.DataFrame:
+        """What was asked and found, side by side; columns ``name``, ``one`` and ``other``."""
+        import pandas
+
+        rows = [[line.name, line.one, line.other] for line in self.facts]
+        return pandas.DataFrame(rows, columns=["name", "one", "other"])
+
+
+def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:
+    """Two analysed designs; what only one of them has is None in the other."""
+    held = [
+        {verdict.requirement.shown: _verdict(verdict.holds) for verdict in analysis.verdicts}
+        for analysis in (one, other)
+    ]
+    currencies = (one.space.currency, other.space.currency)
+    units = {**other.metric_units, **one.metric_units}
+    ruled = _ruled_otherwise(one.space, other.space)
+    affected = {item.name for item in all_metrics(one.space) if _rules_of(one.space, item) & ruled.keys()}
+    affected &= one.metrics.keys() & other.metrics.keys()
+    return DesignComparison(
+        names=names,
+        decisions=_decisions(one, other),
+        metrics=tuple(
+            replace(
+                line,
+                unit=units[line.name],
+                is_alike=line.name not in affected and (units[line.name] != "ct" or currencies[0] == currencies[1]),
+            )
+            for line in _lines(one.metrics, other.metrics)
+        ),
+        verdicts=_lines(*held),
+        currencies=currencies,
+        unlike=_said(ruled) if affected else (),
+    )
+
+
+def compare_results(names: tuple[str, str], one: Result, other: Result) -> ResultComparison:
+    """Two results that ask for the same objectives.
+
+    Raises
+    ------
+    ValueError
+        when they do not, or count money in two currencies.
+    """
+    asked = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
+    if asked[0] != asked[1]:
+        raise ValueError("the results have different objectives: compare designs of them instead (RESULT.json#ID)")
+    currencies = [result.space.currency for result in (one, other)]
+    if currencies[0] != currencies[1] and any(info.unit == "ct" for info in one.objectives):
+        raise ValueError(f"the results count money in {' and in '.join(currencies)}: they cannot be compared")
+    facts = _lines(_facts(one), _facts(other))
+    ruled = _ruled_otherwise(one.space, other.space)
+    ruled = {
+        name: values
+        for name, values in ruled.items()
+        if any(name in _rules_of(one.space, item.metric) for item in one.space.objectives)
+    }
+    points = tuple(
+        tuple(PointComparison(point, (), ()) if ruled else _against(point, mine, theirs) for point in mine.front)
+        for mine, theirs in ((one, other), (other, one))
+    )
+    return ResultComparison(names, (one, other), facts, (points[0], points[1]), _said(ruled))
+
+
+def _decisions(one: Analysis, other: Analysis) -> tuple[Line, ...]:
+    """Decision by decision; cores that the same threads share are the same by any number."""
+    lines = _lines(one.decisions, other.decisions)
+    if one.space.decisions != other.space.decisions or one.breaches or other.breaches:
+        return lines
+    alike = decisions_of(one.space, numbered_like(one.space, other.design, one.design))
+    return tuple(
+        line if alike.get(line.name) == line.other else replace(line, renumbered=alike[line.name]) for line in lines
+    )
+
+
+def _ruled_otherwise(one: Space, other: Space) -> dict[str, tuple[str, str]]:
+    """The settings by which two spaces count figures otherwise; OSATE's worst case is none of the own profile."""
+    mine, theirs = settings_of(one), settings_of(other)
+    found = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
+    if one.profile == other.profile == "dse":
+        found.pop("worst_case", None)
+    return found
+
+
+def _rules_of(space: Space, metric: Metric) -> frozenset[str]:
+    """The settings that a metric is counted by."""
+    found = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
+    return found.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
+
+
+def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
+    return tuple(f"{name.replace('_', ' ')}: {one} and {other}" for name, (one, other) in ruled.items())
+
+
+def _facts(result: Result) -> dict[str, str]:
+    asked = result.problem.effective
+    return {
+        "problem": result.problem.name,
+        "problem SHA-256": result.problem.sha256[:12],
+        **{name.replace("_", " "): str(asked[name]) for name in SETTINGS},
+        "requirements": "; ".join(asked["requirements"]),
+        "rules": "; ".join(asked["rules"]),
+        "fixed": "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()),
+        "status": result.status,
+        "points": str(len(result.front)),
+    }
+
+
+def _against(point: Point, mine: Result, theirs: Result) -> PointComparison:
+    here = _losses(point, mine.objectives)
+    equal, better = [], []
+    for other in theirs.front:
+        there = _losses(other, theirs.objectives)
+        if there == here:
+            equal.append(other.id)
+        elif all(a <= b for a, b in zip(there, here, strict=True)):
+            better.append(other.id)
+    return PointComparison(point, tuple(equal), tuple(better))
+
+
+def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
+    """Objectives to be minimised, in base units: the counting units of two results may differ."""
+    found = []
+    for info in infos:
+        value = Fraction(point.objectives[info.name], scaled_unit(info.unit)[0])
+        found.append(value if info.sense == "minimise" else -value)
+    return found
+
+
+def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]:
+    names = [*one, *(name for name in other if name not in one)]
+    return tuple(Line(name, one.get(name), other.get(name)) for name in names)
+
+
+def _verdict(holds: bool) -> str:
+    return "holds" if holds else "broken"

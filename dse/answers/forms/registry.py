@@ -1,0 +1,186 @@
+"""Every format by its short name: its JSON Schema, and data that are held to it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from dse.spec.schema.fields import describe
+from dse.spec.schema.json_schema import json_schema, schema_head, simplified
+from dse.support.errors import UsageError
+
+
+def form_at(place: str) -> type[BaseModel]:
+    """The form that `place` names: a module of `dse.answers.forms` and the form in it.
+
+    >>> form_at("fit.FitForm").__name__
+    'FitForm'
+    """
+    module, _, name = place.partition(".")
+    found: type[BaseModel] = getattr(import_module(f"dse.answers.forms.{module}"), name)
+    return found
+
+
+class Forms(Mapping[str, type[BaseModel]]):
+    """Forms by name, each made when it is first asked for: a command needs one or two, and each costs at the start."""
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self.places = places
+
+    def __getitem__(self, name: str) -> type[BaseModel]:
+        return form_at(self.places[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+FORMS = Forms(
+    {
+        "result": "result.ResultForm",
+        "analysis": "design.AnalysisForm",
+        "check": "design.CheckForm",
+        "comparison": "verdicts.ComparisonForm",
+        "explanation": "verdicts.ExplanationForm",
+        "fit": "fit.FitForm",
+        "sensitivity": "margins.SensitivityForm",
+        "simulation": "design.SimulationForm",
+        "sizes": "sizes.SizesForm",
+        "sweep": "studies.SweepForm",
+        "verification": "verdicts.VerificationForm",
+    }
+)
+"""The form of ``dse-NAME/1`` by NAME."""
+
+
+def form_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema of ``dse-NAME/1`` as plain data.
+
+    >>> form_schema("verification")["properties"]["checked"]["description"]
+    'What was looked at, and how.'
+    """
+    schema = FORMS[name].model_json_schema(by_alias=True)
+    head = schema_head(name)
+    return {**head, **simplified({key: value for key, value in schema.items() if key not in head})}
+
+
+KINDS = {
+    "int": "an integer",
+    "string": "text",
+    "bool": "true or false",
+    "float": "a number",
+    "list": "a list",
+    "dict": "a mapping",
+    "model": "a mapping",
+}
+"""What is expected, by pydantic's name of the kind."""
+TAGS = ("union_tag_invalid", "union_tag_not_found")
+"""What pydantic finds where it cannot tell which case of a union something is."""
+
+
+def schema(of: str = "problem") -> dict[str, Any]:
+    """The JSON Schema of problem files, or of a format that is written, as plain data.
+
+    Parameters
+    ----------
+    of
+        ``problem``, or one of `FORMS`: ``result`` for ``dse-result/1``.
+
+    Raises
+    ------
+    UsageError
+        when there is no such format.
+
+    Examples
+    --------
+    >>> schema("result")["properties"]["status"]["enum"]
+    ['complete', 'incomplete', 'infeasible']
+    """
+    if of == "problem":
+        return json_schema()
+    if of not in FORMS:
+        raise UsageError(f"no format is called {of!r}: there are problem, {', '.join(FORMS)}")
+    return form_schema(of)
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """Something in data that is not of a form: `place` in the data, such as ``front[2].objectives``, and why."""
+
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}" if self.place else self.text
+
+
+def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
+    """What in the data is not as ``dse-NAME/1`` has it, in the order of the data; nothing where they are of the form.
+
+    >>> [str(item) for item in mistakes_in("verification", {"format": "dse-verification/1", "result": 3})][:2]
+    ['result: expected text, got 3', 'problem: is missing']
+    """
+    yield from _mistakes(FORMS[name].model_validate, name, data)
+
+
+def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[Mistake]:
+    """The same of data that are a part of ``dse-NAME/1``, of the type `kind`."""
+    yield from _mistakes(_adapter(kind).validate_python, name, data)
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """Built once: a sweep reads an outcome for each of its runs."""
+    return TypeAdapter(kind)
+
+
+def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Iterator[Mistake]:
+    try:
+        validate(data)
+    except ValidationError as error:
+        for item in error.errors(include_url=False):
+            yield Mistake(_place(_location(item), data), _words(item, name))
+
+
+def _location(item: ErrorDetails) -> tuple[str | int, ...]:
+    """Where it is; what tells the cases of a union apart is a field, too."""
+    path = item["loc"]
+    if item["type"] not in TAGS:
+        return path
+    return (*path, item["ctx"]["discriminator"].strip("'_()"))
+
+
+def _place(path: Sequence[str | int], data: object) -> str:
+    """``front[2].objectives.price``; the names of cases and types that pydantic puts between are no part of it."""
+    found = ""
+    for number, part in enumerate(path, 1):
+        if isinstance(part, int) and isinstance(data, list):
+            found += f"[{part}]"
+            data = data[part] if part < len(data) else None
+        elif isinstance(data, dict) and (part in data or number == len(path)):
+            found += f".{part}"
+            data = data.get(part)
+    return found.removeprefix(".")
+
+
+def _words(item: ErrorDetails, name: str) -> str:
+    """The finding in our words."""
+    kind, context = item["type"], item.get("ctx", {})
+    if kind == "missing":
+        return "is missing"
+    if kind == "extra_forbidden":
+        return f"dse-{name}/1 has no such field"
+    if kind in TAGS:
+        tags = re.findall(r"'(?:[^']* )?([^' ]+)'", context.get("expected_tags", ""))
+        return f"expected one of {', '.join(tags)}" if tags else "is not one of those that there are"
+    expected = context.get("expected") or KINDS.get(kind.removesuffix("_type")) or item["msg"].lower()
+    return f"{'' if expected.startswith('expected') else 'expected '}{expected}, got {describe(item['input'])}"

@@ -1,0 +1,278 @@
+"""What a simulation showed, against what the analysis says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from dse.answers.base import Answer
+from dse.answers.tables.frames import unit_frame
+from dse.space.model.space import Design, Space
+from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.units import Exact
+
+if TYPE_CHECKING:
+    import pandas
+
+LATENCY = (
+    "The latency of a datum runs from the dispatch of the job that produces it in the first component to the first "
+    "moment at which the end of the flow has processed it or a newer one that overwrote it (reduced reaction time)."
+)
+
+CONTENTION = "they leave out CPU contention"
+"""Why bounds of execution times need not hold where threads share cores."""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """An observed extreme in ns, and what shows it again: offsets in ns, drifts in ppm, execution times, seed."""
+
+    latency_ns: Exact
+    offsets_ns: Mapping[str, Exact]
+    drift_ppm: Mapping[str, int]
+    execution: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class FlowObservation:
+    """The observed latencies of a flow (ns, with how often each was seen) and its analysed bounds.
+
+    `scheduled_ns` are the bounds with response times as processing times, where threads shared cores: then it is
+    these that must hold. `allowance_ns` is what drifting clocks add to an upper bound. `excuse` says why the bounds
+    need not hold for this flow or this run; without one an observation outside them is a contradiction. With one it is
+    outside all the same.
+    """
+
+    name: str
+    latencies: Mapping[Exact, int]
+    bounds_ns: tuple[Exact, Exact]
+    scheduled_ns: tuple[Exact, Exact] | None
+    allowance_ns: int
+    worst: Extreme | None
+    best: Extreme | None
+    histogram: Sequence[Mapping[str, Exact]]
+    excuse: str = ""
+
+    @property
+    def count(self) -> int:
+        """How many data reached the end."""
+        return sum(self.latencies.values())
+
+    @property
+    def mean_ns(self) -> Fraction | None:
+        """The exact mean; None when nothing arrived."""
+        total = sum(value * count for value, count in self.latencies.items())
+        return Fraction(total, self.count) if self.count else None
+
+    @property
+    def outside(self) -> int:
+        """How many latencies lie outside the analysed bounds."""
+        return self._outside(self.bounds_ns)
+
+    @property
+    def claimed_ns(self) -> tuple[Exact, Exact]:
+        """The bounds that must hold."""
+        return self.bounds_ns if self.scheduled_ns is None else self.scheduled_ns
+
+    def _outside(self, bounds_ns: tuple[Exact, Exact]) -> int:
+        least, most = bounds_ns
+        return sum(n for value, n in self.latencies.items() if not least <= value <= most + self.allowance_ns)
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether an observation refutes the analysis."""
+        return self._outside(self.claimed_ns) > 0 and not self.excuse
+
+    @property
+    def outside_words(self) -> str:
+        """What lies outside the bounds of the question that was asked, and why; empty where nothing does."""
+        if not self.outside:
+            return ""
+        return f"{self.outside} of {self.count} latencies of {self.name} ({self.excuse or CONTENTION})"
+
+    @property
+    def reach(self) -> Fraction | None:
+        """The part of the analysed range [min, max] that was observed; None when there is nothing to reach."""
+        least, most = self.claimed_ns
+        if not self.latencies or most == least:
+            return None
+        return Fraction(max(self.latencies) - min(self.latencies), most - least)
+
+    @property
+    def min_ns(self) -> Exact | None:
+        """The least latency; None when nothing arrived."""
+        return min(self.latencies, default=None)
+
+    @property
+    def max_ns(self) -> Exact | None:
+        """The greatest latency; None when nothing arrived."""
+        return max(self.latencies, default=None)
+
+    @property
+    def shown_mean_ns(self) -> float | None:
+        """The mean as JSON has it."""
+        return None if self.mean_ns is None else round(float(self.mean_ns), 3)
+
+    @property
+    def shown_reach(self) -> float | None:
+        """The reach as JSON has it."""
+        return None if self.reach is None else round(float(self.reach), 6)
+
+
+@dataclass(frozen=True)
+class TaskObservation:
+    """The longest observed response of a thread on a shared core, and its response time; None is unbounded."""
+
+    name: str
+    observed_ns: Exact
+    bound_ns: Exact | None
+    is_compared: bool = True
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether the observation is longer than the response time, for whatever reason."""
+        return self.bound_ns is not None and self.observed_ns > self.bound_ns
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether the observation refutes the analysis."""
+        return self.is_compared and self.is_outside
+
+    @property
+    def outside_words(self) -> str:
+        """What lies outside the bound, and why; empty where nothing does."""
+        if not self.is_outside:
+            return ""
+        why = "" if self.is_compared else " (some threads are dispatched at no stated rate)"
+        return f"the longest response of {self.name}{why}"
+
+
+@dataclass(frozen=True)
+class DisparityObservation:
+    """The largest observed difference of age of a component's inputs (None: two were never there), and its bound.
+
+    `bound_ns` counts response times where threads shared cores. `excuse` says why it need not hold.
+    """
+
+    name: str
+    observed_ns: Exact | None
+    bound_ns: Exact
+    allowance_ns: int = 0
+    excuse: str = ""
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether the observation is beyond the bound, for whatever reason."""
+        return self.observed_ns is not None and self.observed_ns > self.bound_ns + self.allowance_ns
+
+    @property
+    def is_contradiction(self) -> bool:
+        """Whether the observation refutes the analysis."""
+        return self.is_outside and not self.excuse
+
+    @property
+    def outside_words(self) -> str:
+        """What lies outside the bound, and why; empty where nothing does."""
+        return f"the disparity of {self.name}{f' ({self.excuse})' if self.excuse else ''}" if self.is_outside else ""
+
+
+@dataclass(frozen=True, repr=False)
+class Simulation(Answer):
+    """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
+
+    `is_stopped`: the time limit came before the last run.
+
+    Examples
+    --------
+    >>> import dse
+    >>> best = dse.solve("pump.yaml").front[0]
+    >>> found = dse.simulate("pump.yaml", best.decisions, runs=1)
+    >>> found.flows[0].name, found.flows[0].count > 0
+    ('sensor_to_valve', True)
+    """
+
+    FORM = "design.SimulationForm"
+
+    space: Space
+    design: Design
+    decisions: Mapping[str, str]
+    flows: tuple[FlowObservation, ...]
+    tasks: tuple[TaskObservation, ...]
+    lost: Mapping[str, int]
+    notes: tuple[str, ...]
+    offsets: str
+    runs: int
+    events: int
+    duration_ns: int
+    contention: bool
+    seed: int
+    is_stopped: bool = False
+    disparities: tuple[DisparityObservation, ...] = ()
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        if self.contradictions or self.outside:
+            return EXIT_NO
+        return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE
+
+    @property
+    def is_anything_observed(self) -> bool:
+        """Whether a single datum came through, or a thread ended."""
+        return any(flow.count for flow in self.flows) or any(task.observed_ns for task in self.tasks)
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Every observation outside the bounds of the question that was asked, with the reason where one is known."""
+        found = [flow.outside_words for flow in self.flows]
+        found += [task.outside_words for task in self.tasks]
+        found += [item.outside_words for item in self.disparities]
+        return tuple(words for words in found if words)
+
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """Every observation that refutes the analysis, in words."""
+        found = [
+            f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
+            f"analysed {flow.claimed_ns[0]} .. {flow.claimed_ns[1]} ns"
+            for flow in self.flows
+            if flow.is_contradiction
+        ]
+        found += [
+            f"thread {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
+            for task in self.tasks
+            if task.is_contradiction
+        ]
+        found += [
+            f"disparity of {item.name}: observed {item.observed_ns} ns, analysed {item.bound_ns} ns"
+            for item in self.disparities
+            if item.is_contradiction
+        ]
+        return tuple(found)
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each flow: what was observed, and what the analysis says.
+
+        Columns: ``flow``, ``count``, ``min [ns]``, ``mean [ns]``, ``max [ns]``, ``bound min [ns]``, ``bound max [ns]``;
+        `units` as for `Result.frame`.
+        """
+        times = ("min", "mean", "max", "bound min", "bound max")
+        rows = [
+            {
+                "flow": flow.name,
+                "count": flow.count,
+                "min": flow.min_ns,
+                "mean": None if flow.mean_ns is None else float(flow.mean_ns),
+                "max": flow.max_ns,
+                "bound min": flow.bounds_ns[0],
+                "bound max": flow.bounds_ns[1],
+            }
+            for flow in self.flows
+        ]
+        return unit_frame(["flow", "count", *times], rows, dict.fromkeys(times, "ns"), units)
+
+    def _told(self) -> Mapping[str, Any]:
+        return {"definition": LATENCY}

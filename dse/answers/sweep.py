@@ -1,0 +1,392 @@
+"""The outcome of a sweep: the front, or the break-points of a limit, for each value of what was varied."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import count
+from math import sqrt
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from dse.answers.base import DataAnswer
+from dse.answers.ranking.ranking import competition_ranks, ideal_distances, range_of, score_texts
+from dse.answers.tables.display import figure, in_table, titled
+from dse.answers.tables.frames import unit_frame
+from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
+
+if TYPE_CHECKING:
+    import pandas
+
+    from dse.answers.forms.studies import SweepForm
+
+RANKING = "distance to the ideal point, objectives scaled to their range on all fronts of the sweep (equal weights)"
+
+
+@dataclass(frozen=True)
+class VariedAxis:
+    """What was varied: a path or a metric; its values as text, or (for exact break-points) the whole interval."""
+
+    name: str
+    kind: str
+    values: tuple[str, ...] = ()
+    interval: str = ""
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a value wins and loses against the one before it: designs by their decisions, the best of each objective.
+
+    `moved` are designs on both fronts whose objectives differ. `best` has for each objective its best value before and
+    after, in the objective's unit (None: there was no design).
+    """
+
+    entered: tuple[Mapping[str, str], ...]
+    left: tuple[Mapping[str, str], ...]
+    moved: tuple[Mapping[str, str], ...]
+    best: Mapping[str, tuple[Fraction | None, Fraction | None]]
+
+
+@dataclass(frozen=True)
+class SweepRun:
+    """One run: the value of each axis that has values, and what was found there.
+
+    `outcome` is plain data. Its ``kind`` is ``front`` (``front``: alternatives with ``rank``, ``score``,
+    ``decisions``, ``metrics``), ``breaks`` (``stretches`` of limits with the front in each and its ``best``,
+    ``alternatives`` by ``id``) or ``error``; figures are exact in the ``units`` beside them, fractions as text. None
+    when the sweep was stopped before.
+    """
+
+    values: tuple[str, ...]
+    outcome: Mapping[str, Any] | None
+
+    @property
+    def status(self) -> str:
+        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved."""
+        return "open" if self.outcome is None else str(self.outcome["status"])
+
+    @property
+    def front(self) -> Sequence[Mapping[str, Any]]:
+        """The alternatives in the order of rank; of break-points, under the loosest limit."""
+        if self.outcome is None or self.outcome["kind"] == "error":
+            return ()
+        if self.outcome["kind"] == "front":
+            found: Sequence[Mapping[str, Any]] = self.outcome["front"]
+            return found
+        stretches = self.outcome["stretches"]
+        return self.of_stretch(stretches[-1]) if stretches else ()
+
+    def of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+        """The alternatives of one stretch of limits, each with its rank there."""
+        assert self.outcome is not None
+        known = {item["id"]: item for item in self.outcome["alternatives"]}
+        return [{**known[entry["id"]], **entry} for entry in stretch["front"]]
+
+
+@dataclass(frozen=True)
+class ScaledObjective:
+    """An objective with its best and worst value on all fronts of a sweep, in `unit`."""
+
+    name: str
+    sense: str
+    unit: str
+    best: Fraction
+    worst: Fraction
+
+
+@dataclass(frozen=True, repr=False)
+class SweepResult(DataAnswer):
+    """Everything that a sweep found, in the order of the values, the last axis fastest.
+
+    The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
+    were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
+    each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
+    `remarks` say what varying an input cannot show, `contention` what all fronts leave out of the latencies and their
+    designs are judged by all the same (None: nothing). `bus_waiting` says that no latency counts it, where a physical
+    bus carries messages. `files` are the texts of the problem, of what it includes and of its samples, by name.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.sweep("pump.yaml", "price=60EUR..300EUR", store=None)
+    >>> [str(stretch["from"]) for stretch in found.runs[0].outcome["stretches"]]
+    ['6000', '7500', '24000', '25500']
+    """
+
+    FORM = "studies.SweepForm"
+
+    problem: Mapping[str, Any]
+    semantics: str
+    axes: tuple[VariedAxis, ...]
+    runs: tuple[SweepRun, ...]
+    seed: int = 0
+    scale: tuple[ScaledObjective, ...] = ()
+    remarks: tuple[str, ...] = ()
+    contention: Mapping[str, Any] | None = None
+    bus_waiting: str | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
+    solved: int = field(default=0, compare=False)
+    found: int = field(default=0, compare=False)
+
+    @property
+    def status(self) -> str:
+        """``complete``, ``invalid`` when some value makes no valid problem, ``incomplete`` when stopped.
+
+        ``infeasible`` when all are.
+        """
+        statuses = {run.status for run in self.runs}
+        for worst in ("invalid", "open", "incomplete"):
+            if worst in statuses:
+                return "invalid" if worst == "invalid" else "incomplete"
+        return "infeasible" if statuses == {"infeasible"} else "complete"
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with."""
+        codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO, "invalid": EXIT_INVALID}
+        return codes.get(self.status, EXIT_COMPLETE)
+
+    @property
+    def grid_axes(self) -> tuple[VariedAxis, ...]:
+        """The axes that have values."""
+        return tuple(axis for axis in self.axes if axis.values)
+
+    @cached_property
+    def changes(self) -> tuple[Change | None, ...]:
+        """For each run what it wins and loses against its neighbour: the value before on the last axis.
+
+        None for the first.
+        """
+        last = len(self.grid_axes[-1].values) if self.grid_axes else 1
+        found: list[Change | None] = []
+        for number, run in enumerate(self.runs):
+            before = self.runs[number - 1] if number % last else None
+            usable = before is not None and all(item.status in ("complete", "infeasible") for item in (before, run))
+            found.append(_change(before, run) if before is not None and usable else None)
+        return tuple(found)
+
+    def _told(self) -> Mapping[str, Any]:
+        from dse.answers.forms.studies import FrontChange
+        from dse.answers.forms.writing import written
+
+        runs = [
+            {
+                "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
+                **(run.outcome or {"kind": "open", "status": "open"}),
+                "change": written(FrontChange, change) if change is not None else None,
+            }
+            for run, change in zip(self.runs, self.changes, strict=True)
+        ]
+        return {"ranking": (RANKING, self.scale), "vary": [_axis(axis) for axis in self.axes], "runs": runs}
+
+    @classmethod
+    def _heard(cls, form: SweepForm) -> Mapping[str, Any]:
+        from dse.answers.forms.writing import written
+
+        runs = []
+        for run in form.runs:
+            data = written(type(run), run)
+            outcome = {name: value for name, value in data.items() if name not in ("values", "change")}
+            runs.append(SweepRun(tuple(run.values.values()), outcome if run.kind != "open" else None))
+        return {"axes": form.vary, "runs": runs, "scale": form.ranking.scale, "files": form.files or {}}
+
+    def to_csv(self) -> str:
+        """A row for each alternative of each run (and stretch of limits), units in the header.
+
+        Exact figures, fractions as text. Column ``contention`` says whether the design keeps every requirement when
+        response times count, where the fronts leave them out.
+        """
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        columns = self.columns
+        units = self._units()
+        writer.writerow([titled(name, units.get(name, "")) for name in columns])
+        for row in self._rows():
+            writer.writerow([in_table(row.get(name)) for name in columns])
+        return out.getvalue()
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """The rows of `to_csv` as a frame.
+
+        Columns: each axis with values (text); ``from`` and ``to`` where a limit has break-points (exact, in the
+        limit's unit); ``status``, ``rank``; ``contention`` (``kept`` or ``broken``) where fronts leave that out; each
+        metric as ``NAME [UNIT]`` (integer, or a fraction as text); each decision (text, missing where inactive).
+        `units` as for `Result.frame`.
+        """
+        return unit_frame(self.columns, list(self._rows()), self._units(), units, str(self.problem["currency"]))
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns of `frame` and of the CSV."""
+        names = [axis.name for axis in self.grid_axes]
+        if any(axis.interval for axis in self.axes):
+            names += ["from", "to"]
+        judged = ["contention"] if self.contention is not None else []
+        rows = list(self._rows())
+        metrics = list(self._units())
+        decisions = dict.fromkeys(name for row in rows for name in row)
+        known = {*names, "status", "rank", *judged, *metrics}
+        return [*names, "status", "rank", *judged, *metrics, *(name for name in decisions if name not in known)]
+
+    def _units(self) -> dict[str, str]:
+        units: dict[str, str] = {}
+        for run in self.runs:
+            units |= run.outcome.get("units", {}) if run.outcome is not None else {}
+        return units
+
+    def _rows(self) -> Iterator[dict[str, Any]]:
+        for run in self.runs:
+            head = dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True))
+            head["status"] = run.status
+            if run.outcome is not None and run.outcome["kind"] == "breaks":
+                for stretch in run.outcome["stretches"]:
+                    for item in run.of_stretch(stretch):
+                        limits = {"from": stretch["from"], "to": stretch["to"]}
+                        yield {**head, **limits, **_row(item)}
+                continue
+            if not run.front:
+                yield head
+            for item in run.front:
+                yield {**head, **_row(item)}
+
+
+def _axis(axis: VariedAxis) -> dict[str, Any]:
+    head = {"name": axis.name, "kind": axis.kind}
+    return {**head, "interval": axis.interval} if axis.interval else {**head, "values": list(axis.values)}
+
+
+def _change(before: SweepRun, after: SweepRun) -> Change:
+    old = [item["decisions"] for item in before.front]
+    new = [item["decisions"] for item in after.front]
+    objectives = (after.outcome or {}).get("objectives", [])
+    names = [info["name"] for info in objectives]
+    moved = [
+        item["decisions"]
+        for item in after.front
+        for other in before.front
+        if item["decisions"] == other["decisions"]
+        and any(item["metrics"][name] != other["metrics"][name] for name in names)
+    ]
+    return Change(
+        entered=tuple(item for item in new if item not in old),
+        left=tuple(item for item in old if item not in new),
+        moved=tuple(moved),
+        best={info["name"]: (_best(before, info), _best(after, info)) for info in objectives},
+    )
+
+
+def _best(run: SweepRun, info: Mapping[str, str]) -> Fraction | None:
+    values = [figure(item["metrics"][info["name"]]) for item in run.front]
+    if not values:
+        return None
+    return min(values) if info["sense"] == "minimise" else max(values)
+
+
+def _row(item: Mapping[str, Any]) -> dict[str, Any]:
+    """A design in its row."""
+    judged = {"contention": item["contention"]["status"]} if "contention" in item else {}
+    return {"rank": item["rank"], **judged, **_figures(item), **item["decisions"]}
+
+
+def _figures(item: Mapping[str, Any]) -> dict[str, Any]:
+    """The metrics of a design as a table has them: those that JSON has as null are unbounded."""
+    return {name: figure(None) if value is None else value for name, value in item["metrics"].items()}
+
+
+# One ranking for all fronts of a sweep: the same scale everywhere, so that scores of different runs compare.
+#
+# The score of a design is its distance to the ideal point of all fronts together, objectives scaled to their range on
+# these. It does not depend on the limit that varies: relaxing one only admits more designs, so the best choice changes
+# only to a design that was not admitted before, and only to a better score. (A design that dominates another has the
+# better score: where the two differ the range is not 0.) Of equal scores the design that needs the tighter limit goes
+# first, which what is newly admitted never does.
+
+
+Outcome: TypeAlias = Mapping[str, Any]
+Vector: TypeAlias = tuple[Fraction, ...]
+
+
+def rank_together(
+    outcomes: Sequence[Outcome | None], limits: Sequence[tuple[str, str]] = ()
+) -> tuple[list[Outcome | None], tuple[ScaledObjective, ...]]:
+    """The outcomes of a sweep with ranks and scores on one scale, each front best first; and that scale.
+
+    Parameters
+    ----------
+    outcomes
+        by run, as `dse.questions` finds them (see `SweepRun`); None where a run was not solved.
+    limits
+        (metric, operator) of each limit that varies: what needs less of it goes first among equal scores.
+    """
+    solved = [item for item in outcomes if item is not None and item["kind"] != "error"]
+    infos: Sequence[Outcome] = solved[0]["objectives"] if solved else []
+    senses = [info["sense"] for info in infos]
+    known = {number: _alternatives(item) for number, item in enumerate(outcomes) if item is not None}
+    vectors = {number: [_vector(item, infos) for item in found] for number, found in known.items()}
+    scale = range_of([vector for found in vectors.values() for vector in found], senses)
+    distances = {number: ideal_distances(found, senses, scale=scale) for number, found in vectors.items()}
+    texts = iter(score_texts([sqrt(value) for found in distances.values() for value in found]))
+    signs = {name: 1 if operator == "<=" else -1 for name, operator in limits}
+    result: list[Outcome | None] = []
+    for number, outcome in enumerate(outcomes):
+        if outcome is None or outcome["kind"] == "error":
+            result.append(outcome)
+            continue
+        rows = [
+            (distance, _needs(outcome, item, signs), vector, place, text)
+            for place, item, vector, distance, text in zip(
+                count(), known[number], vectors[number], distances[number], texts, strict=False
+            )
+        ]
+        result.append(_ranked_breaks(outcome, rows) if outcome["kind"] == "breaks" else _ranked_front(outcome, rows))
+    scaled = (
+        ScaledObjective(info["name"], info["sense"], info["unit"], ZERO + best, ZERO + worst)
+        for info, (best, worst) in zip(infos, scale, strict=bool(scale))
+    )
+    return result, tuple(scaled)
+
+
+ZERO = Fraction(0)
+Row: TypeAlias = tuple[Fraction, tuple[Fraction, ...], Vector, int, str]
+"""Squared distance, what is needed of each limit, objectives, place among the alternatives, score."""
+
+
+def _alternatives(outcome: Outcome) -> Sequence[Outcome]:
+    found: Sequence[Outcome] = outcome.get("front") or outcome.get("alternatives") or ()
+    return found
+
+
+def _vector(item: Outcome, infos: Sequence[Outcome]) -> Vector:
+    return tuple(figure(item["metrics"][info["name"]]) for info in infos)
+
+
+def _needs(outcome: Outcome, item: Outcome, signs: Mapping[str, int]) -> tuple[Fraction, ...]:
+    """How much of each varied limit a design needs, more where the limit has to be looser."""
+    if "limited" in item:  # exact, also where the limit is a share
+        return (Fraction(item["limited"]) * (1 if outcome["operator"] == "<=" else -1),)
+    figures = item["metrics"]
+    return tuple(sign * figure(figures[name]) for name, sign in signs.items() if name in figures)
+
+
+def _ranked_front(outcome: Outcome, rows: Sequence[Row]) -> Outcome:
+    ranks = competition_ranks([row[0] for row in rows])
+    entries = sorted(zip(rows, ranks, strict=True), key=lambda pair: pair[0][:4])
+    front = [{"rank": rank, "score": row[4], **outcome["front"][row[3]]} for row, rank in entries]
+    return {**outcome, "front": front}
+
+
+def _ranked_breaks(outcome: Outcome, rows: Sequence[Row]) -> Outcome:
+    by_id = {item["id"]: row for item, row in zip(outcome["alternatives"], rows, strict=True)}
+    stretches = []
+    for stretch in outcome["stretches"]:
+        order = sorted((by_id[entry["id"]][:4], entry["id"]) for entry in stretch["front"])
+        ranks = competition_ranks([key[0] for key, _ in order])
+        front = [
+            {"rank": rank, "score": by_id[number][4], "id": number}
+            for rank, (_, number) in zip(ranks, order, strict=True)
+        ]
+        stretches.append({**stretch, "best": front[0]["id"], "front": front})
+    return {**outcome, "stretches": stretches}

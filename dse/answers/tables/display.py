@@ -1,0 +1,137 @@
+"""Figures for people: the units that engineers read, rounded for display only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any, cast
+
+from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_from
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+from dse.space.model.criteria import Metric
+from dse.space.model.space import Space
+from dse.support.units import Exact, Unbounded, is_unbounded
+from dse.support.units.text import writable
+
+READABLE: dict[str, tuple[tuple[str, Fraction], ...]] = {
+    "ns": (("s", Fraction(10**9)), ("ms", Fraction(10**6)), ("us", Fraction(1000)), ("ns", Fraction(1))),
+    "nm": (("m", Fraction(10**9)), ("cm", Fraction(10**7)), ("mm", Fraction(10**6)), ("nm", Fraction(1))),
+    "B/s": (("MB/s", Fraction(10**6)), ("KB/s", Fraction(1000)), ("B/s", Fraction(1))),
+    "ppm": (("%", Fraction(10**4)),),
+    "mW": (("W", Fraction(1000)),),
+}
+MOST_DIGITS = 9
+PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
+
+
+NO_BOUND = "unbounded"
+"""What is shown in place of a figure in which a response time has no bound."""
+
+
+def exact(value: Exact) -> int | str | None:
+    """A figure as JSON has it: an integer, or a fraction as text; None where it is unbounded.
+
+    A fraction too long to be read back is rounded up (`dse.support.units.text.writable`).
+
+    >>> exact(Fraction(6, 3)), exact(Fraction(50, 3)), exact(Fraction(10**400 + 1, 2 * 10**400))
+    (2, '50/3', '500000000000001/1000000000000000')
+    """
+    if is_unbounded(value):
+        return None
+    value = writable(value)
+    return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
+
+
+def figure(given: int | str | None) -> Fraction:
+    """What `exact` wrote."""
+    return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
+
+
+def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int:
+    """What a search or a proof counts with, in a counting unit, as it may be shown: unbounded where it stands for that.
+
+    What only the stand-in for an unbounded response time has reached is unbounded.
+    """
+    scale, _ = scaled_unit(unit)
+    if may_be_unbounded(space, metric) and abs(value) >= unbounded_from(space, metric) * scale:
+        return cast(int, Unbounded(value))
+    return value
+
+
+def figures_of(values: Mapping[str, Exact]) -> dict[str, int | str | None]:
+    """Figures by name as JSON has them."""
+    return {name: exact(value) for name, value in values.items()}
+
+
+def in_table(value: Any) -> Any:
+    """What a cell of a CSV says: `NO_BOUND` of an unbounded figure, everything else as it is."""
+    return NO_BOUND if is_unbounded(value) else value
+
+
+def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
+    """A value in a base unit as text in the unit that engineers read: ``13.436 ms``, ``15.2 %``, ``900 EUR``."""
+    if is_unbounded(value):
+        return NO_BOUND
+    if unit == "ct":
+        return _rounded(Fraction(value) / 100, 2, keep=Fraction(value) % 100 != 0) + f" {currency}"
+    name = PREFERRED.get(unit)
+    if name is None:
+        return f"{_rounded(Fraction(value), digits)} {unit}".rstrip()
+    factor = dict(READABLE[unit])[name]
+    return f"{_rounded(Fraction(value) / factor, digits)} {name}"
+
+
+def scaled_unit(unit: str) -> tuple[int, str]:
+    """How many of a counting unit make one of its base unit, and that unit.
+
+    >>> scaled_unit("ns"), scaled_unit("1/3 ppm"), scaled_unit("1/3 ")
+    ((1, 'ns'), (3, 'ppm'), (3, ''))
+    """
+    if not unit.startswith("1/"):
+        return 1, unit
+    scale, _, base = unit.removeprefix("1/").partition(" ")
+    return int(scale), base
+
+
+def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
+    """How many of a counting unit (``ns``, ``1/3 ppm``) make one of the unit that engineers read, and that unit's name.
+
+    >>> display_unit("ns"), display_unit("1/3 ppm")
+    ((Fraction(1000000, 1), 'ms'), (Fraction(30000, 1), '%'))
+    """
+    count, base = scaled_unit(unit)
+    if base == "ct":
+        return Fraction(100 * count), currency
+    name = PREFERRED.get(base, base)
+    return dict(READABLE.get(base, ())).get(name, Fraction(1)) * count, name
+
+
+def titled(name: str, unit: str) -> str:
+    """A name with its unit, as the title of an axis or a column: ``price [EUR]``; a count has none.
+
+    >>> titled("price", "EUR"), titled("changes", ""), titled("a third of the changes", "1/3 ")
+    ('price [EUR]', 'changes', 'a third of the changes [1/3]')
+    """
+    return f"{name} [{unit.strip()}]" if unit else name
+
+
+def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
+    """A value in a counting unit (``1/3 ppm``) as `readable` shows it; never 0 for what is not 0.
+
+    >>> counted(1_000_000, "1/3 ppm"), counted(40, "ns")
+    ('33.333 %', '0.00004 ms')
+    """
+    if is_unbounded(value):
+        return NO_BOUND
+    scale, base = scaled_unit(unit)
+    amount = Fraction(value) / scale
+    factor, _ = display_unit(base)
+    while amount and digits < MOST_DIGITS and not round(amount / factor, digits):
+        digits += 1
+    return readable(amount, base, currency, digits)
+
+
+def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:
+    """Decimal text with at most `digits` decimals (half to even), without trailing zeros unless `keep`."""
+    text = f"{round(value, digits).__float__():,.{digits}f}".replace(",", " ") if digits else str(round(value))
+    return text if keep or "." not in text else text.rstrip("0").rstrip(".")

@@ -1,0 +1,69 @@
+"""The verdict of a second look at a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from dse.answers.base import DataAnswer
+from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong: `place` in the result (``front[2].objectives``, ``refuted[0]``) and why."""
+
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}"
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(DataAnswer):
+    """The outcome of `dse.verify`.
+
+    `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
+    but `left_open` could not be proved again). `checked` says what was looked at and how, `remarks` what a reader of
+    the result should know.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.verify(dse.solve("pump.yaml"))
+    >>> found.status, found.findings, found.left_open
+    ('verified', (), ())
+    """
+
+    FORM = "verdicts.VerificationForm"
+
+    result: str
+    problem: str
+    status: Literal["verified", "rejected", "unfinished"]
+    findings: tuple[Finding, ...]
+    checked: tuple[str, ...]
+    left_open: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    wall_s: float = 0.0
+
+    def frame(self) -> pandas.DataFrame:
+        """A row for each line of the verdict.
+
+        Columns: ``kind`` (``finding``, ``checked``, ``left open`` or ``remark``), ``place`` in the result (None but for
+        a finding), ``text``.
+        """
+        import pandas
+
+        rows = [("finding", item.place, item.text) for item in self.findings]
+        listed = {"checked": self.checked, "left open": self.left_open, "remark": self.remarks}
+        rest = [(kind, None, text) for kind, texts in listed.items() for text in texts]
+        return pandas.DataFrame([*rows, *rest], columns=["kind", "place", "text"])
+
+    @property
+    def exit_code(self) -> int:
+        """What the command line answers with: 0 verified, 4 rejected, 5 unfinished."""
+        return {"verified": EXIT_COMPLETE, "rejected": EXIT_NO, "unfinished": EXIT_INCOMPLETE}[self.status]

@@ -1,0 +1,15 @@
+"""The commands of `dse`: one file for each, with its options and its help.
+
+Read `check.py` first: the shortest command. A file has a function `command`, which `cli/main.py` imports when called;
+`robust.py` serves `solve.py`.
+
+* `solve.py`, `robust.py`: the front; its option ``--robust``.
+* `check.py`, `analyse.py`, `simulate.py`, `explain.py`, `verify.py`: a problem; a design; a result.
+* `compare.py`, `report.py`, `export.py`: results and designs side by side, as reports, in other formats.
+* `sweep.py`, `sensitivity.py`: studies.
+* `importing.py`, `fit.py`, `sizes.py`: other formats; measurements; ROS messages.
+* `new.py`, `schema.py`: a problem file to start from; JSON schemas.
+
+Not allowed here: computing. A command claims its output files before its work; the page of its answer is made in
+`report`.
+"""

@@ -1,0 +1,68 @@
+"""``dse analyse``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
+from dse.cli.options import question_of, question_options
+from dse.cli.pages import answer, report_option
+from dse.cli.saying import tell
+from dse.support.errors import EXIT_COMPLETE, EXIT_NO
+
+if TYPE_CHECKING:
+    from dse.questions.named_design import NamedDesign
+    from dse.questions.problem import Problem
+
+
+@click.command("analyse")
+@problem_argument()
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
+)
+@click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
+@question_options
+@all_option
+@report_option
+@json_option
+@quiet_option
+@in_time
+def command(
+    file: str,
+    design: tuple[str, ...],
+    response_times: bool,
+    every: bool,
+    report: str | None,
+    json_path: str | None,
+    quiet: bool,
+    **options: Any,
+) -> int:
+    """One design (the baseline, unless told otherwise): its verdict, what is tightest, its latencies.
+
+    With --all also each contribution to each latency, who uses processors and buses, and every metric.
+    Exit code 4 when the design breaks a requirement or is not valid.
+    """
+    check_writable(json_path, report)
+    from dse.questions.verbs.analyse import analyse
+
+    found = named(design, load_told(file).ask(**question_of(options)))
+    analysis = analyse(found.problem, found.texts, response_times=response_times)
+    from dse.report.content.analyse import analysis_page
+
+    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every, quiet=quiet)
+    return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
+
+
+def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
+    """The design that `texts` name; where its result asks otherwise than the file, standard error says so."""
+    from dse.questions.named_design import named_design
+
+    found = named_design(problem, texts)
+    for remark in found.remarks:
+        tell(f"dse: {remark}")
+    return found

@@ -1,0 +1,38 @@
+"""``dse check``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
+from dse.cli.options import question_of, question_options
+from dse.cli.pages import answer, report_option
+from dse.cli.saying import tell
+
+
+@click.command("check")
+@problem_argument()
+@question_options
+@all_option
+@report_option
+@json_option
+@quiet_option
+@in_time
+def command(file: str, every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any) -> int:
+    """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
+
+    With the options of `dse solve` the question is the one that they ask. Exit code 3 also when `dse solve` would
+    refuse it as too large to search exactly.
+    """
+    check_writable(json_path, report)
+    from dse.questions.verbs.check import check
+
+    description = check(load_told(file), **question_of(options))
+    from dse.report.content.check import description_page
+
+    answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
+    if description.too_large:
+        tell(f"dse: {description.too_large}")
+    return description.exit_code

@@ -1,0 +1,124 @@
+"""``dse compare``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dse.cli.common import (
+    ExistingPath,
+    all_option,
+    check_writable,
+    in_time,
+    json_option,
+    load_told,
+    quiet_option,
+    report_folder,
+    tell_carried,
+)
+from dse.cli.pages import answer, report_option
+from dse.cli.saying import tell
+from dse.support.errors import EXIT_COMPLETE, EXIT_NO
+
+
+@click.command("compare")
+@click.argument("one", metavar="A")
+@click.argument("other", metavar="[B]", required=False)
+@click.option(
+    "--problem",
+    type=ExistingPath(dir_okay=False, allow_dash=True),
+    metavar="FILE",
+    help="The problem file, if it has moved.",
+)
+@click.option(
+    "--measured",
+    multiple=True,
+    type=ExistingPath(),
+    metavar="PATH",
+    help="Measurements (CSV, a trace, a bag) against which a design of the problem file A is held.",
+)
+@click.option(
+    "--design",
+    multiple=True,
+    metavar="'DECISION = OPTION'",
+    help="With --measured: a decision, on top of the baseline; or RESULT.json#ID, an alternative.",
+)
+@click.option(
+    "--tolerance",
+    metavar="SHARE",
+    help="With --measured: how far the mean of periods and rates may be from what is stated.  [default: 1 %]",
+)
+@click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
+@all_option
+@report_option
+@json_option
+@quiet_option
+@in_time
+def command(
+    one: str,
+    other: str | None,
+    problem: str | None,
+    measured: tuple[str, ...],
+    design: tuple[str, ...],
+    tolerance: str | None,
+    figures: str | None,
+    every: bool,
+    report: str | None,
+    json_path: str | None,
+    quiet: bool,
+) -> int:
+    """Two results (RESULT.json), two designs (RESULT.json#ID), or a design and baseline, side by side.
+
+    With --measured, A is a problem file: its baseline (or --design) against samples of latencies, loads and
+    utilisations, and of the execution times, periods, rates and sizes that the file states. Exit code 4 when a
+    requirement breaks with figures that have drifted, or what was measured oversteps its limit.
+    """
+    check_writable(json_path, report)
+    if measured:
+        if other is not None or problem is not None:
+            raise click.UsageError("--measured goes with one problem file; --design names a design of it")
+        return _measured(one, measured, design, tolerance or "1 %", figures, every, quiet, report, json_path)
+    if design or tolerance is not None or figures is not None:
+        given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
+        raise click.UsageError(f"{given} goes with --measured")
+    if other is None:
+        raise click.UsageError("missing argument B: what A is compared with, or --measured FILE")
+    from dse.questions.verbs.compare import compare
+    from dse.report.content.compare import comparison_page
+
+    found = compare(one, other, problem)
+    for file in found.carried:
+        tell_carried(file, is_carried=True)
+    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    return EXIT_COMPLETE
+
+
+def _measured(
+    problem: str,
+    files: tuple[str, ...],
+    design: tuple[str, ...],
+    tolerance: str,
+    figures: str | None,
+    every: bool,
+    quiet: bool,
+    report: str | None,
+    json_path: str | None,
+) -> int:
+    if problem.rpartition("#")[0].endswith(".json") or problem.endswith(".json"):
+        raise click.UsageError(f"{problem}: name the problem file, and the design with --design RESULT.json#ID")
+    from dse.cli.commands.analyse import named
+    from dse.questions.verbs.compare_measured import compare_measured
+    from dse.report.content.measured import measured_page
+
+    chosen = named(design, load_told(problem))
+    found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
+    page = measured_page(found)
+    answer(page, (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    if figures is not None:
+        from dse.report.output import page_figures
+        from dse.support.files.writing import write_files
+
+        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
+            tell(f"figure: {path}")
+    return EXIT_NO if any(item.is_newly_broken for item in found.requirements) else EXIT_COMPLETE

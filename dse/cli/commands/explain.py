@@ -1,0 +1,100 @@
+"""``dse explain``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from dse.cli.common import check_writable, json_option, load_told, problem_argument, quiet_option, time_limit_option
+from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
+from dse.cli.pages import answer, report_option
+from dse.support.timelimit import TimeLimit, until
+
+F = TypeVar("F", bound=Callable[..., Any])
+WITHOUT_EFFECT = ("workers", "scheduler", "top", "rank-by", "further", "within", "insist", "output", "explain")
+"""Options of `dse solve` that are about the front: they are taken, and change no explanation."""
+REFUSED = {
+    "robust": "explains the figures as the file states them, not a robust question",
+    "resume": "takes the question by its own options: give the problem file, and those of the result",
+}
+
+
+def options_of_solve(command: F) -> F:
+    """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
+    for name in WITHOUT_EFFECT:
+        other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
+        unused = f"unused_{name.replace('-', '_')}"
+        command = click.option(*other, f"--{name}", unused, is_flag=name in ("insist", "explain"), hidden=True)(command)
+    for name in REFUSED:
+        command = click.option(
+            f"--{name}", is_flag=name != "resume", expose_value=False, callback=_refuse, hidden=True
+        )(command)
+    return command
+
+
+def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
+    if value and param.name is not None:
+        raise click.UsageError(f"--{param.name}: `dse explain` {REFUSED[param.name]}")
+
+
+@click.command("explain", cls=OrderedCommand)
+@problem_argument()
+@question_options
+@objective_options(hidden=True)
+@click.option("--all", "every", is_flag=True, help="List all minimal conflicts, and print everything.")
+@click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
+@click.option(
+    "--offer",
+    multiple=True,
+    metavar="'DECISION += OPTION'",
+    help="A further option, e.g. 'computer.type += Spectra': would it help, and at what price?",
+)
+@time_limit_option("with what was proved so far")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
+@report_option
+@json_option
+@click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
+@quiet_option
+@options_of_solve
+def command(
+    file: str,
+    minimise: tuple[str, ...],
+    maximise: tuple[str, ...],
+    every: bool,
+    limit: int,
+    offer: tuple[str, ...],
+    time_limit: TimeLimit,
+    seed: int,
+    report: str | None,
+    json_path: str | None,
+    csv_path: str | None,
+    quiet: bool,
+    **options: Any,
+) -> int:
+    """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
+
+    Takes the options of `dse solve`; those about its front (--workers, --top, ...) change nothing. Each conflict is
+    minimal, shown by a design for each member left out; each limit is exact. Exit code 0 when the problem is feasible,
+    4 when it is proved infeasible.
+    """
+    if json_path == "-" and csv_path == "-":
+        raise click.UsageError("only one of --json and --csv can go to standard output")
+    check_writable(json_path, csv_path, report)
+    from dse.questions.explain.explain import Wishes, explain_asked
+
+    with until(time_limit):
+        asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
+    found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
+    from dse.report.content.explain import explanation_page
+
+    answer(
+        explanation_page(found),
+        (json_path, found.to_json),
+        (csv_path, found.to_csv),
+        report=report,
+        quiet=quiet,
+        every=every,
+    )
+    return found.exit_code

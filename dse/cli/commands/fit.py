@@ -1,0 +1,134 @@
+"""``dse fit``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, report_folder
+from dse.cli.pages import answer, report_option
+from dse.cli.saying import say, tell
+
+REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
+
+
+def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
+    """``NAME=VALUE``, several times."""
+    found: dict[str, str] = {}
+    for value in values:
+        name, separator, rest = (part.strip() for part in value.partition("="))
+        if not separator or not name or not rest:
+            raise click.BadParameter(f"{value!r}: expected NAME=VALUE", ctx, param)
+        found[name] = rest
+    return found
+
+
+@click.command("fit")
+@click.argument("files", nargs=-1, required=True, type=ExistingPath(dir_okay=False))
+@click.option(
+    "--method",
+    type=click.Choice(["ols", "envelope", "quantile"]),
+    default="ols",
+    show_default=True,
+    help="Least squares, lines that nothing measured lies beyond, or quantile lines.",
+)
+@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Of quantile lines.")
+@click.option("--round-trip/--one-way", default=None, help="Whether times are halved; else as a column's name says.")
+@click.option("--sizes", metavar="LOW..HIGH", help="Use messages of these sizes only, e.g. '0 B .. 3 KB'.")
+@click.option("--without", multiple=True, metavar="LOW..HIGH", help="Leave messages of these sizes out.")
+@click.option("--name", default="", metavar="NAME", help="Of the bus type, where no column names the transport.")
+@click.option("--platform", "platforms", multiple=True, callback=_pairs, metavar="NAME=TYPE", help="A processor type.")
+@click.option("--column", "columns", multiple=True, callback=_pairs, metavar="ROLE=NAME", help="Which column is what.")
+@click.option(
+    "--unit", "units", multiple=True, callback=_pairs, metavar="ROLE=UNIT", help="Of a column's plain numbers."
+)
+@click.option(
+    "--extremes",
+    type=click.IntRange(10, 10**12),
+    metavar="N",
+    help="Also fit extreme values, up to what one sample in N exceeds; they are extrapolations.",
+)
+@click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
+@click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
+@all_option
+@report_option
+@json_option
+@in_time
+def command(
+    files: tuple[str, ...],
+    method: str,
+    quantiles: str | None,
+    round_trip: bool | None,
+    sizes: str | None,
+    without: tuple[str, ...],
+    name: str,
+    platforms: dict[str, str],
+    columns: dict[str, str],
+    units: dict[str, str],
+    extremes: int | None,
+    output: str | None,
+    figures: str | None,
+    every: bool,
+    report: str | None,
+    json_path: str | None,
+) -> int:
+    """Measurements (CSV) as transmission times of bus types, or execution times of thread types.
+
+    A row is one sample (delay_us), or the figures of many (min_us, max_us, mean_us, stddev_us); size_bytes makes them
+    transmission times, thread or component execution times; platform and transport tell several apart.
+
+    Roles of columns: size, sample, min, max, mean, median, deviation, count, platform, transport, thread, component.
+    """
+    if output == "-" and json_path == "-":
+        raise click.UsageError("only one of -o and --json can go to standard output")
+    check_writable(output, json_path, report, *([_samples_path(output)] if output not in (None, "-") else []))
+    from dse.fitting.catalogue import samples_table
+    from dse.questions.verbs.fit import fit
+
+    found = fit(
+        *files,
+        method=method,
+        quantiles=quantiles,
+        round_trip=round_trip,
+        sizes=sizes,
+        without=without,
+        name=name,
+        extremes=extremes,
+        columns=columns,
+        units=units,
+        platforms=platforms,
+    )
+    to_file = output is not None and output != "-"
+    has_samples = any(len(item.summary.samples_ns) for item in found.executions)
+    samples = _samples_path(output) if to_file and has_samples else None
+    text = found.to_yaml(samples.name if samples is not None else None)
+    from dse.report.content.fit import fit_page
+    from dse.report.output import page_text
+    from dse.report.page import Section, texts
+    from dse.report.terminal import SCREEN, page_height
+
+    page = fit_page(found)
+    beside = None if samples is None else str(samples)
+    report_text = report, lambda: page_text(page, report or "")
+    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json), report_text
+    is_below = output is None and (every or page_height(console(), page) + text.count("\n") < SCREEN)
+    rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))
+    answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
+    if is_below and json_path != "-":
+        say(f"\n{text}".removesuffix("\n"))
+    if figures is not None:
+        from dse.report.output import page_figures
+        from dse.support.files.writing import write_files
+
+        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
+            tell(f"figure: {path}")
+    return 0
+
+
+def _samples_path(output: str | None) -> Path:
+    """Where the samples of execution times go, beside the catalogue."""
+    assert output is not None
+    return Path(output).with_suffix(".samples.csv")

@@ -1,0 +1,70 @@
+"""``dse import``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from dse.cli.common import ExistingPath, check_writable, in_time, write_text
+from dse.cli.saying import in_a_line, tell
+from dse.importers.registry import IMPORTERS
+
+
+def _format_options(command: click.Command) -> click.Command:
+    """The options of every format, each once."""
+    texts: dict[str, list[str]] = {}
+    for importer in IMPORTERS:
+        for name, text in importer.options.items():
+            texts.setdefault(name, []).append(f"{importer.name}: {text}")
+    command.params += [click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said)) for name, said in texts.items()]
+    return command
+
+
+@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=ExistingPath())
+@click.option(
+    "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
+)
+@click.option(
+    "--times",
+    multiple=True,
+    type=ExistingPath(),
+    metavar="PATH",
+    help="Measured execution times for the threads of FILE: CSV as `dse fit` reads them, or a trace.",
+)
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    type=ExistingPath(),
+    metavar="PATH",
+    help="A recording of ROS: the sizes of FILE's topics, and the rates of those that come from outside.",
+)
+@click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
+@in_time
+def command(
+    files: tuple[str, ...],
+    form: str | None,
+    times: tuple[str, ...],
+    bags: tuple[str, ...],
+    output: str,
+    **options: str | None,
+) -> int:
+    """A file of another format, or several, as a problem file, or as a file that problem files include.
+
+    Of several files those named first count where they differ, which is told. Each figure says where it comes from
+    (`source`). What was not understood is told on standard error, with its place.
+    """
+    check_writable(output, replaces_problems=True)
+    from dse.questions.verbs.import_file import import_file
+
+    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
+    found = import_file(files, form, times, bags, **given)
+    for remark in found.remarks:
+        tell(in_a_line(str(remark)))
+    write_text(output, found.text)
+    return 0
+
+
+command = _format_options(command)

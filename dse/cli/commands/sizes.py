@@ -1,0 +1,76 @@
+"""``dse sizes``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from dse.cli.common import ExistingPath, check_writable, in_time, json_option
+from dse.cli.pages import answer, report_option
+
+LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at most 12 digits"
+
+
+def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
+    """``PATH=N``, several times."""
+    found: dict[str, int] = {}
+    for value in values:
+        path, _, number = (part.strip() for part in value.partition("="))
+        if not path or not (number.isascii() and number.isdecimal()) or len(number) > 12:
+            raise click.BadParameter(f"{value!r}: {LENGTH}", ctx, param)
+        found[path] = int(number)
+    return found
+
+
+@click.command("sizes")
+@click.argument("names", nargs=-1, metavar="[TYPE]...")
+@click.option(
+    "--definitions",
+    multiple=True,
+    type=ExistingPath(),
+    metavar="PATH",
+    help="Definitions (.msg, .srv, .action, .idl), or a folder or workspace of them.",
+)
+@click.option(
+    "--bag",
+    "bags",
+    multiple=True,
+    type=ExistingPath(),
+    metavar="PATH",
+    help="A bag to measure.",
+)
+@click.option(
+    "--length", "lengths", multiple=True, callback=_lengths, metavar="PATH=N", help="How long an array or string is."
+)
+@click.option(
+    "--distribution",
+    default="ros2_humble",
+    show_default=True,
+    metavar="NAME",
+    help="Whose types there are besides, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
+)
+@report_option
+@json_option
+@in_time
+def command(
+    names: tuple[str, ...],
+    definitions: tuple[str, ...],
+    bags: tuple[str, ...],
+    lengths: dict[str, int],
+    distribution: str,
+    report: str | None,
+    json_path: str | None,
+) -> int:
+    """How large ROS messages are: by the report's rule, and serialised.
+
+    TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
+    """
+    check_writable(json_path, report)
+    from dse.questions.verbs.sizes import sizes
+
+    found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
+    from dse.report.content.sizes import sizes_page
+
+    answer(sizes_page(found), (json_path, found.to_json), report=report)
+    return 0

@@ -1,0 +1,52 @@
+"""``dse verify``."""
+
+from __future__ import annotations
+
+import click
+
+from dse.cli.common import ExistingPath, check_writable, json_option, quiet_option, time_limit_option
+from dse.cli.pages import answer, report_option
+from dse.support.timelimit import TimeLimit
+
+
+@click.command("verify")
+@click.argument("result", type=ExistingPath(dir_okay=False, allow_dash=True))
+@click.option(
+    "--problem",
+    type=ExistingPath(dir_okay=False, allow_dash=True),
+    metavar="FILE",
+    help="The problem file, where it is no longer where the result says.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["auto", "exhaustion", "model"]),
+    default="auto",
+    show_default=True,
+    help="Look at every design, or ask a second model; auto looks where there are few enough.",
+)
+@time_limit_option("and say what was confirmed")
+@report_option
+@json_option
+@quiet_option
+def command(
+    result: str,
+    problem: str | None,
+    method: str,
+    time_limit: TimeLimit,
+    report: str | None,
+    json_path: str | None,
+    quiet: bool,
+) -> int:
+    """Re-check a result without trusting the solver or the encoding that made it.
+
+    Exit code 0 when everything the result says was confirmed, 4 when it is rejected (with what is wrong), 5 when
+    nothing is wrong but not everything could be proved again.
+    """
+    check_writable(json_path, report)
+    from dse.questions.verify.verify import verify
+
+    found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
+    from dse.report.content.verify import verification_page
+
+    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet)
+    return found.exit_code

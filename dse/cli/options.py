@@ -1,0 +1,204 @@
+"""The options of a question, and of a ranking."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dse.cli.common import F
+from dse.cli.pages import no_page
+from dse.questions.question import LIMITED
+from dse.support.errors import UsageError
+from dse.support.files.writing import PAGES
+
+if TYPE_CHECKING:
+    from dse.questions.question import Question
+
+ORDER = f"{__name__}.order"
+
+
+class Words(click.Choice[str]):
+    """One of some words, also in the spelling of the problem file: ``response-time`` or ``response_time``."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The word as the problem file has it."""
+        return super().convert(str(value).replace("_", "-"), param, ctx).replace("-", "_")
+
+
+OTHERS = {
+    "system": ["asynchronous", "synchronous"],
+    "partition_output": ["major-frame", "partition-end"],
+    "best_case": ["empty-queue", "full-queue"],
+    "bus_queuing": ["counted", "not-counted"],
+}
+"""OSATE's further settings have options as every setting has; ``--settings`` is the short way to them."""
+
+
+def _osate_settings(context: click.Context, option: click.Parameter, text: str | None) -> dict[str, str]:
+    """The settings that OSATE's abbreviations ask for."""
+    from dse.space.question.settings import osate_settings
+
+    try:
+        return osate_settings(text) if text is not None else {}
+    except ValueError as error:
+        raise click.BadParameter(str(error), context, option) from error
+
+
+def question_options(command: F) -> F:
+    """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
+    for metric, (example, of, called, whose) in reversed(list(LIMITED.items())):
+        what = f"of every {of}, or of one (NAME={example})" if of else whose
+        command = click.option(
+            f"--max-{metric}",
+            multiple=True,
+            metavar="QUANTITY",
+            help=f"Limit the {called or metric} {what}, e.g. {example}.",
+        )(command)
+    more = (
+        click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
+        click.option(
+            "--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision in the designs that use it."
+        ),
+        click.option(
+            "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."
+        ),
+        click.option(
+            "--worst-case",
+            type=Words(["execution-time", "deadline"]),
+            help="OSATE's worst-case setting (ET or DL); the dse profile does not look at it.",
+        ),
+        click.option(
+            "--settings",
+            callback=_osate_settings,
+            metavar="AS-MF-ET-EQ-EQL",
+            help="OSATE's settings by its abbreviations, some or all; the dse profile does not look at them.",
+        ),
+        *(
+            click.option(f"--{name.replace('_', '-')}", type=Words(values), hidden=True)
+            for name, values in OTHERS.items()
+        ),
+        click.option(
+            "--processing",
+            type=Words(["execution-time", "response-time"]),
+            help="What a flow counts for a thread: its execution time, or its response time under contention.",
+        ),
+        click.option(
+            "--deadlines",
+            type=Words(["stated", "all", "none"]),
+            help="Which deadlines count: those stated (by default under profile dse), all (else the period), or none.",
+        ),
+        click.option(
+            "--overload",
+            type=Words(["forbidden", "allowed"]),
+            help="Whether cores, bandwidths and exclusive buses may be used beyond all of them.",
+        ),
+    )
+    for option in more:
+        command = option(command)
+    return command
+
+
+class OrderedCommand(click.Command):
+    """A command that knows in which order its options were given; click keeps it for each option by itself only.
+
+    Its ``--report`` has a value where a path of a page follows, and none else.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Note the names of the options, one for each time that one was given."""
+        has_report = any("--report" in parameter.opts for parameter in self.params)
+        if has_report:
+            args = _with_reports(args)
+        _, extra, given = self.make_parser(ctx).parse_args(list(args))
+        behind = [path for option, path in pairwise(args) if option == "--report=" and not path.startswith("-")]
+        if has_report and extra and behind:  # one word too many: it was to be the path of a page
+            raise no_page(behind[0])
+        ctx.meta[ORDER] = [parameter.name for parameter in given]
+        return super().parse_args(ctx, args)
+
+
+def _with_reports(args: list[str]) -> list[str]:
+    """The arguments with each ``--report`` and the path behind it, if there is one, as one argument.
+
+    >>> _with_reports(["a.yaml", "--report", "-q"]), _with_reports(["--report", "a.html", "a.yaml"])
+    (['a.yaml', '--report=', '-q'], ['--report=a.html', 'a.yaml'])
+    """
+    found: list[str] = []
+    for at, given in enumerate(args):
+        if given == "--":
+            return found + args[at:]
+        if found and found[-1] == "--report=" and args[at - 1] == "--report" and given.lower().endswith(PAGES):
+            found[-1] += given
+        else:
+            found.append("--report=" if given == "--report" else given)
+    return found
+
+
+def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
+    """``--minimise`` and ``--maximise`` of an `OrderedCommand`; see `objectives_of`."""
+
+    def decorate(command: F) -> F:
+        what = "As for solve; changes no explanation." if hidden else "Objectives instead of those of the file."
+        for name, text in (("maximis", "The same, to be maximised."), ("minimis", what)):
+            names = f"--{name}e", f"--{name.removesuffix('s')}ze"
+            command = click.option(*names, multiple=True, metavar="METRIC", hidden=hidden, help=text)(command)
+        return command
+
+    return decorate
+
+
+def objectives_of(minimise: tuple[str, ...], maximise: tuple[str, ...]) -> tuple[str, ...]:
+    """The objectives of the running command, in the order in which they were given."""
+    given = {"minimise": iter(minimise), "maximise": iter(maximise)}
+    order = [name for name in click.get_current_context().meta[ORDER] if name in given]
+    return tuple(f"{sense} {next(given[sense])}" for sense in order)
+
+
+def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Question:
+    """The question that the options ask, in the words of `dse.Problem.ask`."""
+    from dse.space.question.settings import SETTINGS
+
+    asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
+    for name in (*(f"max_{metric}" for metric in LIMITED), *SETTINGS):
+        stated, short = options.get(name), options["settings"].get(name)
+        if stated and short and stated != short:
+            shown = f"--{name} {stated}".replace("_", "-")
+            raise UsageError(f"{shown} contradicts --settings, which says {short.replace('_', '-')}: give one of them")
+        value = stated or short
+        asked[name] = value  # type: ignore[literal-required]  # every one is a key of Question
+    return asked
+
+
+class Top(click.ParamType[int | None]):
+    """How many alternatives to show: a number, or ``all``."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int | None:
+        """None for ``all``."""
+        if value is None or value == "all":
+            return None
+        if not str(value).isdecimal() or len(str(value)) > 18 or int(value) < 1:
+            self.fail(f"{value!r}: expected a number from 1, or all", param, ctx)
+        return int(value)
+
+
+def ranking_options(command: F) -> F:
+    """``--rank-by`` and ``--top``."""
+    more = (
+        click.option(
+            "--top", type=Top(), default="10", show_default=True, metavar="N|all", help="How many alternatives to show."
+        ),
+        click.option(
+            "--rank-by",
+            metavar="METHOD",
+            help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis "
+            "take weights too, and what is not named weighs 0.",
+        ),
+    )
+    for option in more:
+        command = option(command)
+    return command

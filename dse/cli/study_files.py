@@ -1,0 +1,120 @@
+"""What commands share about studies: their files, and the report of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from dse.cli.common import check_writable, report_folder, tell_plots
+from dse.cli.pages import check_page_or_folder
+from dse.cli.saying import tell
+from dse.support.errors import UsageError, about
+from dse.support.files.plain_json import parse_json
+from dse.support.files.reading import UnreadableFileError, read_text
+from dse.support.files.writing import write_files
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from dse.answers.sensitivity import SensitivityResult
+    from dse.answers.sweep import SweepResult
+    from dse.report.page import Section
+
+F = TypeVar("F", bound="Callable[..., Any]")
+
+
+def study_report_options(command: F) -> F:
+    """``--report [PATH]`` of an `OrderedCommand`, and ``-o``."""
+    what = "Also write a report: one page (PATH.html or PATH.md), else HTML, Markdown, CSV and JSON in a folder (-o)."
+    more = (
+        click.option("--report", metavar="[PATH]", callback=check_page_or_folder, help=what),
+        click.option(
+            "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
+        ),
+    )
+    for option in reversed(more):
+        command = option(command)
+    return command
+
+
+def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
+    """The report of a study."""
+    from dse.report.output import study_files
+
+    files = study_files(result.to_dict(), result.to_csv(), result.to_json())
+    for path in write_files(folder, files):
+        if not quiet:
+            tell(f"report: {path}")
+
+
+def folder_of(report: str | None, folder: str) -> Path | None:
+    """Where a report of several files goes, if one was asked for; made before the work."""
+    if report:
+        tell_plots()
+    return report_folder(folder) if report == "" else None
+
+
+def claim_study(folder: Path | None, problem: str, kind: str) -> None:
+    """The files of a study's report are claimed before the work, as soon as the problem's name is known."""
+    if folder is not None:
+        from dse.report.output import study_names
+
+        check_writable(*(folder / name for name in study_names(problem, kind)))
+
+
+def read_json(path: str) -> Any:
+    """The content of a JSON file, None where it is none.
+
+    Raises
+    ------
+    UsageError
+        when it cannot be read at all.
+    """
+    try:
+        return parse_json(read_text(path, what="a study"))
+    except UnreadableFileError as error:
+        if error.is_other_content:
+            return None
+        raise
+    except ValueError:
+        return None
+
+
+def is_study(data: Any) -> bool:
+    """Whether the data are those of a sweep or of sensitivity."""
+    return isinstance(data, dict) and str(data.get("format", "")).startswith(("dse-sweep/", "dse-sensitivity/"))
+
+
+def check_study(data: Any, path: str) -> None:
+    """Refuse what is no whole study.
+
+    Raises
+    ------
+    UsageError
+        saying what is wrong with the file, and where.
+    """
+    from dse.answers.reading import check_data
+
+    kinds = {f"dse-{name}/1": name for name in ("sweep", "sensitivity", "result")}
+    form = data.get("format") if isinstance(data, dict) else None
+    if form not in kinds:
+        raise UsageError(f"{path}: it is no study: expected {', '.join(kinds)}")
+    check_data(kinds[form], data, path)
+
+
+def sections_in(path: str) -> list[Section]:
+    """The sections of a report that a file of a study makes.
+
+    Raises
+    ------
+    UsageError
+        when the file is none.
+    """
+    from dse.report.content.study import sections_of
+
+    data = read_json(path)
+    check_study(data, path)
+    with about(path):
+        return sections_of(data)

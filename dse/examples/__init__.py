@@ -1,0 +1,9 @@
+"""Example problems: those that are shipped with `dse`, and random ones.
+
+Read `shipped.py` first.
+
+* `shipped.py`: the files of the folder `problems`, in a checkout or an installation.
+* `random/`: random problems of any size.
+
+Not allowed here: an import of `search`, `verification` or anything above.
+"""

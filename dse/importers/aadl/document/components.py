@@ -1,0 +1,328 @@
+"""Threads, devices and whatever else a flow leads through: their figures, and what they run on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from dse.importers.aadl.document.hardware import HardwareWriter, Sheet
+from dse.importers.aadl.document.partitions import PartitionWriter
+from dse.importers.aadl.document.values import Span, number_text, time_range, whole, word
+from dse.importers.aadl.instance.flows import EndToEnd, Stop
+from dse.importers.aadl.instance.inheritance import Flat
+from dse.importers.aadl.instance.instance import Instance
+from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.properties import Found, reference_in
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.syntax.tree import Path
+from dse.importers.registry import Key, Place
+
+EXECUTING = ("thread", "device", "subprogram", "abstract")
+"""Categories that OSATE reads execution times of."""
+PERIODIC = (*EXECUTING[:2], "abstract", "thread group", "process", "system", "virtual processor", "virtual bus")
+"""Categories that have a Period."""
+DISPATCHED = ("thread", "device", "abstract")
+"""Categories whose Dispatch_Protocol counts."""
+LATENT = ("bus", "virtual bus", "device", "processor", "virtual processor", "system", "memory", "abstract")
+"""Categories whose own Latency counts where a flow names no flow specification."""
+EVENTS = ("event port", "event data port")
+TIMES = (("compute_execution_time", "Compute_Execution_Time", ""), ("response_time", "Response_Time", "SEI"))
+PROTOCOLS = {"periodic": "periodic", "sporadic": "sporadic", "aperiodic": "aperiodic", "timed": "aperiodic",
+             "hybrid": "hybrid"}  # fmt: skip
+
+
+class ComponentWriter:
+    """Writes devices and threads, and the types that a file beside the model offers for them."""
+
+    def __init__(
+        self,
+        model: Model,
+        places: dict[Key, Place],
+        choices: Mapping[str, Mapping[str, list[str]]],
+        hardware: HardwareWriter,
+    ) -> None:
+        self.model = model
+        self.places = places
+        self.choices = choices
+        self.hardware = hardware
+        self.partitions = PartitionWriter(model, places, hardware)
+        self._latencies: dict[Instance, str] = {}
+        self._runs_on: dict[Instance, Instance] = {}
+
+    def name(self, component: Instance) -> str:
+        """What the problem calls a component."""
+        return self.model.end_name(component)
+
+    def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
+        """The sections ``partitions``, ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
+        found: dict[str, dict[str, Any]] = {name: {} for name in ("device_types", "thread_types", "devices", "threads")}
+        stops: dict[Instance, list[Stop]] = {}
+        for flow in flows:
+            for step in flow.steps:
+                if isinstance(step, Stop):
+                    stops.setdefault(step.component, []).append(step)
+        for component in sorted(used, key=self._position):
+            section = "devices" if component.category == "device" else "threads"
+            name = self.name(component)
+            self.places[section, name] = component.place
+            sheet = self._sheet((section, name), component, stops.get(component, []))
+            offered = self.choices.get(section, {}).get(name, [])
+            flats = {one: self.hardware.classifier(one, (component.category,)) for one in offered}
+            known = {one: flat for one, flat in flats.items() if flat is not None}
+            for one, flat in known.items():
+                entry = self._sheet((f"{section[:-1]}_types", one), self.hardware.standing(flat), [])
+                found[f"{section[:-1]}_types"].setdefault(one, _as_type(entry.result()))
+            if known:
+                for field, base in sheet.bases.items():
+                    if base is component:
+                        sheet.fields.pop(field, None)
+            found[section][name] = sheet.result()
+        return {"partitions": self.partitions.entries, **found}
+
+    def _position(self, component: Instance) -> int:
+        """Its place among all, where an export says so."""
+        found = self.model.properties.of(component, "Position", OURS)
+        value = self.model.read(found, whole, "Position")
+        return value if isinstance(value, int) else 0
+
+    def _sheet(self, key: Key, component: Instance, stops: list[Stop]) -> Sheet:
+        sheet = Sheet(self.model, self.places, key)
+        category = component.category
+        if category != ("device" if key[0] in ("devices", "device_types") else "thread"):
+            sheet.fields["category"] = category.replace(" ", "_")
+        processor = self._processor(sheet, component)
+        self._dispatch(sheet, component)
+        if category in EXECUTING:
+            self._executing(sheet, component, processor)
+        self._latency(sheet, component, stops)
+        deadline = self.model.properties.of(component, "Deadline")
+        span = self.model.read(deadline, time_range, "Deadline") if category in PERIODIC else None
+        if span is not None and span.high > 0:
+            sheet.put("deadline", deadline, span.text)
+        if category == "thread":
+            sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
+        if category == "device":
+            self.hardware.clocked(sheet, component)
+        self.hardware.priced(sheet, component)
+        sheet.extra(self.model.properties.of(component, "Extra", OURS))
+        return sheet
+
+    def _dispatch(self, sheet: Sheet, component: Instance) -> None:
+        """Period and dispatch protocol, as OSATE looks at them."""
+        properties, category = self.model.properties, component.category
+        found = properties.of(component, "Period") if category in PERIODIC else None
+        period = self.model.read(found, time_range, "Period")
+        has_period = period is not None and period.high > 0
+        stated = properties.of(component, "Dispatch_Protocol") if category in DISPATCHED else None
+        protocol = self.model.read(stated, word, "Dispatch_Protocol")
+        known = PROTOCOLS.get(protocol or "")
+        if protocol == "timed" and stated is not None:
+            self.model.library.remark("Timed is read as Aperiodic", stated.place)
+        if known in ("periodic", "hybrid", "sporadic") and not has_period and stated is not None:
+            text = f"{component.title or component.name} is {protocol} and has no Period"
+            self.model.library.remark(f"{text}: read as Aperiodic", stated.place)
+            known = "aperiodic" if known == "sporadic" else None
+        if protocol is not None and stated is not None and known is not None:
+            sheet.put("dispatch_protocol", stated, known)
+        if has_period and period is not None:
+            sheet.put("period", found, period.text)
+        if category == "thread":
+            self._offset(sheet, component, is_timed=has_period and known in (None, "periodic", "hybrid"))
+
+    def _offset(self, sheet: Sheet, component: Instance, *, is_timed: bool) -> None:
+        """When it is first released, on the clock of its processor."""
+        found = self.model.properties.of(component, "Dispatch_Offset")
+        offset = self.model.read(found, time_range, "Dispatch_Offset")
+        if found is None or offset is None:
+            return
+        if is_timed and "processor" in sheet.fields:
+            sheet.put("offset", found, offset.text)
+            return
+        name = component.title or component.name
+        why = "is bound to no processor, whose clock it would be on" if is_timed else "is released by no timer"
+        self.model.library.remark(f"Dispatch_Offset of {name}, which {why}: not looked at", found.place)
+
+    def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
+        """The processor that it runs on; through a virtual one where it is bound to that."""
+        found = self.model.properties.of(component, "Actual_Processor_Binding")
+        bound = self.model.targets(found)
+        if not bound or found is None:
+            return None
+        virtual = next((item for item in bound if item.category == "virtual processor"), None)
+        if virtual is not None:
+            sheet.put("partition", found, self.partitions.named(virtual))
+        if component.category == "device":
+            return None
+        if len(bound) > 1:
+            self.model.library.remark("bound to several processors: only the first is looked at", found.place)
+        processor = self.model.physical(bound[0])
+        if processor is None:
+            self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+            return None
+        sheet.put("processor", found, self.model.name(processor))
+        self._runs_on[component] = processor
+        return processor
+
+    def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
+        """Execution and response times; by processor type where they differ."""
+        properties = self.model.properties
+        for field, name, group in (
+            *TIMES,
+            ("callback_execution_time", "Callback_Execution_Time", OURS),
+        ):
+            found = properties.of(component, name, group)
+            span = self.model.read(found, time_range, name)
+            by_type = self._by_type(component, name, group, processor)
+            if len(set(by_type.values())) > 1 and len(self.hardware.types["processor_types"]) > 1:
+                first = next(iter(self._stated(component, name, group)), found)
+                sheet.put(field, first, by_type)
+            elif by_type and processor is not None:
+                mine = by_type.get(self._type_name(processor)) or next(iter(by_type.values()))
+                sheet.put(field, next(iter(self._stated(component, name, group)), found), mine)
+            elif span is not None and span.high > 0:
+                sheet.put(field, found, span.text)
+
+    def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
+        """The values on the processor types of the problem."""
+        flats = self.hardware.type_flats.values()
+        found = [self.model.properties.of(component, name, group, flat) for flat in flats]
+        return [item for item in found if item is not None]
+
+    def _type_name(self, processor: Instance) -> str:
+        name: str = self.hardware.slots["processors"][self.model.name(processor)]["type"]
+        return name
+
+    def _by_type(self, component: Instance, name: str, group: str, processor: Instance | None) -> dict[str, str]:
+        """A time on each processor type: stated ``in binding``, or scaled from the reference processor's speed."""
+        if processor is None:
+            return {}
+        found: dict[str, str] = {}
+        for type_name in self.hardware.types["processor_types"]:
+            flat = self.hardware.type_flats.get(type_name)
+            value = self.model.properties.of(component, name, group, flat)
+            span = self.model.read(value, time_range, name)
+            if span is None or span.high <= 0:
+                continue
+            found[type_name] = self._scaled(span, component, type_name, flat)
+        return found
+
+    def _scaled(self, span: Span, component: Instance, type_name: str, flat: Flat | None) -> str:
+        """By (MIPS of the reference processor) / (MIPS of the type), in whole ns, pessimistically rounded."""
+        reference = self.model.properties.of(component, "Reference_Processor")
+        named = reference_in(reference.value) if reference is not None else None
+        classifier = self.model.library.find(named, reference.package) if named is not None and reference else None
+        if classifier is None:
+            return span.text
+        own = self.hardware.speed(self.hardware.standing(self.model.flattener.flat(classifier)))
+        there = self.hardware.mips(type_name)
+        if not own or not there or own == there:
+            return span.text
+        factor = Fraction(own) / Fraction(there)
+        low, high = span.low * factor // 1, -(-span.high * factor // 1)
+        return f"{number_text(Fraction(low))} ns .. {number_text(Fraction(high))} ns"
+
+    def _latency(self, sheet: Sheet, component: Instance, stops: list[Stop]) -> None:
+        """The specified latency of the first flow specification that leads through it, else its own."""
+        for stop in stops:
+            found, span = self._specified(stop)
+            if span is not None:
+                sheet.put("latency", found, span.text)
+                self._latencies[component] = span.text
+                return
+
+    def _specified(self, stop: Stop) -> tuple[Found | None, Span | None]:
+        """The Latency of the flow specification of a stop, else of the component."""
+        properties, found = self.model.properties, None
+        if stop.spec is not None:
+            found = properties.of_member(stop.component, stop.spec, "Latency")
+        elif stop.component.category in LATENT:
+            found = properties.of(stop.component, "Latency")
+        span = self.model.read(found, time_range, "Latency")
+        return found, span if span is not None and span.high > 0 else None
+
+    def element(self, stop: Stop) -> str | dict[str, Any]:
+        """A component on a flow: its name, with what it has in this flow alone."""
+        name = self.name(stop.component)
+        fields: dict[str, Any] = {}
+        usual = self._latencies.get(stop.component)
+        span = self._specified(stop)[1]
+        if usual is not None and (span is None or span.text != usual):
+            fields["latency"] = "0 ms" if span is None else span.text
+        if stop.spec is not None and stop.spec.item.kind in ("path", "sink"):
+            fields |= self._entered(stop.component, stop.spec.item.entry)
+        return {"element": name, **fields} if fields else name
+
+    def _entered(self, component: Instance, port: Path) -> dict[str, str]:
+        """The times that an event or event data port states for what enters by it."""
+        leaf = self.model.features.leaf(component, port) if port else None
+        if component.category not in EXECUTING or leaf is None or leaf.member.item.kind not in EVENTS:
+            return {}
+        processor = self._runs_on.get(component)
+        type_name = None if processor is None else self._type_name(processor)
+        found = {}
+        for field, name, group in TIMES:
+            value = self.model.properties.of_feature(component, port, name, group)
+            span = self.model.read(value, time_range, name)
+            if span is None or span.high <= 0:
+                continue
+            flat = self.hardware.type_flats.get(type_name) if type_name is not None else None
+            found[field] = span.text if type_name is None else self._scaled(span, component, type_name, flat)
+        return found
+
+
+def _as_type(entry: dict[str, Any]) -> dict[str, Any]:
+    """The fields that a type may have."""
+    return {key: value for key, value in entry.items() if key not in ("processor", "priority")}
+
+
+# Components without a period that would dispatch each other in a cycle: what nothing starts sends nothing.
+
+
+NO_DATA = "0 B/s"
+
+
+def broken_cycles(document: Mapping[str, Any]) -> Iterator[str]:
+    """The connections that close cycles of event-triggered components, by name.
+
+    For OSATE a component without a Period sends nothing; we let it send at the rate of what triggers it, which a cycle
+    has not: so these are to state a rate of 0.
+    """
+    components = {**document.get("devices", {}), **document.get("threads", {})}
+    eager = {
+        name
+        for name, item in components.items()
+        if item.get("dispatch_protocol") in ("aperiodic", "sporadic")
+        or ("dispatch_protocol" not in item and "period" not in item)
+    }
+    following: dict[str, list[tuple[str, str]]] = {name: [] for name in eager}
+    for name, item in document.get("connections", {}).items():
+        one, other = item.get("from"), item.get("to")
+        is_trigger = item.get("port") != "data" and "rate" not in item and "data_rate" not in item
+        is_trigger = is_trigger and name in components.get(other, {}).get("dispatch_trigger", [name])
+        if one in eager and other in eager and is_trigger:
+            following[one].append((name, other))
+    done: set[str] = set()
+    for start in (name for name in components if name in eager):
+        yield from _closing(start, following, done)
+
+
+def _closing(start: str, following: Mapping[str, list[tuple[str, str]]], done: set[str]) -> Iterator[str]:
+    """The connections that lead back to where a walk came through; without recursion, for long chains."""
+    if start in done:
+        return
+    path = {start}
+    stack = [(start, iter(following[start]))]
+    while stack:
+        here, rest = stack[-1]
+        for name, other in rest:
+            if other in path:
+                yield name
+            elif other not in done:
+                path.add(other)
+                stack.append((other, iter(following[other])))
+                break
+        else:
+            stack.pop()
+            path.discard(here)
+            done.add(here)

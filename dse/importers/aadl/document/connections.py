@@ -1,0 +1,206 @@
+"""Connections of a problem: their ends, sizes and rates, and the bus that carries them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dse.importers.aadl.document.components import NO_DATA
+from dse.importers.aadl.document.hardware import MEDIA, HardwareWriter, Sheet
+from dse.importers.aadl.document.values import (
+    data_rate,
+    message_rate,
+    number_text,
+    shown_place,
+    text_of,
+    time_range,
+    whole,
+    word,
+)
+from dse.importers.aadl.instance.connections import ConnectionInstance
+from dse.importers.aadl.instance.flows import EndToEnd
+from dse.importers.aadl.instance.instance import Instance
+from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
+from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word
+from dse.importers.registry import Key, Place
+
+PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
+         "feature group": "feature"}  # fmt: skip
+LINKS = ("port", "feature group", "feature")
+
+
+def connections_of(flows: list[EndToEnd]) -> set[ConnectionInstance]:
+    """The connections that flows run over."""
+    return {step for flow in flows for step in flow.steps if isinstance(step, ConnectionInstance)}
+
+
+class ConnectionWriter:
+    """Writes the section ``connections``."""
+
+    def __init__(self, model: Model, places: dict[Key, Place], hardware: HardwareWriter) -> None:
+        self.model = model
+        self.places = places
+        self.hardware = hardware
+        self._on_flows: set[ConnectionInstance] = set()
+        self.names: dict[ConnectionInstance, str] = {}
+
+    def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
+        """The connections that count: between ports, and whatever a flow runs over."""
+        on_flows = connections_of(flows)
+        return [
+            item
+            for item in self.model.wiring.instances
+            if item in on_flows
+            or (item.wires[0].member.item.kind in LINKS and not (item.source is None and item.target is None))
+        ]
+
+    def name(self, item: ConnectionInstance) -> str:
+        """What the problem calls a connection: by the feature that it leaves."""
+        return self.names[item]
+
+    def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
+        """The entries."""
+        items = self.relevant(flows)
+        self._on_flows = connections_of(flows)
+        leaving: dict[str, int] = {}
+        for item in items:
+            start = self._spelled(item.source, item.source_path)
+            leaving[start] = leaving.get(start, 0) + 1
+        found: dict[str, Any] = {}
+        taken = {self.model.name(component) for component in (*used, *self.model.root.below())}
+        for item in items:
+            start, end = self._spelled(item.source, item.source_path), self._spelled(item.target, item.target_path)
+            stated = self.model.read(self._property(item, "Name", OURS), text_of, "Name")
+            if stated is not None:
+                self.names[item] = stated
+                found[stated] = self._entry(stated, item)
+                continue
+            name = start if leaving[start] == 1 and start not in taken else f"{start} -> {end}"
+            again = 2
+            while name in found or name in taken:
+                name, again = f"{start} -> {end} ({again})", again + 1
+            self.names[item] = name
+            found[name] = self._entry(name, item)
+        return found
+
+    def _spelled(self, component: Instance | None, path: Path) -> str:
+        """A feature in text, with the capitals of its declaration."""
+        owner = component if component is not None else self.model.root
+        names = list(path)
+        leaf = self.model.features.leaf(owner, path)
+        if leaf is not None and names:
+            names[-1] = leaf.member.item.name
+            if len(names) > 1 and owner.flat is not None and names[0] in owner.flat.features:
+                names[0] = owner.flat.features[names[0]].item.name
+        return ".".join([*owner.path, *names])
+
+    def _entry(self, name: str, item: ConnectionInstance) -> dict[str, Any]:
+        sheet = Sheet(self.model, self.places, ("connections", name))
+        self.places["connections", name] = item.wires[0].member.item.place
+        sheet.sources.append(" ".join(f"{wire.member.item.name} {shown_place(wire.member.item.place)}"
+                                      for wire in item.wires[:1]))  # fmt: skip
+        if item.source is not None and not self.model.is_boundary(item.source):
+            sheet.fields["from"] = self.model.end_name(item.source)
+        if item.target is not None and not self.model.is_boundary(item.target):
+            sheet.fields["to"] = self.model.end_name(item.target)
+        bus = self._bus(sheet, item)
+        size = self.model.feature_size(item.source, item.source_path)
+        self._port(sheet, item)
+        self._rate(sheet, item)
+        sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
+        budget = self._property(item, "BandWidthBudget", "SEI")
+        span = self.model.read(budget, data_rate, "BandWidthBudget")
+        sheet.put("budget", budget, span.text if span is not None and span.low > 0 else None)
+        target = item.target or self.model.root
+        sheet.extra(self.model.properties.of_feature(target, item.target_path, "Extra", OURS))
+        sheet.extra(self._property(item, "Extra", OURS))
+        if size is not None:
+            sheet.fields["data_size"] = f"{size} B"
+        elif (
+            bus is not None
+            and "data_size" not in sheet.fields
+            and ("data_rate" not in sheet.fields or item in self._on_flows)
+        ):
+            sheet.fields["data_size"] = "0 B"
+            message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
+            self.model.library.remark(message, item.wires[0].member.item.place)
+        timing = self._property(item, "Timing")
+        kind = self.model.read(timing, word, "Timing")
+        if kind in ("immediate", "delayed"):
+            sheet.put("timing", timing, kind)
+        return sheet.result()
+
+    def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
+        """A property of any of the declared connections that it is made of; else of what they are declared in."""
+        for wire in sorted(item.wires, key=lambda wire: len(wire.context.path)):
+            found = self.model.properties.of_member(wire.context, wire.member, name, group)
+            if found is not None:
+                return found
+        return None
+
+    def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
+        """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""
+        required = self._property(item, "Required_Virtual_Bus_Class")
+        sheet.put("protocols", required, self.hardware.protocols(required) or None)
+        found = self._property(item, "Actual_Connection_Binding")
+        bound = [one for one in self.model.targets(found) if one.category in MEDIA]
+        for name, value in self.hardware.bound_to(bound).items():
+            sheet.put(name, found, value)
+        if any(self.hardware.broadcasts(one) for one in bound):
+            sheet.fields["from_port"] = ".".join(item.source_path)
+        return bound[0] if bound else None
+
+    def _port(self, sheet: Sheet, item: ConnectionInstance) -> None:
+        """The kind of the receiving feature, and its queue where one is stated."""
+        target = item.target if item.target is not None else self.model.root
+        leaf = self.model.features.leaf(target, item.target_path)
+        kind = leaf.member.item.kind if leaf is not None else "data port"
+        port = PORTS.get(kind, "data")
+        if port != "event_data":
+            sheet.fields["port"] = port
+        if port in ("event", "event_data"):
+            queue = self.model.properties.of_feature(target, item.target_path, "Queue_Size")
+            if queue is None and leaf is not None and len(item.target_path) > 1:
+                queue = self.model.properties.of_classifier(leaf.member.properties, target, "Queue_Size")
+            sheet.read("queue_size", queue, whole, "Queue_Size")
+
+    def _rate(self, sheet: Sheet, item: ConnectionInstance) -> None:
+        """A stated rate: a data rate, or messages in a second or for each dispatch."""
+        source = item.source if item.source is not None else self.model.root
+        properties = self.model.properties
+
+        def of(name: str, group: str = "") -> Found | None:
+            return self._property(item, name, group) or properties.of_feature(source, item.source_path, name, group)
+
+        data = of("Data_Rate", "SEI")
+        if data is not None and isinstance(data.value, Number) and data.value.unit.lower() in DATA_RATE_UNITS:
+            span = self.model.read(data, data_rate, "Data_Rate")  # an amount of data, as our own models have it
+            sheet.put("data_rate", data, span.text if span and span.low > 0 else None)
+            return
+        messages = data or of("Message_Rate", "SEI")  # for OSATE both are messages in a second
+        rate = self.model.read(messages, message_rate, "Message_Rate")
+        if rate:
+            sheet.put("rate", messages, f"{number_text(rate)} Hz")
+        elif messages is None:
+            self._output_rate(sheet, source, of("Output_Rate"))
+
+    def _output_rate(self, sheet: Sheet, source: Instance, found: Found | None) -> None:
+        """The largest Output_Rate, in a second or for each dispatch; one message for each dispatch is the default."""
+        if found is None or not isinstance(found.value, Record):
+            return
+        values, unit = found.value.get("value_range"), found.value.get("rate_unit")
+        high = values.high if isinstance(values, Range) else values
+        if not isinstance(high, Number) or high.value <= 0:
+            return
+        if isinstance(unit, Word) and unit.name.lower() == "persecond":
+            sheet.put("rate", found, f"{number_text(high.value)} Hz")
+        elif high.value != 1:
+            period = self.model.read(self.model.properties.of(source, "Period"), time_range, "Period")
+            if period is None or period.high <= 0:
+                message = f"{source.title} has no Period: its Output_Rate for each dispatch counts as sending nothing"
+                self.model.library.remark(message, found.place)
+                sheet.put("data_rate", found, NO_DATA)
+                return
+            sheet.put("rate", found, f"{number_text(high.value * 10**9 / period.high)} Hz")

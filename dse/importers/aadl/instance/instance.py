@@ -1,0 +1,209 @@
+"""The instance of a system implementation: a tree of components, in the modes that are chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+
+from dse.importers.aadl.instance.inheritance import Flat, Flattener, Member, Owned
+from dse.importers.aadl.instance.library import Library
+from dse.importers.aadl.syntax.tokens import finding
+from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Subcomponent, Value, Word
+from dse.importers.allowance import spend
+from dse.importers.registry import Place
+from dse.support.errors import ProblemError
+
+MAX_DEPTH = 40
+MAX_INSTANCES = 200_000
+PIECES = 10
+"""What a component counts of the allowance."""
+HARDWARE = ("processor", "virtual processor", "bus", "virtual bus", "memory")
+
+
+@dataclass(eq=False)
+class Instance:
+    """A component of the system; `path` are the names from the root, `mode` the key of its mode ("" without any)."""
+
+    name: str
+    category: str
+    flat: Flat | None
+    parent: Instance | None
+    declared: Member[Subcomponent] | None
+    place: Place
+    children: dict[str, Instance] = field(default_factory=dict)
+    mode: str = ""
+    base: str = ""
+    index: tuple[int, ...] = ()
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        """The names from below the root down to it; () for the root."""
+        return () if self.parent is None else (*self.parent.path, self.name)
+
+    @property
+    def title(self) -> str:
+        """The path in text, such as ``sw.localisation.ekf``."""
+        return ".".join(self.path)
+
+    @property
+    def root(self) -> Instance:
+        """The root of its tree."""
+        return self if self.parent is None else self.parent.root
+
+    def below(self) -> Iterator[Instance]:
+        """All components within it, each before those within that."""
+        for child in self.children.values():
+            yield child
+            yield from child.below()
+
+    def around(self) -> Iterator[Instance]:
+        """The components that it is in, the nearest first."""
+        if self.parent is not None:
+            yield self.parent
+            yield from self.parent.around()
+
+    def named(self, name: str) -> list[Instance]:
+        """The subcomponents of a name: every element where it is that of an array."""
+        key = name.lower()
+        if key in self.children:
+            return [self.children[key]]
+        return [child for child in self.children.values() if child.base == key]
+
+    def descend(self, path: Path) -> list[tuple[Instance, Path]]:
+        """Where a path leads: the components as far as there are any, and what is left of the path."""
+        found: list[tuple[Instance, Path]] = [(self, path)]
+        done: list[tuple[Instance, Path]] = []
+        while found:
+            component, rest = found.pop(0)
+            inner = component.named(rest[0]) if rest else []
+            if inner:
+                found += [(child, rest[1:]) for child in inner]
+            else:
+                done.append((component, rest))
+        return done
+
+
+class Instantiator:
+    """Builds the tree of one root; `replaced` are classifiers that subcomponents have instead of theirs, by path."""
+
+    def __init__(
+        self,
+        library: Library,
+        flattener: Flattener,
+        modes: Mapping[str, str],
+        replaced: Mapping[str, Classifier] | None = None,
+    ) -> None:
+        self.library = library
+        self.flattener = flattener
+        self.modes = dict(modes)
+        self.replaced = dict(replaced or {})
+        self.used: set[str] = set()
+        self._count = 0
+
+    def build(self, root: Flat) -> Instance:
+        """The tree."""
+        top = Instance(root.classifier.name, root.classifier.category, root, None, None, root.classifier.place)
+        self._fill(top, 0)
+        for path in self.modes:
+            if path not in self.used:
+                where = path or "the root"
+                self.library.fail(f"--mode: {where} has no mode {self.modes[path]}", root.classifier.place)
+        return top
+
+    def _fill(self, component: Instance, depth: int) -> None:
+        flat = component.flat
+        if flat is None:
+            return
+        component.mode = self._mode(component, flat)
+        if depth > MAX_DEPTH:
+            self.library.fail(f"{component.title} is nested deeper than {MAX_DEPTH} levels", component.place)
+            return
+        for member in flat.subcomponents.values():
+            if not is_active(member.item.modes, component.mode):
+                continue
+            inner = self._classifier(member, flat)
+            for index in product(*(range(1, size + 1) for size in self._sizes(member))):
+                self._add(component, member, inner, index, depth)
+
+    def _add(
+        self, component: Instance, member: Member[Subcomponent], inner: Flat | None, index: tuple[int, ...], depth: int
+    ) -> None:
+        self._count += 1
+        spend(PIECES)
+        if self._count > MAX_INSTANCES:
+            raise ProblemError([finding(f"more than {MAX_INSTANCES} components", component.place)])
+        item = member.item
+        name = item.name + "".join(f"[{number}]" for number in index)
+        category = item.category
+        other = self.replaced.get(".".join((*component.path, name)).lower())
+        if other is not None:
+            inner = self.flattener.flat(other)
+        if inner is not None and category == "abstract":
+            category = inner.classifier.category
+        child = Instance(name, category, inner, component, member, item.place, base=item.name.lower(), index=index)
+        component.children[name.lower()] = child
+        self._fill(child, depth + 1)
+
+    def _classifier(self, member: Member[Subcomponent], around: Flat) -> Flat | None:
+        if member.item.classifier is None:
+            return None
+        found = self.flattener.resolve(member.item.classifier, member.package, around, member.item.bindings)
+        if found is None:
+            return None
+        category = found.classifier.category
+        if category != member.item.category and "abstract" not in (category, member.item.category):
+            message = f"{found.classifier.name} is a {category}, no {member.item.category}"
+            self.library.fail(message, member.item.classifier.place)
+        return found
+
+    def _sizes(self, member: Member[Subcomponent]) -> list[int]:
+        found = []
+        for value in member.item.dimensions:
+            size = self._size(value)
+            if size is None:
+                self.library.remark(f"the size of array {member.item.name} is not known: read as 1", member.item.place)
+            found.append(1 if size is None else size)
+        return found
+
+    def _size(self, value: Value | None) -> int | None:
+        if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
+            return int(value.value)
+        if isinstance(value, Word) and value.package:
+            found = self.library.sets.get(value.package.lower())
+            definition = found.definitions.get(value.name.lower()) if found else None
+            return self._size(definition.value) if definition and definition.value else None
+        return None
+
+    def _mode(self, component: Instance, flat: Flat) -> str:
+        """The mode of a component: as chosen, as that around it where it has one of that name, else the initial one."""
+        if not flat.modes:
+            return ""
+        path = component.title.lower()
+        if path in self.modes:
+            if self.modes[path].lower() in flat.modes:
+                self.used.add(path)
+                return self.modes[path].lower()
+            return next(iter(flat.modes))
+        initial = next((key for key, mode in flat.modes.items() if mode.initial), None)
+        if initial is None:
+            around = component.parent.mode if component.parent is not None else ""
+            return around if around in flat.modes else next(iter(flat.modes))
+        return initial
+
+
+def is_active(modes: tuple[str, ...] | None, mode: str) -> bool:
+    """Whether something that is stated for some modes (None: all) is there in a mode."""
+    return modes is None or not mode or mode in [item.lower() for item in modes]
+
+
+def contained(component: Instance) -> Iterator[tuple[Owned, Instance]]:
+    """Property associations with ``applies to`` in a component, and the component that their paths begin at."""
+    if component.flat is not None:
+        for owned in component.flat.properties:
+            if owned.association.applies:
+                yield owned, component
+    if component.declared is not None:
+        for owned in component.declared.properties:
+            if owned.association.applies:
+                yield owned, component

@@ -1,0 +1,191 @@
+"""The files of a model: which are read, and what a name in one of them means."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dse.importers.aadl.syntax.parser import parse
+from dse.importers.aadl.syntax.predeclared import BASE_TYPES, PREDECLARED
+from dse.importers.aadl.syntax.tokens import finding
+from dse.importers.aadl.syntax.tree import Classifier, Package, PropertySet, Reference
+from dse.importers.registry import Place, found_below
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.files.reading import UnreadableFileError, read_bytes
+
+MAX_BYTES = 20_000_000
+MAX_FILES = 3000
+"""The greatest number of files of a folder that are looked at."""
+SUFFIX = ".aadl"
+_DECLARES = re.compile(r"^[ \t]*(?:package[ \t]+([\w:]+)|property[ \t]+set[ \t]+(\w+)[ \t\r\n]+is)", re.M | re.I)
+
+
+@dataclass
+class Library:
+    """Packages and property sets by key; `findings` are mistakes, `remarks` doubts, `main` what was named."""
+
+    packages: dict[str, Package] = field(default_factory=dict)
+    sets: dict[str, PropertySet] = field(default_factory=dict)
+    findings: list[Diagnostic] = field(default_factory=list)
+    remarks: list[Diagnostic] = field(default_factory=list)
+    main: list[Package] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+    _told: set[tuple[str, str]] = field(default_factory=set)
+
+    def add(self, path: Path, text: str, file: str) -> list[str]:
+        """Read one file; returns the names of packages and property sets that it asks for."""
+        parsed = parse(text, file)
+        self.files.append(path)
+        self.findings += parsed.findings
+        self.remarks += parsed.remarks
+        for package in parsed.unit.packages:
+            other = self.packages.setdefault(package.name.lower(), package)
+            if other is not package:
+                first = f"{other.place.file}:{other.place.line}"
+                self.findings.append(
+                    finding(f"package {package.name} is declared twice, first in {first}", package.place)
+                )
+        for found in parsed.unit.sets:
+            self.sets.setdefault(found.name.lower(), found)
+        return [name for package in parsed.unit.packages for name in _asked(package)]
+
+    def remark(self, message: str, place: Place, hint: str = "") -> None:
+        """A doubt, told once."""
+        if (str(place), message) not in self._told:
+            self._told.add((str(place), message))
+            self.remarks.append(finding(message, place, hint, warning=True))
+
+    def fail(self, message: str, place: Place, hint: str = "") -> None:
+        """A mistake, told once."""
+        if (str(place), message) not in self._told:
+            self._told.add((str(place), message))
+            self.findings.append(finding(message, place, hint))
+
+    def find(self, reference: Reference, package: str) -> Classifier | None:
+        """The classifier that a reference in a package means, or None."""
+        here = self.packages.get(package.lower())
+        key = reference.name.lower()
+        if reference.package:
+            named = self._package(reference.package, here)
+            return None if named is None else named.classifiers.get(key)
+        if here is None:
+            return None
+        if key in here.classifiers:
+            return here.classifiers[key]
+        return next((found for found in self._renamed(here, key) if found is not None), None)
+
+    def _package(self, name: str, here: Package | None) -> Package | None:
+        aliases = [item for item in (here.renames if here else ()) if not item.name]
+        for item in aliases:
+            if item.alias.lower() == name.lower():
+                return self.packages.get(item.package.lower())
+        return self.packages.get(name.lower())
+
+    def _renamed(self, here: Package, key: str) -> Iterator[Classifier | None]:
+        stem, _, implementation = key.partition(".")
+        for item in here.renames:
+            there = self.packages.get(item.package.lower())
+            if there is None or not item.name:
+                continue
+            if item.name.lower() == "all" and item.alias.lower() == "all":
+                yield there.classifiers.get(key)
+            elif item.alias.lower() == stem:
+                name = item.name.lower()
+                yield there.classifiers.get(f"{name}.{implementation}" if implementation else name)
+
+    def absent(self, reference: Reference, package: str) -> str:
+        """Why a reference leads nowhere, in words."""
+        here = self.packages.get(package.lower())
+        if reference.package and self._package(reference.package, here) is None:
+            return f"package {reference.package} is in none of the files that were read"
+        return f"there is no classifier {reference}"
+
+
+def _asked(package: Package) -> Iterable[str]:
+    yield from (name for name, _ in package.withs)
+    yield from (item.package for item in package.renames)
+
+
+def load_library(path: Path) -> Library:
+    """A file with those around it that it needs, or every file of a folder.
+
+    Raises
+    ------
+    ProblemError
+        when there is nothing to read, or a text is none.
+    """
+    library = Library()
+    builtin = parse(BASE_TYPES, "Base_Types")
+    library.packages.update({item.name.lower(): item for item in builtin.unit.packages})
+    if path.is_dir():
+        texts = _texts(_files(path))
+        if not texts:
+            raise ProblemError([Diagnostic(f"there is no file *{SUFFIX} in it", file=str(path))])
+        for file, text in texts.items():
+            library.add(file, text, str(file))
+        library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
+        return library
+    wanted = library.add(path, _text(path), str(path))
+    library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
+    _add_around(library, path, wanted)
+    return library
+
+
+def _add_around(library: Library, path: Path, wanted: list[str]) -> None:
+    """The files around one that declare what it asks for, and what those ask for."""
+    where: dict[str, tuple[Path, str]] | None = None
+    while wanted:
+        name = wanted.pop().lower()
+        if name in library.packages or name in library.sets or name in PREDECLARED:
+            continue
+        if where is None:
+            where = _declared(path)
+        if name in where:
+            file, text = where[name]
+            if file not in library.files:
+                wanted += library.add(file, text, str(file))
+    for package in list(library.packages.values()):
+        for name, place in package.withs:
+            if name.lower() not in {*library.packages, *library.sets, *PREDECLARED}:
+                library.remark(f"{name} is in none of the files around this one", place)
+
+
+def _declared(path: Path) -> dict[str, tuple[Path, str]]:
+    """Which file around `path` declares which package or property set."""
+    folder = path.parent
+    if folder.resolve().name.lower() in ("packages", "propertysets", "aadl", "model", "models"):
+        folder = folder.parent if folder != Path() else Path("..")
+    found: dict[str, tuple[Path, str]] = {}
+    for file, text in _texts([item for item in _files(folder) if item.resolve() != path.resolve()]).items():
+        for names in _DECLARES.findall(text):
+            for name in filter(None, names):
+                found.setdefault(name.lower(), (file, text))
+    return found
+
+
+def _files(folder: Path) -> list[Path]:
+    found = []
+    for file in found_below(folder, f"*{SUFFIX}"):
+        if file.is_file():
+            found.append(file)
+        if len(found) > MAX_FILES:
+            raise ProblemError([Diagnostic(f"more than {MAX_FILES} files *{SUFFIX} in it", file=str(folder))])
+    return sorted(found)
+
+
+def _texts(files: Iterable[Path]) -> dict[Path, str]:
+    return {file: _text(file) for file in files}
+
+
+def _text(path: Path) -> str:
+    """The text of a file: UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
+    try:
+        data = read_bytes(path, MAX_BYTES, "a model")
+    except UnreadableFileError as error:
+        raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")

@@ -1,0 +1,234 @@
+"""A model as its instance: everything that the problem is made of, looked up in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any, TypeVar
+
+from dse.importers.aadl.document.values import WrongKindError, is_true, size_of, text_of
+from dse.importers.aadl.instance.connections import Features, Wiring
+from dse.importers.aadl.instance.flows import EndToEnd, Flows
+from dse.importers.aadl.instance.inheritance import Flat, Flattener
+from dse.importers.aadl.instance.instance import Instance, Instantiator
+from dse.importers.aadl.instance.library import Library, load_library
+from dse.importers.aadl.instance.properties import Found, Properties, paths_in
+from dse.importers.aadl.ours import OURS
+from dse.importers.aadl.syntax.tokens import finding
+from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Reference
+from dse.importers.registry import Place
+from dse.support.errors import ProblemError
+
+T = TypeVar("T")
+MAX_DEPTH = 30
+CARRIERS = ("bus", "virtual bus")
+
+
+@dataclass
+class Model:
+    """An instantiated model."""
+
+    library: Library
+    flattener: Flattener
+    root: Instance
+    properties: Properties
+    features: Features
+    wiring: Wiring
+    flows: list[EndToEnd]
+    _names: dict[Instance, str] = field(default_factory=dict)
+
+    def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
+        """A value of its kind; None where there is none, or, with a finding, where it is of another kind."""
+        if found is None:
+            return None
+        try:
+            return reader(found.value)
+        except WrongKindError as error:
+            self.library.fail(f"{name}: expected {error.expected}", found.place)
+            return None
+
+    def name(self, component: Instance) -> str:
+        """What the problem calls a component: as stated in our property set, else its path."""
+        if component not in self._names:
+            stated = self.read(self.properties.of(component, "Name", OURS), text_of, "Name")
+            self._names[component] = stated or component.title
+        return self._names[component]
+
+    def end_name(self, component: Instance) -> str:
+        """What it is called where a flow or connection leads to it: hardware has an entry of its own for that."""
+        name = self.name(component)
+        return f"{name} as a component" if component.category in (*CARRIERS, "processor") else name
+
+    def medium_name(self, component: Instance) -> str:
+        """What it is called where a connection is bound to it: what is no bus has an entry of its own for that."""
+        name = self.name(component)
+        return name if component.category in CARRIERS else f"{name} as a medium"
+
+    def is_boundary(self, component: Instance) -> bool:
+        """Whether a component stands for the world around the system."""
+        return self.is_marked(component, "Boundary")
+
+    def is_marked(self, component: Instance, name: str) -> bool:
+        """Whether a property of ours says yes of a component."""
+        found = self.properties.of(component, name, OURS)
+        return found is not None and is_true(found.value)
+
+    def targets(self, found: Found | None) -> list[Instance]:
+        """The components that a binding refers to; what it does not find is told."""
+        if found is None:
+            return []
+        result: list[Instance] = []
+        for path in paths_in(found.value):
+            for component, rest in found.base.descend(path):
+                if rest:
+                    message = f"reference ({'.'.join(path)}) leads to no component"
+                    self.library.remark(message, found.place)
+                elif component not in result:
+                    result.append(component)
+        return result
+
+    def physical(self, component: Instance, depth: int = 0) -> Instance | None:
+        """The processor that a processor or virtual processor is or runs on."""
+        if component.category == "processor" or depth > MAX_DEPTH:
+            return component if component.category == "processor" else None
+        bound = self.targets(self.properties.of(component, "Actual_Processor_Binding"))
+        bound += [item for item in component.around() if item.category in ("processor", "virtual processor")]
+        for item in bound:
+            if item is not component:
+                return self.physical(item, depth + 1)
+        return None
+
+    def size_of_data(self, flat: Flat | None, component: Instance, depth: int = 0) -> int | None:
+        """The size of a data classifier in bytes: as stated, else that of its parts; None where neither tells."""
+        if flat is None or depth > MAX_DEPTH:
+            return None
+        self.properties.data_types[id(flat)] = flat
+        for name in ("Data_Size", "Source_Data_Size"):
+            found = self.properties.of_classifier(flat.properties, component, name)
+            size = self.read(found, size_of, name)
+            if size is not None:
+                return -int(-size.low // 1)
+        total: int | None = None
+        for member in flat.subcomponents.values():
+            if member.item.category != "data":
+                continue
+            own = [self.properties.of_classifier(member.properties, component, name)
+                   for name in ("Data_Size", "Source_Data_Size")]  # fmt: skip
+            stated = next((self.read(item, size_of, "Data_Size") for item in own if item is not None), None)
+            inner: int | None = None if stated is None else -int(-stated.low // 1)
+            if inner is None and member.item.classifier is not None:
+                resolved = self.flattener.resolve(member.item.classifier, member.package, flat)
+                inner = self.size_of_data(resolved, component, depth + 1)
+            for dimension in member.item.dimensions:
+                if isinstance(dimension, Number) and inner is not None:
+                    inner *= int(dimension.value)
+            if inner is not None:
+                total = (total or 0) + inner
+        return total
+
+    def feature_size(self, component: Instance | None, path: Path) -> int | None:
+        """The size of what a feature gives, in bytes."""
+        if component is None:
+            component = self.root
+        for name in ("Data_Size", "Source_Data_Size"):
+            size = self.read(self.properties.of_feature(component, path, name), size_of, name)
+            if size is not None:
+                return -int(-size.low // 1)
+        leaf = self.features.leaf(component, path)
+        if leaf is None or leaf.member.item.classifier is None:
+            return self.size_of_data(component.flat, component) if component.category == "data" else None
+        flat = self.flattener.resolve(leaf.member.item.classifier, leaf.member.package, leaf.around)
+        return self.size_of_data(flat, component)
+
+
+def read_model(path: FilePath, options: Mapping[str, Any]) -> Model:
+    """A model from its files, instantiated.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake; where a text cannot be parsed, nothing is instantiated.
+    """
+    library = load_library(path)
+    _stop(library)
+    return instantiated(library, path, options, {})
+
+
+def instantiated(
+    library: Library, path: FilePath, options: Mapping[str, Any], replaced: Mapping[str, Classifier]
+) -> Model:
+    """The instance of files that are read; `replaced` are classifiers that subcomponents have instead, by path.
+
+    Raises
+    ------
+    ProblemError
+        with every mistake.
+    """
+    classifier = _root(library, options.get("root"), path)
+    flattener = Flattener(library)
+    modes = _modes(options.get("mode", ""))
+    root = Instantiator(library, flattener, modes, replaced).build(flattener.flat(classifier))
+    _stop(library)
+    properties = Properties(library, root)
+    features = Features(library, flattener)
+    wiring = Wiring(library, root, features, properties)
+    flows = list(Flows(library, wiring).of(root))
+    return Model(library, flattener, root, properties, features, wiring, flows)
+
+
+def _stop(library: Library) -> None:
+    if library.findings:
+        raise ProblemError(sorted(library.findings, key=lambda item: (item.file, item.line, item.column)))
+
+
+def _modes(text: str) -> dict[str, str]:
+    """``m1, sw.m2``: the mode of the root, and of components by their path."""
+    found = {}
+    for part in filter(None, (item.strip() for item in text.split(","))):
+        path, _, mode = part.rpartition(".")
+        found[path.lower()] = mode
+    return found
+
+
+def _root(library: Library, wanted: str | None, path: FilePath) -> Classifier:
+    """The implementation to instantiate: as named, else the only one of a system that no other uses."""
+    everything = [item for package in library.packages.values() for item in package.classifiers.values()]
+    place = Place(str(path), 0, 0)
+    if wanted:
+        package, _, name = wanted.rpartition("::")
+        found = [
+            item for item in everything
+            if item.name.lower() == name.lower() and package.lower() in ("", item.package.lower())
+        ]  # fmt: skip
+        if len(found) == 1 and found[0].is_implementation:
+            return found[0]
+        known = _listed(item for item in everything if item.is_implementation and item.category == "system")
+        what = "is no implementation" if found else f"there is no implementation {wanted}"
+        what = f"there are several {wanted}: say of which package" if len(found) > 1 else what
+        raise ProblemError([finding(f"--root: {what}", place, f"there are {known}" if known else "")])
+    main = [item for package in library.main for item in package.classifiers.values()]
+    systems = [item for item in main if item.category == "system" and item.is_implementation]
+    used = _used(library, everything)
+    candidates = [item for item in systems if id(item) not in used]
+    if len(candidates) == 1:
+        return candidates[0]
+    if not systems:
+        raise ProblemError([finding("there is no system implementation to analyse", place)])
+    hint = f"name one with --root: {_listed(candidates or systems)}"
+    raise ProblemError([finding("several system implementations are used by no other", place, hint)])
+
+
+def _used(library: Library, everything: list[Classifier]) -> set[int]:
+    """The classifiers that others have as subcomponents or extend."""
+    used = set()
+    for item in everything:
+        references: list[Reference] = [one.classifier for one in item.subcomponents if one.classifier is not None]
+        references += [item.extends] if item.extends is not None else []
+        used |= {id(found) for one in references if (found := library.find(one, item.package)) is not None}
+    return used
+
+
+def _listed(items: object) -> str:
+    names = [f"{item.package}::{item.name}" for item in items]  # type: ignore[attr-defined]
+    return ", ".join(names[:12]) + (", …" if len(names) > 12 else "")

@@ -1,0 +1,146 @@
+"""A launch file as a tree, whatever language it is written in, and the XML and YAML front ends that make it.
+
+The tree is the one of launch's own front ends (the package launch_xml, launch_yaml): an action has a kind (``node``,
+``group``), texts by name, and actions inside. Texts have substitutions such as ``$(var name)`` in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.parsers import expat
+
+from dse.importers.allowance import at, spend
+from dse.importers.ros2.launch.substitutions import Context
+from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.files.reading import UnreadableFileError, read_text
+
+MOST_BYTES = 1_000_000
+DEEPEST = 60
+WHAT = "a launch file"
+PIECES = 10
+"""What a part of a launch file counts of the allowance."""
+
+
+@dataclass
+class Entity:
+    """An action of a launch file, or a part of one: `texts` by attribute, `children` in their order.
+
+    `later` gives what is in it when it is come to (a function of a Python file that is called then).
+    """
+
+    kind: str
+    line: int
+    texts: dict[str, str] = field(default_factory=dict)
+    children: list[Entity] = field(default_factory=list)
+    later: Callable[[Context], list[Entity]] | None = None
+
+    def __post_init__(self) -> None:
+        """Count it."""
+        spend(PIECES)
+
+    def text(self, *names: str) -> str:
+        """The first of the texts that is there; "" where none is."""
+        return next((self.texts[name] for name in names if name in self.texts), "")
+
+    def of(self, *kinds: str) -> Iterator[Entity]:
+        """The parts of a kind."""
+        return (item for item in self.children if item.kind in kinds)
+
+
+def problem(path: Path, message: str, line: int = 1, column: int = 0, hint: str = "") -> ProblemError:
+    """A mistake of a launch file."""
+    return ProblemError([Diagnostic(message, "", str(path), line, column, hint)])
+
+
+def text_of(path: Path) -> str:
+    """The text of a launch file.
+
+    Raises
+    ------
+    ProblemError
+        when it is none.
+    """
+    try:
+        return read_text(path, MOST_BYTES, WHAT)
+    except UnreadableFileError as error:
+        raise problem(path, error.reason) from None
+
+
+def read_xml(path: Path) -> Entity:
+    """The actions of an XML launch file.
+
+    Raises
+    ------
+    ProblemError
+        when it is no launch file.
+    """
+    text = text_of(path)
+    top = Entity("", 0)
+    open_ = [top]
+    parser = expat.ParserCreate("utf-8")  # whatever encoding it states: it is text by now
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        if len(open_) > DEEPEST:
+            raise problem(path, f"more than {DEEPEST} levels", parser.CurrentLineNumber)
+        with at(path, parser.CurrentLineNumber):
+            item = Entity(name.replace("-", "_"), parser.CurrentLineNumber, dict(attributes))
+        open_[-1].children.append(item)
+        open_.append(item)
+
+    def refuse(*_: Any) -> None:
+        raise problem(path, "a document type is not expected here", parser.CurrentLineNumber)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda name: open_.pop()
+    parser.StartDoctypeDeclHandler = refuse
+    try:
+        parser.Parse(text.encode(), True)
+    except expat.ExpatError as error:
+        words, line = expat.ErrorString(error.code), error.lineno
+        raise problem(path, f"not XML: {words}", line, error.offset + 1, "is it cut off?") from None
+    [root] = top.children
+    if root.kind != "launch":
+        raise problem(path, f"expected <launch>, got <{root.kind[:40]}>", root.line)
+    return root
+
+
+def read_yaml(path: Path) -> Entity:
+    """The actions of a YAML launch file. Errors as for `read_xml`."""
+    file = LocatedFile(path, WHAT)
+    top = file.root["launch"]
+    if not isinstance(top.data, list):
+        raise problem(path, "expected `launch:` and a list of actions", top.line)
+    with at(path, top.line):
+        return Entity("launch", top.line, {}, [part for item in top for part in _actions(item)])
+
+
+def _actions(item: Place) -> Iterator[Entity]:
+    """An item of a list: actions by their kind."""
+    for kind, body in (item.data if isinstance(item.data, dict) else {}).items():
+        yield _entity(kind.replace("-", "_"), body)
+
+
+def _entity(kind: str, body: Place) -> Entity:
+    found = Entity(kind, body.line)
+    if isinstance(body.data, list):
+        found.children = [part for item in body for part in _actions(item)]
+        return found
+    if isinstance(body.data, str):
+        found.texts["value"] = body.data
+        return found
+    for key, value in (body.data or {}).items():
+        if isinstance(value.data, str):
+            found.texts[key] = value.data
+        elif isinstance(value.data, dict):
+            found.children.append(_entity(key, value))
+        elif isinstance(value.data, list) and all(isinstance(part.data, str) for part in value):
+            found.texts[key] = f"[{', '.join(part.text for part in value)}]"
+        elif isinstance(value.data, list) and key in ("children", "actions"):
+            found.children += [part for item in value for part in _actions(item)]
+        elif isinstance(value.data, list):
+            found.children += [_entity(key, item) for item in value]
+    return found

@@ -1,0 +1,56 @@
+"""Where the packages are that launch files refer to: folders with a package.xml."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from dse.support.files.reading import UnreadableFileError, beginning, real
+from dse.support.timelimit import in_time
+
+MOST_FOLDERS = 50_000
+LEFT_OUT = ("build", "log", "node_modules", "__pycache__")
+_NAME = re.compile(rb"<name>\s*([\w-]+)\s*</name>")
+
+
+class Packages:
+    """Finds packages in a workspace, which is looked through when the first one is asked for."""
+
+    def __init__(self, file: Path, stated: str | None) -> None:
+        """`stated` is the folder that the user names; without one it is that around the package of the file."""
+        self.root = Path(stated) if stated is not None else workspace_of(file)
+        self._found: dict[str, Path] | None = None
+
+    def __call__(self, name: str) -> Path | None:
+        """The folder of a package."""
+        if self._found is None:
+            self._found = _packages(self.root) if self.root is not None else {}
+        return self._found.get(name)
+
+
+def workspace_of(file: Path) -> Path | None:
+    """The folder ``src`` or the repository around the package that has the file, else the folder around the package."""
+    folders = list(real(file).parents)
+    package = next((folder for folder in folders if (folder / "package.xml").is_file()), None)
+    if package is None:
+        return None
+    around = folders[folders.index(package) + 1 :]
+    return next((folder for folder in around if folder.name == "src" or (folder / ".git").exists()), package.parent)
+
+
+def _packages(root: Path) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    for number, (folder, folders, files) in enumerate(in_time(os.walk(root))):
+        if number > MOST_FOLDERS:
+            break
+        folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in LEFT_OUT)
+        if "package.xml" in files:
+            try:
+                match = _NAME.search(beginning(Path(folder) / "package.xml", 100_000))
+            except UnreadableFileError:
+                continue
+            name = match[1].decode() if match else Path(folder).name
+            found.setdefault(name, Path(folder))
+            folders[:] = [name for name in folders if name not in ("launch", "config", "params", "include", "test")]
+    return found

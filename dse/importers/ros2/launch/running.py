@@ -1,0 +1,384 @@
+"""What a launch file would start: nodes and containers with their names, remappings and parameters.
+
+The rules are those of launch and launch_ros: a group keeps to itself what is set in it, an included file does not; an
+argument counts as the user or the including file gives it, else by its default. What only the launch decides is left
+out and told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from dse.importers.allowance import TooMuchError, spend, too_much
+from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_yaml
+from dse.importers.ros2.launch.packages import Packages
+from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
+from dse.importers.ros2.launch.substitutions import Context, NotStaticError, is_so, resolve
+from dse.support.errors import Diagnostic, ProblemError
+from dse.support.files.reading import obstacle, real
+
+MOST_INCLUDES = 5000
+"""So often files are included, be it one file many times."""
+DEEPEST = 80
+"""So deep groups and included files may be within each other."""
+MOST_NODES = 10_000
+NAMES = 8
+"""So many arguments that a group keeps count as one piece of the allowance."""
+PIECES = 20
+"""What a node counts of the allowance, besides its remappings and parameters."""
+REFUSED = "not static, left out"
+TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
+"""What tells one action of a kind from others."""
+
+
+@dataclass
+class Started:
+    """A node: `container` is the full name of that in which it is, "" where it is a process of its own."""
+
+    name: str
+    file: Path
+    line: int
+    package: str
+    executable: str
+    remaps: list[tuple[str, str]]
+    parameters: list[Parameter]
+    container: str = ""
+    arguments: str = ""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Where an action stands: its namespace, and what was set for all nodes so far."""
+
+    namespace: str = "/"
+    remaps: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+
+
+@dataclass
+class Launch:
+    """Goes through launch files and notes what they start."""
+
+    packages: Packages
+    nodes: list[Started] = field(default_factory=list)
+    containers: dict[str, Started] = field(default_factory=dict)
+    told: dict[Diagnostic, None] = field(default_factory=dict)
+    opened: int = 0
+    depth: int = 0
+    files: dict[Path, Entity] = field(default_factory=dict)
+    parameter_files: dict[Path, ParameterFile | None] = field(default_factory=dict)
+    including: list[Path] = field(default_factory=list)
+
+    def run(self, file: Path, arguments: Mapping[str, str]) -> None:
+        """Everything that a file starts.
+
+        Raises
+        ------
+        ProblemError
+            when it, or a file that it includes, is no launch file.
+        """
+        context = Context(file, dict(arguments), self.packages)
+        self._file(file, context, Scope())
+
+    def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
+        """Note what is left out, once."""
+        found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
+        self.told.setdefault(found)
+
+    def _file(self, file: Path, context: Context, scope: Scope) -> Scope:
+        self.opened += 1
+        if self.opened > MOST_INCLUDES:
+            raise problem(file, f"more than {MOST_INCLUDES:,} times a file is included")
+        if file not in self.files:
+            self.files[file] = read_launch(file)
+        before, context.file = context.file, file
+        self.including.append(file)
+        scope = self._actions(self.files[file].children, context, scope)
+        self.including.pop()
+        context.file = before
+        return scope
+
+    def _actions(self, actions: Sequence[Entity], context: Context, scope: Scope) -> Scope:
+        if actions and self.depth > DEEPEST:
+            raise problem(context.file, f"more than {DEEPEST} levels of groups and files", actions[0].line)
+        self.depth += 1
+        for action in actions:
+            try:
+                spend()
+                if self._holds(action, context):
+                    scope = self._action(action, context, scope)
+            except (TooMuchError, RecursionError) as error:
+                raise too_much(context.file, action.line, error) from None
+            except NotStaticError as error:
+                what = ", ".join(action.texts[key] for key in TELLING if key in action.texts)
+                what = f"{action.kind} {what}".strip()[:120] + ": " if action.kind != "unknown" else ""
+                self.tell(context, action.line, f"{REFUSED}: {what}{error}", HINTS.get(_reason(error), ""))
+        self.depth -= 1
+        return scope
+
+    def _holds(self, action: Entity, context: Context) -> bool:
+        if "if" in action.texts and not is_so(action.texts["if"], context):
+            return False
+        return "unless" not in action.texts or not is_so(action.texts["unless"], context)
+
+    def _action(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        if action.kind == "group":
+            return self._group(action, context, scope)
+        act = ACTIONS.get(action.kind)
+        if act is not None:
+            return act(self, action, context, scope) or scope
+        if action.kind not in UNSEEN:
+            self.tell(context, action.line, f"left out: what <{action.kind[:40]}> does is not known here")
+        return scope
+
+    def _group(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        is_scoped = resolve(action.texts.get("scoped", "true"), context).strip().lower() in ("true", "1")
+        spend((len(context.arguments) + len(context.environment)) // NAMES)
+        before, environment = dict(context.arguments), dict(context.environment)
+        inside = self._actions(action.children, context, scope)
+        if not is_scoped:
+            return inside
+        context.arguments, context.environment = before, environment
+        return scope
+
+    # --- what is set
+
+    def declare(self, action: Entity, context: Context, scope: Scope) -> None:
+        """An argument of the file: as given, else its default."""
+        name = action.text("name")
+        if "value" in action.texts:
+            self.assign(action, context, scope)
+        elif name not in context.arguments:
+            try:
+                context.arguments[name] = resolve(action.texts["default"], context)
+            except KeyError:
+                context.arguments[name] = NotStaticError(f"the launch argument {name} is not given")
+            except NotStaticError as error:
+                context.arguments[name] = error
+
+    def assign(self, action: Entity, context: Context, scope: Scope) -> None:
+        """A variable (``let``)."""
+        try:
+            context.arguments[action.text("name")] = resolve(action.text("value"), context)
+        except NotStaticError as error:
+            context.arguments[action.text("name")] = error
+
+    def push(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        """A namespace for what follows."""
+        return replace(scope, namespace=joined(scope.namespace, resolve(action.text("namespace"), context)))
+
+    def remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        """A remapping for all nodes that follow."""
+        pair = (resolve(action.text("from"), context), resolve(action.text("to"), context))
+        spend(len(scope.remaps))
+        return replace(scope, remaps=(*scope.remaps, pair))
+
+    def set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        """A parameter for all nodes that follow."""
+        spend(len(scope.parameters))
+        return replace(scope, parameters=(*scope.parameters, *self._parameters([action], context, "")))
+
+    def apart(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        """Actions that come some time later, or that a function gives."""
+        items = action.later(context) if action.later is not None else action.children
+        return self._actions(items, context, scope)
+
+    def leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
+        """What is no node."""
+        words = resolve(action.text("cmd", "name", "value"), context)[:80]
+        self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
+
+    def unknown(self, action: Entity, context: Context, scope: Scope) -> None:
+        """What a Python file does not say."""
+        resolve(action.text("name"), context)
+
+    def set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
+        """An environment variable that the file sets."""
+        context.environment[resolve(action.text("name"), context)] = resolve(action.text("value"), context)
+
+    def include(self, action: Entity, context: Context, scope: Scope) -> Scope:
+        """Another launch file, with its arguments."""
+        for given in action.of("arg", "let"):
+            self.assign(given, context, scope)
+        file = real(resolve(action.text("file"), context))
+        if file in self.including:
+            raise problem(context.file, f"{file.name} includes itself", action.line)
+        if obstacle(file) is not None:
+            self.tell(context, action.line, f"left out: there is no file {_shown(file)}", HINTS["package"])
+            return scope
+        return self._file(file, context, scope)
+
+    # --- what is started
+
+    def node(self, action: Entity, context: Context, scope: Scope) -> None:
+        """A process with a node."""
+        self._start(self._started(action, context, scope))
+
+    def container(self, action: Entity, context: Context, scope: Scope) -> None:
+        """A process for several nodes."""
+        found = self._started(action, context, scope)
+        self.containers[found.name] = found
+        self._composed(action, context, scope, found.name)
+
+    def load(self, action: Entity, context: Context, scope: Scope) -> None:
+        """Nodes for a container that is started elsewhere."""
+        target = resolve(action.text("target"), context)
+        self._composed(action, context, scope, joined("/", target))  # launch_ros looks for it from the root
+
+    def _composed(self, action: Entity, context: Context, scope: Scope, container: str) -> None:
+        for item in action.of("composable_node"):
+            try:
+                if self._holds(item, context):
+                    found = self._started(item, context, scope)
+                    found.container = container
+                    self._start(found)
+            except NotStaticError as error:
+                words = f"{REFUSED}: composable_node {item.text('name', 'plugin')[:80]}: {error}"
+                self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
+
+    def _start(self, node: Started) -> None:
+        if len(self.nodes) >= MOST_NODES:
+            raise problem(node.file, f"more than {MOST_NODES:,} nodes are started", node.line)
+        spend(PIECES + len(node.remaps) + len(node.parameters))
+        self.nodes.append(node)
+
+    def _started(self, action: Entity, context: Context, scope: Scope) -> Started:
+        kind = self._known(action, context, "what it runs", "exec", "executable", "plugin")
+        package = self._known(action, context, "its package", "pkg", "package")
+        title = resolve(action.text("name"), context).strip()
+        if not title and not kind:
+            raise NotStaticError("its name is not known")
+        if not title:
+            title = _title(kind)
+            hint = "the node may call itself otherwise: state its `name`"
+            self.tell(context, action.line, f"{kind or package} has no name: it is taken for {title}", hint)
+        name = joined(joined(scope.namespace, resolve(action.text("namespace", "ns"), context)), title)
+        remaps = [*scope.remaps]
+        for item in action.of("remap"):
+            try:
+                remaps.append((resolve(item.text("from"), context), resolve(item.text("to"), context)))
+            except NotStaticError as error:
+                self.tell(context, item.line, f"{REFUSED}: a remapping of {name}: {error}")
+        own = self._parameters(list(action.of("param")), context, name)
+        arguments = self._known(action, context, "its arguments", "args")
+        return Started(
+            name, context.file, action.line, package, kind, remaps, [*scope.parameters, *own], arguments=arguments
+        )
+
+    def _known(self, action: Entity, context: Context, what: str, *names: str) -> str:
+        """A text without which a node is still one; "" where it is not static, which is told."""
+        try:
+            return resolve(action.text(*names), context)
+        except NotStaticError as error:
+            words = f"{REFUSED}: {what} ({action.kind} {action.text('name')[:80]}): {error}"
+            self.tell(context, action.line, words, HINTS.get(_reason(error), ""))
+            return ""
+
+    def _parameters(self, items: Sequence[Entity], context: Context, node: str, prefix: str = "") -> list[Parameter]:
+        """Parameters in the order in which they count; those of files as far as they concern the node."""
+        found: list[Parameter] = []
+        for item in items:
+            try:
+                found += self._parameter(item, context, node, prefix)
+            except NotStaticError as error:
+                what = item.text("name", "from")[:80]
+                words = f"{REFUSED}: parameter {what} of {node or 'all nodes'}: {error}"
+                self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
+        return found
+
+    def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[Parameter]:
+        if not self._holds(item, context):
+            return []
+        if "from" in item.texts:
+            path = Path(resolve(item.text("from"), context))
+            file = self._parameter_file(path, context, item.line)
+            root = resolve(item.text("root"), context).strip("/")
+            return file.of(node.removeprefix(f"/{root}") if root else node) if file is not None else []
+        name = f"{prefix}{resolve(item.text('name'), context)}"
+        nested = list(item.of("param"))
+        if nested:
+            return self._parameters(nested, context, node, f"{name}.")
+        return [Parameter(name, resolve(item.text("value"), context).strip(), str(context.file), item.line)]
+
+    def _parameter_file(self, path: Path, context: Context, line: int) -> ParameterFile | None:
+        if path not in self.parameter_files:
+            if obstacle(path) is not None:
+                words = f"left out: there is no parameter file {_shown(path)}"
+                self.tell(context, line, words, HINTS["package"])
+                self.parameter_files[path] = None
+                return None
+            try:
+                self.parameter_files[path] = ParameterFile(path)
+            except ProblemError as error:
+                [first, *_] = error.diagnostics
+                self.told.setdefault(replace(first, message=f"left out: {first.message}", severity="warning"))
+                self.parameter_files[path] = None
+        return self.parameter_files[path]
+
+
+Act = Callable[[Launch, Entity, Context, Scope], Scope | None]
+ACTIONS: Mapping[str, Act] = {
+    "arg": Launch.declare,
+    "let": Launch.assign,
+    "push_ros_namespace": Launch.push,
+    "set_remap": Launch.remap_all,
+    "set_parameter": Launch.set_for_all,
+    "set_env": Launch.set_environment,
+    "set_environment": Launch.set_environment,
+    "include": Launch.include,
+    "timer": Launch.apart,
+    "opaque": Launch.apart,
+    "unknown": Launch.unknown,
+    "executable": Launch.leave_out,
+    "node": Launch.node,
+    "lifecycle_node": Launch.node,
+    "node_container": Launch.container,
+    "load_composable_node": Launch.load,
+}
+UNSEEN = ("log", "env", "unset_env", "shutdown", "reset", "unset", "set_use_sim_time", "choice")
+"""Actions of which nothing becomes a thread."""
+HINTS = {
+    "argument": "give it: --arguments 'name:=value'",
+    "package": "the folder with the packages: --workspace FOLDER",
+}
+
+
+def _reason(error: NotStaticError) -> str:
+    return "argument" if "argument" in str(error) else "package" if "package" in str(error) else ""
+
+
+def _title(kind: str) -> str:
+    """The name that a node probably has, of its executable or class.
+
+    >>> _title("cam_node"), _title("nav2::ControllerServer")
+    ('cam_node', 'ControllerServer')
+    """
+    return kind.rpartition("::")[2].rpartition("/")[2] or "node"
+
+
+def _shown(path: Path) -> str:
+    return str(path)[:300]
+
+
+def joined(namespace: str, name: str) -> str:
+    """A name within a namespace; a full one stays.
+
+    >>> joined("/front", "cam"), joined("/front", "/cam"), joined("/", ""), joined("/a", "b/")
+    ('/front/cam', '/cam', '/', '/a/b')
+    """
+    found = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
+    return "/" + "/".join(part for part in found.split("/") if part)
+
+
+def read_launch(path: Path) -> Entity:
+    """The actions of a launch file, by its suffix. Errors as for `read_xml`."""
+    name = path.name.lower()
+    if name.endswith(".py"):
+        from dse.importers.ros2.launch.python import read_python
+
+        return read_python(path)
+    if name.endswith((".yaml", ".yml")):
+        return read_yaml(path)
+    return read_xml(path)

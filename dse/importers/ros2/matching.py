@@ -1,0 +1,224 @@
+"""Which callback, connection and executor of one description of a ROS 2 system is which of another one.
+
+Callbacks are the same where they are the same in ROS: of one node, and for one topic or of one period, or each the only
+timer of the node. Anything else is the same by its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from dse.importers.registry import Imported
+from dse.importers.ros2.yaml_places import ros_name
+from dse.support.errors import Diagnostic
+from dse.support.timelimit import in_time
+from dse.support.units import parse_period_ns
+
+
+@dataclass
+class Match:
+    """What of a second document is what of a first one.
+
+    `threads`, `connections` and `executors`: by the name in the second one that in the first. `left_out` and
+    `left_out_executors` are names of the second one of what the first one does not have, and says all of. `replaced`
+    are threads of the first one of which nothing but their node is known; `heirs` those of the second one in their
+    place, `successors` by the replaced thread what sends in its place (a timer, or the only one). `joined`:
+    threads of the first one to executors of the second; `processes`: their processes.
+    """
+
+    threads: dict[str, str] = field(default_factory=dict)
+    connections: dict[str, str] = field(default_factory=dict)
+    executors: dict[str, str] = field(default_factory=dict)
+    left_out: set[str] = field(default_factory=set)
+    left_out_executors: set[str] = field(default_factory=set)
+    replaced: set[str] = field(default_factory=set)
+    heirs: dict[str, str] = field(default_factory=dict)
+    successors: dict[str, str] = field(default_factory=dict)
+    joined: dict[str, str] = field(default_factory=dict)
+    processes: dict[str, str] = field(default_factory=dict)
+    told: list[Diagnostic] = field(default_factory=list)
+
+
+def matched(first: Imported, second: Imported) -> Match:
+    """What of the second document is what of the first one."""
+    found = Match()
+    ours, theirs = _of(first, "threads"), _of(second, "threads")
+    _threads(found, first, second)
+    for name in theirs:
+        if name not in second.entities and name in ours:
+            found.threads[name] = name
+    _connections(found, first, second)
+    _executors(found, ours, theirs)
+    _processes(found, first, second)
+    return found
+
+
+def _of(imported: Imported, section: str) -> Mapping[str, Any]:
+    return imported.document.get(section) or {}
+
+
+def node_of(entity: str) -> str:
+    """The node of a callback such as ``/cam@Timer(10000000)``."""
+    return entity.partition("@")[0]
+
+
+def _kind(entity: str) -> str:
+    return entity.partition("@")[2]
+
+
+def _by_node(imported: Imported) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for name, entity in imported.entities.items():
+        if name in _of(imported, "threads"):
+            found.setdefault(node_of(entity), []).append(name)
+    return found
+
+
+def _threads(found: Match, first: Imported, second: Imported) -> None:
+    ours, theirs = _by_node(first), _by_node(second)
+    for node, names in in_time(theirs.items()):
+        known = [name for name in ours.get(node, []) if _kind(first.entities[name])]
+        open_ = [name for name in ours.get(node, []) if not _kind(first.entities[name])]
+        if known:
+            _same_node(found, known, names, first, second)
+        elif open_ and any(_kind(second.entities[name]) for name in names):
+            found.replaced |= set(open_)
+            found.heirs |= dict.fromkeys(names, open_[0])
+            timers = [name for name in names if _kind(second.entities[name]).startswith("Timer")]
+            sender = next((of[0] for of in (timers, names) if len(of) == 1), None)
+            if sender is not None:
+                found.successors |= dict.fromkeys(open_, sender)
+        elif open_:
+            found.threads |= dict(zip(names, open_, strict=False))
+
+
+def _same_node(found: Match, known: list[str], names: list[str], first: Imported, second: Imported) -> None:
+    """The callbacks of a node that both have."""
+    left = list(known)
+    late = []
+    for name in in_time(names):
+        entity = second.entities[name]
+        same = [own for own in left if first.entities[own] == entity]
+        if len(same) == 1:
+            found.threads[name] = same[0]
+            left.remove(same[0])
+        else:
+            late.append(name)
+    timers = [name for name in late if _kind(second.entities[name]).startswith("Timer")]
+    own = [name for name in left if _kind(first.entities[name]).startswith("Timer")]
+    if len(timers) == len(own) == 1:
+        found.threads[timers[0]] = own[0]
+        late.remove(timers[0])
+    for name in late:
+        found.left_out.add(name)
+        entity = second.entities[name]
+        if _kind(entity):
+            source = str(_of(second, "threads")[name].get("source", ""))[:200]
+            words = f"{entity} is left out: the file named before has no such callback of {node_of(entity)} ({source})"
+            found.told.append(Diagnostic(words, severity="warning"))
+
+
+def _connections(found: Match, first: Imported, second: Imported) -> None:
+    """Connections of the same ends; from outside where one of the two does not know who sends."""
+    ours = {}
+    for name, body in _of(first, "connections").items():
+        source, target, is_data = _ends(body)
+        ours[name] = (found.successors.get(source, source), found.successors.get(target, target), is_data)
+    news = {*_of(second, "threads")} - {*found.threads}
+    for name, body in in_time(_of(second, "connections").items()):
+        source, target, is_data = _ends(body)
+        if source in found.left_out or target in found.left_out:
+            found.left_out.add(name)
+            continue
+        ends = (found.threads.get(source, source), found.threads.get(target, target), is_data)
+        if target not in second.entities and source not in second.entities:
+            if ours.get(name) == ends and body.get("bus") not in first.made_up & second.made_up:
+                found.connections[name] = name
+            continue
+        taken = set(found.connections.values())
+        free = [own for own in ours if own not in taken]
+        same = [own for own in free if ours[own] == ends]
+        if not same and target in found.threads and not is_data:
+            near = [own for own in free if ours[own][1:] == ends[1:] and (ours[own][0] == "" or source == "")]
+            if not near and source not in news and any(own[1:] == ends[1:] for own in ours.values()):
+                found.left_out.add(name)
+            same = near
+        if same:
+            found.connections[name] = same[0]
+
+
+def _ends(body: Mapping[str, Any]) -> tuple[str, str, bool]:
+    return body.get("from", ""), body.get("to", ""), body.get("port") == "data"
+
+
+def _members(threads: Mapping[str, Any], names: Mapping[str, str] | None = None) -> dict[str, frozenset[str]]:
+    found: dict[str, set[str]] = {}
+    for name, body in threads.items():
+        if "executor" in body:
+            found.setdefault(body["executor"], set()).add((names or {}).get(name, name))
+    return {name: frozenset(members) for name, members in found.items()}
+
+
+def _executors(found: Match, ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> None:
+    """Executors of the same threads; those of threads of which the first document has none; the others are told."""
+    known = _members({name: body for name, body in ours.items() if name not in found.replaced})
+    there = {name: body for name, body in theirs.items() if name not in found.left_out}
+    for name, members in in_time(_members(there, found.threads).items()):
+        same = [own for own, of in known.items() if of == members]
+        shared = [one for one in members if one in ours]
+        if same:
+            found.executors[name] = same[0]
+        elif any("executor" in ours[one] for one in shared):
+            found.left_out_executors.add(name)
+            words = f"the executor {name} is left out: by the file named before other executors run {', '.join(shared)}"
+            found.told.append(Diagnostic(words[:500], severity="warning"))
+        else:
+            found.joined |= dict.fromkeys(shared, name)
+
+
+def _processes(found: Match, first: Imported, second: Imported) -> None:
+    """Containers: a process of several nodes, where the other one takes a node for a process."""
+    ours, theirs = _by_node(first), _by_node(second)
+    for node, names in theirs.items():
+        process = _of(second, "threads")[names[0]].get("process")
+        own_name = ".".join(part for part in node.split("/") if part)
+        for name in ours.get(node, []):
+            if process and process != own_name and _of(first, "threads")[name].get("process") == own_name:
+                found.processes[name] = process
+
+
+def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
+    """What the threads of a problem file are in ROS, by the nodes that it names; nothing where it names none.
+
+    The topic of a callback is told by the name of a connection to it, as imports give it.
+
+    >>> entities_of({"threads": {"cam.tick": {"process": "cam", "period": "5 ms"}}, "ros2": {"nodes": {"cam": "/cam"}}})
+    {'cam.tick': '/cam@Timer(5000000)'}
+    """
+    nodes: Mapping[str, str] = (document.get("ros2") or {}).get("nodes") or {}
+    threads: Mapping[str, Any] = document.get("threads") or {}
+    of = {name: nodes.get(name) or nodes.get(str(body.get("process"))) for name, body in threads.items()}
+    found = {}
+    for name, node in in_time(of.items()):
+        if node is not None:
+            found[name] = f"{node}@{_what(document, name, of)}"
+    return found
+
+
+def _what(document: Mapping[str, Any], name: str, nodes: Mapping[str, str | None]) -> str:
+    body = document["threads"][name]
+    period = body.get("period")
+    if isinstance(period, str):
+        return f"Timer({parse_period_ns(period)})"
+    if period is not None or body.get("dispatch_protocol") == "periodic":
+        return "Timer(None)" if period is not None else ""
+    for wire, ends in (document.get("connections") or {}).items():
+        if ends.get("to") == name and ends.get("port") != "data":
+            both = [nodes.get(end) or "" for end in (ends.get("from", ""), name)]
+            suffixes = (ros_name("".join(both)), ros_name(both[1]), "")
+            end = next(text for text in suffixes if not text or wire.endswith(f".{text}"))
+            topic = wire.removesuffix(f".{end}") if end else wire
+            return f"Subscription(/{topic.replace('.', '/')})"
+    return ""

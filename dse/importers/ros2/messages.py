@@ -1,0 +1,320 @@
+"""Sizes of ROS messages: the report's rule, and what they take serialised (ROS 1, or CDR), by rosbags (extra ``ros``).
+
+The report (ECE-TR-25, section 4.5) counts each array as one element, a string as 8 bytes and a header as 24:
+`sensor_msgs/Imu` has 128 B and `nav_msgs/Odometry` 152 B. The true size depends on the lengths of arrays and strings.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dse.importers.ros2.idl import wrong_expressions
+from dse.importers.ros2.serialised import NOTHING, WIDTHS, Kind, Layout
+from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
+from dse.support.extras import needed_for
+from dse.support.files.foreign import reading
+from dse.support.files.reading import UnreadableFileError, read_text
+
+BY_RULE = WIDTHS | {"string": 8}
+"""Bytes of a field by the report's rule."""
+TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
+TIME_BYTES = 8
+HEADER, HEADER_BYTES = "std_msgs/msg/Header", 24
+SUFFIXES = (".msg", ".srv", ".action", ".idl")
+PARTS = {".msg": ("",), ".srv": ("_Request", "_Response"), ".action": ("_Goal", "_Result", "_Feedback")}
+MOST_BYTES = 200_000
+"""Of a file of definitions."""
+MOST_MISTAKES = 50
+WHAT = "no definition of a message"
+_STOPPED = re.compile(r"^(\d+)$", re.MULTILINE)
+"""Where rosbags tells how far it came in a text, after the text as Python writes it, in one line."""
+LONGEST = 10**8
+"""The most elements of an array or string that may be stated."""
+DEEPEST = 60
+"""The most messages that are within each other."""
+DEFAULT = "ros2_humble"
+
+
+@dataclass(frozen=True)
+class MessageSize:
+    """The sizes of one type in bytes.
+
+    `rule` is that of the report; `least` has empty strings and sequences; `stated` the lengths that were given (None
+    where none is of this type); `most` is None where a string or sequence has no bound.
+    """
+
+    name: str
+    rule: int
+    least: int
+    stated: int | None
+    most: int | None
+
+
+class LengthError(UsageError):
+    """A stated length that cannot be; `path` says of what, `reason` why."""
+
+    def __init__(self, path: str, stated: int, reason: str) -> None:
+        super().__init__(f"--length {path}={stated}: {reason}")
+        self.path, self.reason = path, reason
+
+
+class _WrongFormError(ValueError):
+    """A file that has not the form of a definition, in our words."""
+
+
+class Types:
+    """Message types: those of a distribution of ROS, and of files of definitions."""
+
+    def __init__(self, distribution: str = DEFAULT, definitions: Sequence[Path] = ()) -> None:
+        """Read definitions: files, or folders with packages in them.
+
+        Raises
+        ------
+        ProblemError
+            when a file of definitions is wrong, with every mistake.
+        UsageError
+            when there is no such distribution, or rosbags is not installed.
+        """
+        with needed_for("The size of a ROS message", "ros"):
+            from rosbags.typesys import Stores, get_typestore
+        names = [store.value for store in Stores if store.name not in ("EMPTY", "LATEST")]
+        if distribution not in names:
+            raise UsageError(f"--distribution {distribution}: there are {', '.join(names)}")
+        self.fields = {name: fields for name, (_, fields) in get_typestore(Stores(distribution)).fielddefs.items()}
+        self.layout = Layout(self.fields, is_ros1=distribution.startswith("ros1"))
+        self.rules: dict[str, tuple[int, int]] = {}
+        """The size of each type by the report's rule, and how many messages are within each other in it."""
+        self.own: dict[str, tuple[str, str]] = {}
+        mistakes = [mistake for path in definitions for mistake in self._read(path)]
+        mistakes += [mistake for name in self.own for mistake in self._check(name)]
+        if mistakes:
+            raise ProblemError(list({mistake.message: mistake for mistake in reversed(mistakes)}.values())[::-1])
+
+    def _read(self, path: Path) -> Iterator[Diagnostic]:
+        files = sorted(item for item in path.rglob("*") if item.suffix in SUFFIXES) if path.is_dir() else [path]
+        if not files:
+            yield Diagnostic(f"there is no file of definitions in this folder ({', '.join(SUFFIXES)})", file=str(path))
+        for file in files:
+            try:
+                text = read_text(file, MOST_BYTES, "definitions of messages")
+                found = dict(_definitions(file, text))
+            except UnreadableFileError as error:
+                yield Diagnostic(error.reason, file=str(file))
+            except ProblemError as error:
+                yield from error.diagnostics
+            else:
+                for name, (_, fields) in found.items():
+                    self.fields.setdefault(name, fields or [(NOTHING, (Kind.BASE, ("uint8", 0)))])
+                    self.own[name] = str(file), text
+
+    def _check(self, name: str) -> Iterator[Diagnostic]:
+        """That every type in a definition is there, that none contains itself, and that no array is longer than any."""
+        file, text = self.own[name]
+        mistakes = [(field, words) for field, node in self.fields[name] if (words := _wrong(node))]
+        for field, words in mistakes:
+            yield Diagnostic(f"{field}: {words}", file=file, line=_line_of(field, text))
+        try:
+            if not mistakes:
+                self.rule(name)
+                self.layout.lengths(name)
+        except ProblemError as error:
+            yield from (Diagnostic(item.message, file=file, line=1) for item in error.diagnostics)
+
+    def names(self) -> list[str]:
+        """The types of the files of definitions; those of the distribution where there are none."""
+        return sorted(self.own or self.fields)
+
+    def full_name(self, name: str) -> str:
+        """``sensor_msgs/msg/Imu`` of ``sensor_msgs/Imu``.
+
+        Raises
+        ------
+        UsageError
+            when there is no such type.
+        """
+        package, _, rest = name.partition("/")
+        for text in (name, f"{package}/msg/{rest}"):
+            if text in self.fields:
+                return text
+        hint = did_you_mean(f"{package}/msg/{rest}", list(self.fields), 0.5)
+        raise UsageError(f"there is no message type {name!r}" + (f"; {hint}" if hint else ""))
+
+    def rule(self, name: str) -> int:
+        """The size by the report's rule.
+
+        Raises
+        ------
+        ProblemError
+            when the type contains itself, or one that is not defined.
+        """
+        return self._rule(name, ())[0]
+
+    def _rule(self, name: str, above: Sequence[str]) -> tuple[int, int]:
+        if name in self.rules:
+            return self.rules[name]
+        if name in above:
+            raise ProblemError([Diagnostic(f"{name} contains itself: {' > '.join([*above, name])}")])
+        if name not in self.fields:
+            within = f", which {above[-1]} has," if above else ""
+            raise ProblemError([Diagnostic(f"the type {name}{within} is not defined")])
+        if len(above) >= DEEPEST:
+            raise ProblemError([Diagnostic(f"{above[0]} has more than {DEEPEST} messages within each other")])
+        found = [self._rule_of(node, (*above, name)) for _, node in self.fields[name]]
+        depth = 1 + max(depth for _, depth in found)
+        if depth > DEEPEST:
+            raise ProblemError([Diagnostic(f"{name} has more than {DEEPEST} messages within each other")])
+        self.rules[name] = (HEADER_BYTES if name == HEADER else sum(size for size, _ in found)), depth
+        return self.rules[name]
+
+    def _rule_of(self, node: Any, above: Sequence[str]) -> tuple[int, int]:
+        kind, what = node
+        if kind == Kind.NAME:
+            found = self._rule(what, above)
+            return (TIME_BYTES, found[1]) if what in TIMES else found
+        return (BY_RULE[what[0]], 0) if kind == Kind.BASE else self._rule_of(what[0], above)
+
+    def size(self, name: str, lengths: Mapping[str, int], *, largest: bool = False) -> int | None:
+        """The serialised size with stated lengths, by path; `largest`: None where something has no bound.
+
+        Raises
+        ------
+        LengthError
+            when a stated length is beyond the bound.
+        """
+        for item in self.layout.lengths(name):
+            stated = lengths.get(item.path, 0)
+            if item.bound and stated > item.bound:
+                raise LengthError(item.path, stated, f"its bound is {item.bound}")
+        if largest and self.unstated(name, lengths):
+            return None
+        return self.layout.size(name, lengths, largest=largest)
+
+    def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
+        """The paths of strings and sequences on which the size depends: without a stated length and a bound."""
+        return self.layout.unstated(name, lengths)
+
+    def places(self, name: str) -> list[str]:
+        """The paths of what has a length."""
+        return [item.path for item in self.layout.lengths(name)]
+
+
+def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
+    """The types that a file defines.
+
+    Raises
+    ------
+    ProblemError
+        when it is none.
+    """
+    if file.suffix not in SUFFIXES:
+        words = f"expected a file with one of the suffixes {', '.join(SUFFIXES)}"
+        raise ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(file), line=1)])
+    if file.suffix == ".idl":
+        wrong = [Diagnostic(words, file=str(file), line=line) for line, words in wrong_expressions(text)]
+        if wrong:
+            raise ProblemError(wrong[:MOST_MISTAKES])
+        yield from _parsed(file, text, None).items()
+        return
+    folder = file.suffix.lstrip(".")
+    package = (file.parent.parent if file.parent.name == folder else file.parent).resolve().name
+    parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
+    parts = [part.lstrip("-") for part in parts]
+    line = 1
+    if text.lstrip().startswith("---") and file.suffix != ".msg":
+        if parts[0].strip("- \n") == "" and len(parts) > 1:
+            parts[0] = ""
+        else:
+            parts, line = ["", parts[0]], 0
+    if len(parts) != len(PARTS[file.suffix]):
+        words = f"expected {len(PARTS[file.suffix])} parts with --- between them, got {len(parts)}"
+        raise ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(file), line=1)])
+    for ending, part in zip(PARTS[file.suffix], parts, strict=True):
+        name = f"{package}/msg/{file.stem}{ending}"  # what a service names without a package is a message of its own
+        for found, item in _parsed(file, part or "\n", name, line).items():
+            yield (f"{package}/{folder}/{file.stem}{ending}" if found == name else found), item
+        line += part.count("\n") + 1
+
+
+def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str, Any]:
+    """The types in a text, which begins in a line of a file; without a name it is IDL."""
+    from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
+
+    with reading(file, WHAT, "", lambda words: (max(1, line) + _odd_line(text) - 1, 0)):
+        try:
+            found: dict[str, Any] = get_types_from_idl(text) if name is None else get_types_from_msg(text, name)
+        except TypesysError as error:
+            stopped = _STOPPED.search(str(error))
+            if stopped is None:
+                raise
+            header = "" if name is None else f"MSG: {name}\n"
+            whole = f"{header}{text}"
+            at = int(stopped[1])
+            at += len(whole[at:]) - len(whole[at:].lstrip())
+            there = line + whole.count("\n", len(header), at)
+            raise ProblemError([Diagnostic(f"{WHAT}: this is not understood", file=str(file), line=there)]) from None
+    return found
+
+
+def _wrong(node: Any) -> str:
+    """What is wrong with a type: of which there is no size, or longer than any; "" where nothing is."""
+    kind, what = node
+    if kind == Kind.NAME:
+        return ""
+    if kind == Kind.BASE:
+        name, bound = what
+        if name not in BY_RULE:
+            return f"the type {name} has no size that is known here"
+    else:
+        bound = what[1]
+        if words := _wrong(what[0]):
+            return words
+    return "" if 0 <= bound <= LONGEST else f"expected a length from 0 to {LONGEST}, got {str(bound)[:30]}"
+
+
+def _line_of(field: str, text: str) -> int:
+    """The line of a field in a text of definitions."""
+    word = re.compile(rf"\b{re.escape(field)}\b")
+    lines = enumerate(text.splitlines(), 1)
+    return next((number for number, line in lines if word.search(re.split(r"#|//", line)[0])), 1)
+
+
+def _odd_line(text: str) -> int:
+    """The first line with fewer words than a field has, which may be what is wrong."""
+    return next((number for number, line in enumerate(text.splitlines(), 1) if _is_odd(line)), 1)
+
+
+def _is_odd(line: str) -> bool:
+    """Whether a line of a definition has fewer words than a field."""
+    words = line.partition("#")[0].split()
+    return len(words) == 1 and words[0] != "---"
+
+
+def message_sizes(types: Types, names: Sequence[str], lengths: Mapping[str, int]) -> list[MessageSize]:
+    """The sizes of types, in the given order.
+
+    Raises
+    ------
+    UsageError
+        when there is no such type, or no type has a stated length.
+    """
+    found: list[MessageSize] = []
+    used: set[str] = set()
+    for name in map(types.full_name, names):
+        places = set(types.places(name))
+        own = {path: length for path, length in lengths.items() if path in places}
+        used |= own.keys()
+        least = types.size(name, {})
+        assert least is not None
+        stated = types.size(name, own) if own else None
+        found.append(MessageSize(name, types.rule(name), least, stated, types.size(name, {}, largest=True)))
+    unused = lengths.keys() - used
+    if unused and found:
+        known = ", ".join(dict.fromkeys(types.places(found[0].name))) or "none"
+        raise UsageError(
+            f"--length {sorted(unused)[0]}: nothing of that path has a length; {found[0].name} has {known}"
+        )
+    return found

@@ -1,1 +1,0 @@
-"""The complete Pareto front of a space, with what proves that it is complete."""

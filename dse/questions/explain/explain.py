@@ -1,0 +1,395 @@
+"""`dse.explain`: why a problem has no design, what would mend it, and what an offer would change."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Unpack
+
+from dse.analysis.bounds import Ends, Impossible, impossible
+from dse.analysis.diagnosis.overload_search import lightened
+from dse.analysis.diagnosis.unbounded import unbounded_in
+from dse.analysis.scheduling.overheads import safe_bounds
+from dse.analysis.views import View
+from dse.answers.explanation import Demand, Example, Explanation, GiveUp, MinimalConflict, Relaxation
+from dse.questions.explain.examples import NamedDesigns
+from dse.questions.explain.limits import factor, own_limit, rewritten
+from dse.questions.explain.offers import cheapest_offers, with_offers
+from dse.questions.explain.without_contention import Uncontended, limits_use
+from dse.questions.problem import Problem, Source, load, origin_of
+from dse.questions.question import Question
+from dse.search.feasibility.conflicts import Conflicts, ConflictSet, Correction, find_conflicts
+from dse.search.feasibility.oracle import Oracle
+from dse.search.feasibility.relaxations import Closest, closest_limit
+from dse.space.architecture.activation import exclusions
+from dse.space.model.criteria import Requirement
+from dse.space.model.space import Design, Space
+from dse.space.question.implied import overloads_needed
+from dse.support.timelimit import OutOfTime, until
+
+MOST_CONFLICTS = 100
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What is asked of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed."""
+
+    every: bool = False
+    limit: int = MOST_CONFLICTS
+    offers: Sequence[str] = ()
+    time_limit_s: float | None = None
+    seed: int = 0
+
+
+def explain(
+    problem: Source,
+    *,
+    every: bool = False,
+    limit: int = MOST_CONFLICTS,
+    offer: str | Sequence[str] = (),
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    **question: Unpack[Question],
+) -> Explanation:
+    """Why a problem has no design, and the smallest changes that mend it.
+
+    Parameters
+    ----------
+    problem
+        a problem, the path of its file, its content as text or mapping, or a result.
+    every, limit
+        list all minimal conflicts, at most `limit`; else those that proving the smallest set to give up came across.
+    offer
+        further options, such as ``"computer.type += Spectra"``: which of them mends it, and at what price.
+    time_limit_s
+        seconds of wall time; what was proved until then is returned, marked as not `complete`, and so it is after
+        Ctrl-C. What was not looked at is said.
+    seed
+        of the solver. The set of all conflicts and every figure are independent of it.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a change or an offer is.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.explain("pump.yaml", max_jitter="5 ms")
+    >>> found.status, [(item.demand.text, item.closest) for item in found.relaxations]
+    ('infeasible', [('jitter of sensor_to_valve <= 5 ms', Fraction(6934000, 1))])
+    """
+    return explain_asked(load(problem).ask(**question), Wishes(every, limit, _texts(offer), time_limit_s, seed))
+
+
+def _texts(given: str | Sequence[str]) -> Sequence[str]:
+    return (given,) if isinstance(given, str) else given
+
+
+def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
+    """Explain the question of a problem as it stands; see `explain`."""
+    started = time.monotonic()
+    for text in wishes.offers:
+        with_offers(asked, (text,))  # a mistake in an offer is told before the work
+    explainer = Explainer.of(asked, wishes, started)
+    found = explainer.explanation()
+    if wishes.offers and found.status in ("infeasible", "feasible"):
+        offers, complete = cheapest_offers(asked, wishes.offers, wishes.seed, explainer.oracle.deadline)
+        left = () if complete else ("further offers and combinations of them",)
+        found = found.with_(offers=offers, offered=tuple(wishes.offers), left_open=(*found.left_open, *left))
+        found = found.with_(complete=found.complete and complete)
+    return found.with_(wall_s=round(time.monotonic() - started, 3))
+
+
+@dataclass
+class Explainer:
+    """One problem under explanation."""
+
+    asked: Problem
+    wishes: Wishes
+    oracle: Oracle = field(repr=False)
+    uncontended: Uncontended = field(repr=False)
+    designs: NamedDesigns = field(repr=False)
+    left_open: list[str] = field(default_factory=list)
+    lighter: dict[Design, Design] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, asked: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
+        """An explainer whose time limit began at `started`; one that `is_brief` tells of no design."""
+        deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
+        oracle = Oracle(asked.space, seed=wishes.seed, deadline=deadline)
+        uncontended = Uncontended(asked.space, oracle)
+        return cls(asked, wishes, oracle, uncontended, NamedDesigns(asked.space, oracle, is_brief))
+
+    @property
+    def space(self) -> Space:
+        """The space of the question."""
+        return self.asked.space
+
+    def explanation(self) -> Explanation:
+        """Everything but the offers."""
+        excluded = tuple(exclusions(self.space))
+        blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False)
+        oracle, apart = self.oracle, self.uncontended
+        try:
+            design = None if apart.is_refuted else oracle.witness(oracle.everything)
+            if design is not None:
+                shown = self.designs.decisions(design)
+                return blank.with_(status="feasible", complete=True, design=shown, solver_calls=self.calls)
+            if oracle.witness(frozenset()) is None:
+                return blank.with_(status="no structure", complete=True, solver_calls=self.calls)
+        except OutOfTime:
+            return blank.with_(solver_calls=self.calls, left_open=("whether there is a design",))
+        return self._explained(blank.with_(status="infeasible", impossible=self._impossible()))
+
+    @property
+    def calls(self) -> int:
+        """The questions that were solved."""
+        return self.oracle.calls + self.uncontended.oracle.calls
+
+    def _impossible(self) -> tuple[Impossible, ...]:
+        """What bounds alone show; nothing where these take more time than there is."""
+        try:
+            with until(self.oracle.deadline):
+                return tuple(impossible(self.designs.evaluator.limits, Ends(self.space)))
+        except OutOfTime:
+            return ()
+
+    def _explained(self, blank: Explanation) -> Explanation:
+        """The conflicts, those first in which no thread waits, and what would mend them.
+
+        Where threads need more than there is of a processor nothing is told of how they wait for each other because of
+        that, unless all conflicts are asked for, or a design is at hand that keeps all else.
+        """
+        every, limit, oracle = self.wishes.every, self.wishes.limit, self.oracle
+        if not self.uncontended.is_refuted:
+            return self._mended(blank, find_conflicts(oracle, every=every, limit=limit))
+        blank = blank.with_(without_waiting=True)
+        apart = self.uncontended.conflicts(every=every, limit=limit)
+        known = [frozenset(item.members) for item in apart.conflicts]
+        if not every and not self._holds_without(apart.smallest):
+            self.designs.unseen = self._unseen(known)
+        found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen)
+        if self.designs.unseen and found.smallest is not None and self._holds_as_well(found.smallest):
+            self.designs.unseen = frozenset()
+        return self._mended(blank, found)
+
+    def _unseen(self, known: Sequence[frozenset[int]]) -> frozenset[int]:
+        """What may follow from overloads in some conflicts; nothing where that takes more time than there is."""
+        try:
+            return self.uncontended.follow_from_overloads(known)
+        except OutOfTime:
+            return frozenset()
+
+    def _holds_without(self, smallest: Correction | None) -> bool:
+        """Whether a design is at hand that meets all but what must be given up even if no thread waited."""
+        if smallest is None:
+            return False
+        design = self.uncontended.whole(smallest.witness)
+        return self.oracle.everything - {*smallest.members} <= self.oracle.shown(design)
+
+    def _holds_as_well(self, smallest: Correction) -> bool:
+        """Whether what is left of the members that are seen has a design with those that are not.
+
+        That is not asked where a processor may be overloaded then.
+        """
+        if any(limits_use(self.oracle.members[number]) for number in smallest.members):
+            return False
+        try:
+            return self.oracle.witness(self.oracle.everything - {*smallest.members}) is not None
+        except OutOfTime:
+            return False
+
+    def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
+        """The conflicts with the relaxations that mend them."""
+        members = self._statements({number for item in found.conflicts for number in item.members})
+        give_up = self._give_up(found.smallest)
+        if found.smallest is None and (not found.limited or self.designs.unseen):
+            self.left_open.append("the fewest demands that must be given up")
+        if self.designs.unseen:
+            return self._told(blank.with_(least=give_up), found)
+        return self._told(blank.with_(relaxations=self._relaxations(members), give_up=give_up), found)
+
+    def _told(self, blank: Explanation, found: Conflicts) -> Explanation:
+        """The conflicts, and what was left open."""
+        told = [(self._conflict(item), item.members) for item in found.conflicts]
+        told.sort(key=lambda item: (item[0].by_waiting, not all(limits_use(self.oracle.members[n]) for n in item[1])))
+        conflicts = tuple(conflict for conflict, _ in told)
+        if found.reduced is not None:
+            self.left_open.append("whether fewer of the demands that have no design together have none either")
+        if found.stopped and self.wishes.every:
+            self.left_open.append("further conflicts")
+        return blank.with_(
+            conflicts=conflicts,
+            every=found.all_conflicts,
+            limited=found.limited,
+            complete=not self.left_open,
+            left_open=tuple(self.left_open),
+            reduced=tuple(self.designs.demand(number) for number in sorted(found.reduced or ())),
+            solver_calls=self.calls,
+            safe_bounds=self._safe_bounds(conflicts, found.reduced),
+        )
+
+    def _safe_bounds(
+        self, conflicts: Sequence[MinimalConflict], reduced: frozenset[int] | None
+    ) -> dict[str, tuple[str, ...]]:
+        """Why response times are safe bounds, where all conflicts rest on such; nothing else."""
+        by_waiting = [item.by_waiting for item in conflicts]
+        if reduced is not None:
+            by_waiting.append(self._takes_waiting(reduced))
+        if not by_waiting or not all(by_waiting):
+            return {}
+        return {why: names for why, names in safe_bounds(self.space).items() if names}
+
+    def _takes_waiting(self, members: Iterable[int]) -> bool:
+        """Whether it takes that threads wait for each other; so, too, where there was no time to find out."""
+        try:
+            return self.uncontended.takes_waiting(members)
+        except OutOfTime:
+            return True
+
+    def _statements(self, members: Iterable[int]) -> list[tuple[int, ...]]:
+        """What members are stated by, each with all that it states, in their order; limits on processors come first."""
+        named = frozenset(members)
+        found = [item for item in self.oracle.statements if not named.isdisjoint(item)]
+        return sorted(found, key=lambda item: (not limits_use(self.oracle.members[item[0]]), item))
+
+    def _conflict(self, found: ConflictSet) -> MinimalConflict:
+        """Beside each member a design that meets the others, and as much else of the question as can be added."""
+        return MinimalConflict(
+            tuple(
+                (self.designs.demand(number), self._example(self._fullest(found, number))) for number in found.members
+            ),
+            self._takes_waiting(found.members),
+        )
+
+    def _fullest(self, found: ConflictSet, left_out: int) -> Design:
+        """A design that meets all but one member of a conflict, or at least all else of the conflict and what fits.
+
+        Rules and fixed decisions are added before requirements: a design that breaks them is of the least use.
+        """
+        oracle, best = self.oracle, found.witnesses[left_out]
+        if self.designs.is_brief:
+            return best
+        wanted = self.designs.seen - {left_out}
+        kept = frozenset(found.members) - {left_out}
+        try:
+            whole = oracle.witness(wanted)
+            if whole is not None:
+                return whole
+            for number in sorted(wanted - kept, key=lambda n: (isinstance(oracle.members[n], Requirement), n)):
+                more = best if number in oracle.met_by(best) else oracle.witness(kept | {number})
+                if more is not None:
+                    best, kept = more, kept | {number}
+        except OutOfTime:
+            pass  # what the design breaks is said, and it is only an example
+        return best
+
+    def _relaxations(self, statements: Sequence[tuple[int, ...]]) -> tuple[Relaxation, ...]:
+        """What it takes of each statement alone, as far as the time reaches."""
+        found: list[Relaxation] = []
+        try:
+            found += (self.relaxation(item, frozenset(item)) for item in statements)
+        except OutOfTime:
+            texts = "; ".join(self._demand(item).text for item in statements[len(found) :])
+            self.left_open.append(f"whether one of these alone mends it, and how far it must move: {texts}")
+        return tuple(found)
+
+    def _give_up(self, smallest: Correction | None) -> GiveUp | None:
+        if smallest is None:
+            return None
+        ordered = self._statements(smallest.members)
+        together = frozenset(number for item in ordered for number in item) | self.designs.unseen
+        try:
+            members = tuple(self.relaxation(item, together) for item in ordered)
+        except OutOfTime:
+            members = tuple(Relaxation(self._demand(item), True, is_sought=False) for item in ordered)
+            self.left_open.append("how far each of those that must be given up is from its limit")
+        return GiveUp(members, self._example(smallest.witness))
+
+    def _example(self, design: Design) -> Example:
+        """A design as it is named; where it is overloaded, whatever is given up, as little as is found soon."""
+        return self.designs.example(self._lightened(design) if self.designs.unseen else design)
+
+    def _lightened(self, design: Design) -> Design:
+        """A design that keeps what is looked at as well, and in which processors are overloaded less."""
+        if self.designs.is_brief:
+            return design
+        oracle, kept = self.oracle, self.oracle.met_by(design) & self.designs.seen
+
+        def is_allowed(other: Design) -> bool:
+            return kept <= oracle.met_by(other)
+
+        if design not in self.lighter:
+            evened = self.uncontended.evened(design)
+            first = evened if is_allowed(evened) else design
+            try:
+                with until(oracle.deadline):
+                    self.lighter[design] = lightened(
+                        self.designs.evaluator, first, self.uncontended.overloaded_processors, is_allowed
+                    )
+            except OutOfTime:
+                return first
+            except KeyboardInterrupt:
+                oracle.deadline = time.monotonic()
+                return first
+        return self.lighter[design]
+
+    def _demand(self, statement: tuple[int, ...]) -> Demand:
+        """A statement in the user's words."""
+        demand, member = self.designs.demand(statement[0]), self.oracle.members[statement[0]]
+        if len(statement) == 1 or not isinstance(member, Requirement):
+            return demand
+        return replace(demand, text=member.stated)
+
+    def relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
+        """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds."""
+        found = self._relaxation(statement, given_up)
+        if len(statement) == 1:
+            return found
+        return replace(found, together=tuple(self.oracle.members[number].text for number in statement))
+
+    def _relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
+        oracle, member = self.oracle, self.oracle.members[statement[0]]
+        witness = oracle.witness(oracle.everything - given_up)
+        demand = self._demand(statement)
+        if witness is None:
+            return Relaxation(demand, False, Example({}), *own_limit(self.space, member))
+        if not isinstance(member, Requirement) or (self.designs.unseen and limits_use(member)):
+            return Relaxation(demand, True, self._example(witness))
+        members = [item for number in statement if isinstance(item := oracle.members[number], Requirement)]
+        try:
+            closest = closest_limit(oracle, oracle.everything - given_up, *members)
+        except OutOfTime:
+            self.left_open.append(f"how far this must move: {demand.text}")
+            return Relaxation(demand, True, self._example(witness), is_sought=False)
+        if closest is None:
+            return Relaxation(demand, True, self._example(witness), *own_limit(self.space, member))
+        return self._moved(demand, members, closest)
+
+    def _moved(self, demand: Demand, members: Sequence[Requirement], closest: Closest) -> Relaxation:
+        member, is_one = members[0], len(members) == 1
+        unit, limit = own_limit(self.space, member)
+        example, view = self._example(closest.witness), View(closest.witness)
+        unbounded = tuple(
+            dict.fromkeys(name for item in members for name in unbounded_in(self.space, item.metric, view))
+        )
+        if unbounded:
+            return Relaxation(demand, True, example, unit, limit, unbounded=unbounded)
+        return Relaxation(
+            demand=demand,
+            helps=True,
+            example=example,
+            unit=unit,
+            limit=limit,
+            closest=closest.limit * factor(self.space, member),
+            operator=member.operator,
+            thread=closest.thread,
+            text=rewritten(member, closest.limit, as_stated=not is_one),
+            overload=overloads_needed(self.space, members, closest.limit),
+        )

@@ -1,0 +1,96 @@
+"""A design as a caller names it: decisions as texts, an alternative of a result with the question that it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from dse.answers.reading import decisions_in, read_result
+from dse.questions.problem import Problem, changed, origin_of, read_choices, with_stated_cores
+from dse.questions.question import Changes
+from dse.questions.result_problem import belonging
+from dse.space.question.settings import SETTINGS, settings_of
+from dse.spec.language.grammar import ExpressionError, parse_assignment
+from dse.support.errors import UsageError, about
+
+
+@dataclass(frozen=True)
+class NamedDesign:
+    """The problem as it is asked of the design, the design's decisions as texts, and what is to be said of both."""
+
+    problem: Problem
+    texts: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+
+
+def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
+    """The design that texts name, and the question that it is judged by.
+
+    Parameters
+    ----------
+    problem
+        as a caller asks it.
+    texts
+        ``name = option``, each a decision; and at most one ``RESULT.json#ID``, which stands for all decisions of that
+        alternative and for the question of its result. What the caller asks comes on top of that question, further
+        decisions take the place of those of the alternative.
+
+    Raises
+    ------
+    UsageError
+        when a result cannot be read, has no such alternative, or its decisions or question do not fit the problem.
+    """
+    own = [text for text in texts if _reference(text) is None]
+    found = [reference for text in texts if (reference := _reference(text)) is not None]
+    if len(found) > 1:
+        raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
+    if not found:
+        return NamedDesign(with_stated_cores(problem, own), tuple(own))
+    [(path, number)] = found
+    data = read_result(path)
+    taken = {_name(text) for text in own}
+    decisions = {name: option for name, option in decisions_in(data, number, path).items() if name not in taken}
+    effective = dict(data["problem"]["effective"])
+    effective["fixed"] = {name: option for name, option in effective["fixed"].items() if name not in taken}
+    chosen = [f"'{name}' = {option}" for name, option in decisions.items()]
+    with about(path):
+        differs = belonging(data, path, problem).differs
+        asked = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])
+        read_choices(asked.space, chosen)
+    remarks = [f"{problem.loaded.path} has changed since {path} was written: {'; '.join(differs)}"] if differs else []
+    return NamedDesign(asked, (*chosen, *own), (*remarks, *_remarks(problem, asked, effective, path)))
+
+
+def _reference(text: str) -> tuple[str, str] | None:
+    path, mark, number = text.rpartition("#")
+    return (path, number) if mark and path.endswith(".json") else None
+
+
+def _name(text: str) -> str:
+    """The decision that a text is about; what is wrong with it is told where it is read."""
+    try:
+        return parse_assignment(text)[0]
+    except ExpressionError:
+        return ""
+
+
+def _remarks(problem: Problem, asked: Problem, effective: Mapping[str, Any], path: str) -> Iterator[str]:
+    """Where the question of the result is another than that of the file, and the caller's another than both."""
+    own = origin_of(problem.base).effective
+    settings = settings_of(asked.space)
+    theirs = {name: effective.get(name, own[name]) for name in SETTINGS}
+    taken = [f"{_words(name)} {value}" for name, value in theirs.items() if own[name] != value == settings[name]]
+    stated = {item.text for item in asked.space.requirements} | {item.text for item in asked.space.rules}
+    for kind in ("requirements", "rules"):
+        taken += [text for text in effective[kind] if text not in own[kind] and text in stated]
+    taken += [f"{name} = {option}" for name, option in effective["fixed"].items()]
+    if taken:
+        yield f"as in {path}, beyond what the problem file asks: {'; '.join(taken)}"
+    for name in SETTINGS:
+        if settings[name] != theirs[name]:
+            yield f"{_words(name)} is {settings[name]}, as asked here; in {path} it is {theirs[name]}"
+
+
+def _words(setting: str) -> str:
+    return setting.replace("_", " ")

@@ -1,0 +1,202 @@
+"""The words in which a caller changes a question: one set of keywords for `Problem.ask` and for every verb."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypedDict
+
+from dse.space.question.settings import SETTINGS
+from dse.support.errors import UsageError
+
+Texts: TypeAlias = str | Sequence[str]
+"""One text, or several."""
+Named: TypeAlias = Texts | Mapping[str, str]
+"""The same, or the text of each name."""
+
+
+class HasDecisions(Protocol):
+    """A point of a front, a further design, an analysis: whatever says which option each decision has."""
+
+    @property
+    def decisions(self) -> Mapping[str, str]:
+        """The chosen option by decision."""
+
+
+Decided: TypeAlias = Mapping[str, str] | Sequence[str] | HasDecisions | None
+"""A design: decisions by name, texts ``name = option``, or a point of a front; nothing is the baseline."""
+
+
+def decisions_as_texts(design: Decided) -> list[str]:
+    """A design as texts ``name = option``.
+
+    Raises
+    ------
+    UsageError
+        when it is none.
+
+    Examples
+    --------
+    >>> decisions_as_texts({"control.period": "10 ms"})
+    ["'control.period' = 10 ms"]
+    """
+    stated = getattr(design, "decisions", design)
+    texts = [f"'{name}' = {option}" for name, option in stated.items()] if isinstance(stated, Mapping) else stated or ()
+    if isinstance(texts, str) or not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
+        raise UsageError(
+            f'design: expected decisions by name, texts such as "control.period = 10 ms", or a point; got {design!r}'
+        )
+    return list(texts)
+
+
+class Question(TypedDict, total=False):
+    """What a caller adds to the question of a problem file.
+
+    ``max_METRIC`` limits a metric, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20
+    ms"`` or ``{"my_flow": "20 ms"}`` for one. ``require`` holds requirements and rules in the words of the problem
+    file, ``minimise`` and ``maximise`` metrics, which replace the objectives of the file, ``objectives`` the same with
+    their sense and in their order (``"minimise price"``), ``fix`` decisions such as
+    ``"gnss_provider.period = 20 ms"`` or ``{"gnss_provider.period": "20 ms"}``, as the decisions of a point are. The
+    others are settings, which replace those of the file.
+    """
+
+    max_jitter: Named
+    max_latency: Named
+    max_utilisation: Named
+    max_load: Named
+    max_busy: Named
+    max_price: Named
+    max_power: Named
+    max_changes: Named
+    require: Texts
+    minimise: Texts
+    maximise: Texts
+    objectives: Texts
+    fix: Named
+    profile: str | None
+    worst_case: str | None
+    system: str | None
+    partition_output: str | None
+    best_case: str | None
+    bus_queuing: str | None
+    processing: str | None
+    deadlines: str | None
+    overload: str | None
+
+
+@dataclass(frozen=True)
+class Changes:
+    """A caller's changes, read.
+
+    `limits` are (metric, text) pairs such as ("jitter", "20 ms") or ("jitter", "my_flow=20 ms"); `require` holds
+    requirements and rules; `objectives`, where given, replace those of the file; `fix` holds ``decision = option``
+    texts. The next ones are settings, each with the values that the problem file has for it. `result` is the
+    ``effective`` block of a result whose question takes the place of the file's, under all other changes. `cores`
+    makes every open core a decision, whatever is asked: for designs that state cores.
+    """
+
+    limits: Sequence[tuple[str, str]] = ()
+    require: Sequence[str] = ()
+    objectives: Sequence[str] = ()
+    fix: Sequence[str] = ()
+    profile: str | None = None
+    worst_case: str | None = None
+    system: str | None = None
+    partition_output: str | None = None
+    best_case: str | None = None
+    bus_queuing: str | None = None
+    processing: str | None = None
+    deadlines: str | None = None
+    result: Mapping[str, Any] | None = None
+    cores: bool = False
+    overload: str | None = None
+
+    @property
+    def settings(self) -> dict[str, str | None]:
+        """The settings by name (`dse.space.question.settings`); None where the file's holds."""
+        return {name: getattr(self, name) for name in SETTINGS}
+
+    @property
+    def is_anything(self) -> bool:
+        """Whether there is any change."""
+        return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
+
+    def then(self, more: Changes) -> Changes:
+        """These changes and further ones: limits, requirements and fixed decisions add up, the others replace."""
+        given: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
+        return replace(
+            self,
+            result=more.result or self.result,
+            cores=more.cores or self.cores,
+            limits=(*self.limits, *more.limits),
+            require=(*self.require, *more.require),
+            objectives=more.objectives or self.objectives,
+            fix=(*self.fix, *more.fix),
+            **given,
+        )
+
+
+def changes_of(question: Mapping[str, Any]) -> Changes:
+    """The changes that the keywords of a `Question` ask for.
+
+    Raises
+    ------
+    UsageError
+        for a keyword that is none, or a value that is neither a text nor several.
+
+    Examples
+    --------
+    >>> changes_of({"max_jitter": "20 ms"}).limits
+    (('jitter', '20 ms'),)
+    >>> changes_of({"max_jitter": {"main": "20 ms"}, "fix": {"filter.period": "10 ms"}}).fix
+    ("'filter.period' = 10 ms",)
+    """
+    known = (*Question.__annotations__,)
+    for name in question:
+        if name not in known:
+            raise UsageError(f"a question has no {name!r}: there are {', '.join(known)}")
+    limits = tuple((metric, text) for metric in LIMITED for text in _texts(question, f"max_{metric}", "{}={}"))
+    objectives = (
+        *_texts(question, "objectives"),
+        *(f"minimise {text}" for text in _texts(question, "minimise")),
+        *(f"maximise {text}" for text in _texts(question, "maximise")),
+    )
+    settings: dict[str, Any] = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
+    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "'{}' = {}"), **settings)
+
+
+def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:
+    """One text or several; the text of each name is written as `named` says."""
+    given: Any = question.get(name) or ()
+    is_mapping = isinstance(given, Mapping)
+    several = given.values() if is_mapping else given
+    parts = tuple(several) if isinstance(several, Iterable) and not isinstance(several, str) else (given,)
+    if not all(isinstance(text, str) for text in parts) or (is_mapping and not named):
+        words = "name and text with a unit" if is_mapping and named else "text with a unit, or several"
+        raise UsageError(f'{name}: expected {words}, such as "20 ms"; got {given!r}')
+    return tuple(named.format(*item) for item in given.items()) if is_mapping else parts
+
+
+# The metrics that ``--max-METRIC`` and ``max_METRIC`` limit; light, for the command line reads it before its work.
+
+
+class Limited(NamedTuple):
+    """How a limit of a metric is told: an example; what each has its own, if that is so; its name; else whose it is."""
+
+    example: str
+    of: str = ""
+    called: str = ""
+    whose: str = "of the system"
+
+
+LIMITED: Mapping[str, Limited] = {
+    "jitter": Limited("20ms", "flow"),
+    "latency": Limited("20ms", "flow"),
+    "utilisation": Limited("70%", "processor"),
+    "load": Limited("50%", "bus"),
+    "busy": Limited("80%", "bus", "busy time"),
+    "price": Limited("500EUR"),
+    "power": Limited("10W"),
+    "changes": Limited("3", whose="against the baseline"),
+}
+"""By metric; each has a keyword ``max_METRIC`` in `dse.questions.question.Question` too."""

@@ -1,0 +1,155 @@
+"""The question and the designs that a result states, as a problem and designs: names are taken as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+from dse.analysis.measures import all_metrics
+from dse.questions.complete_design import complete_design
+from dse.questions.problem import ORIGIN, Problem, origin_of, set_up
+from dse.questions.question import Question
+from dse.space.model.criteria import Objective, Requirement, Rule
+from dse.space.model.space import Design, Space
+from dse.space.question.implied import with_implied
+from dse.space.question.limits import own_limit
+from dse.space.question.metrics import QuestionError
+from dse.space.question.open_cores import with_all_cores, with_open_cores
+from dse.space.question.reading import read_objective, read_requirements
+from dse.space.question.rules import read_rule
+from dse.space.question.settings import OSATE_SETTINGS, SETTINGS
+from dse.spec.language.grammar import ExpressionError, parse_requirement
+from dse.support.errors import UsageError
+
+
+def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with exactly the question that the ``effective`` block of a result states.
+
+    Raises
+    ------
+    UsageError
+        when the block is not one that `dse.solve` writes for this problem.
+    """
+    space = problem.space
+    try:
+        space = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
+        requirements = [
+            item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
+        ]
+        rules = [_rule(space, text) for text in effective["rules"]]
+        objectives = tuple(_objective(space, text) for text in effective["objectives"])
+        if len({item.metric for item in objectives}) != len(objectives):
+            raise UsageError("the result states an objective twice")
+        space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
+        space = with_implied(space)
+        fixed = named_choices(with_all_cores(space), effective["fixed"])
+    except (ExpressionError, QuestionError) as error:
+        raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
+    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)), robust=effective["robust"])
+
+
+def replaced_objectives(space: Space, effective: Mapping[str, Any]) -> list[int]:
+    """The numbers of the file's objectives that a result does not have."""
+    asked = set(effective["objectives"])
+    return [number for number, item in enumerate(space.objectives) if f"{item.sense} {item.metric.name}" not in asked]
+
+
+def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
+    """All settings of a result; one that does not state them all is of an older meaning."""
+    found = {}
+    for name, allowed in SETTINGS.items():
+        if name not in effective and name in OSATE_SETTINGS and effective.get("profile") == "dse":
+            continue  # what was written before there was this setting did not look at it
+        if name not in effective:
+            raise UsageError(
+                f"the result does not state {name!r}: a version of dse wrote it that answered another question "
+                "(solve the problem again)"
+            )
+        if effective[name] not in allowed:
+            raise UsageError(f"the result states the {name} {effective[name]!r}: it is one of {', '.join(allowed)}")
+        found[name] = effective[name]
+    return found
+
+
+def asked_as(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with the question of a result, and with what its file demands beyond that: it may have changed.
+
+    Errors as for `restated`.
+    """
+    asked = restated(problem, effective)
+    own = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
+    known = {*effective["requirements"], *effective["rules"]}
+    requirements = [item for item in own.requirements if item.text not in known]
+    rules = [item for item in own.rules if item.text not in known]
+    space = replace(
+        asked.space,
+        requirements=(*asked.space.requirements, *requirements),
+        rules=(*asked.space.rules, *rules),
+    )
+    return replace(asked, space=space)
+
+
+def question_of(problem: Problem, effective: Mapping[str, Any]) -> Question:
+    """What the question of a result asks beyond its problem, in the words of `Problem.ask`."""
+    own = origin_of(problem).effective
+    asked: dict[str, Any] = {name: effective[name] for name in SETTINGS if effective[name] != own[name]}
+    stated = {*own["requirements"], *own["rules"]}
+    asked["require"] = [text for text in (*effective["requirements"], *effective["rules"]) if text not in stated]
+    fixed = effective["fixed"].items() - own["fixed"].items()
+    asked["fix"] = {name: option for name, option in effective["fixed"].items() if (name, option) in fixed}
+    if effective["objectives"] != own["objectives"]:
+        asked["objectives"] = effective["objectives"]
+    return cast(Question, asked)
+
+
+def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
+    """Options by decision, from names and canonical texts as results have them.
+
+    Raises
+    ------
+    UsageError
+        when the problem has no such decision or option.
+    """
+    found = {}
+    for name, option in decisions.items():
+        index = space.decision_index(name)
+        if index is None or option not in space.decisions[index].options:
+            raise UsageError(f"the problem has no decision {name!r} with an option {option!r}")
+        found[index] = space.decisions[index].options.index(option)
+    return found
+
+
+def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
+    """The design of a result's point; errors as for `named_choices`, or when it leaves something open."""
+    return complete_design(space, named_choices(space, decisions))
+
+
+def _requirements(space: Space, text: str) -> list[Requirement]:
+    """Those of the file with this text; else what the text says."""
+    own = [item for item in space.requirements if item.text == text and not item.implied]
+    if own:
+        return own
+    for metric in sorted(all_metrics(space), key=lambda item: len(item.name), reverse=True):
+        rest = text.removeprefix(metric.name).lstrip()
+        if text.startswith(metric.name) and rest[:1] in ("<", ">", "="):
+            stated = parse_requirement(f"price {rest}")
+            limit = own_limit(space, metric, stated.limit)
+            return [Requirement(text, metric, stated.operator, limit, ORIGIN)]
+    return [replace(item, text=text) for item in read_requirements(space, text, ORIGIN)]
+
+
+def _rule(space: Space, text: str) -> Rule:
+    own = [item for item in space.rules if item.text == text]
+    return own[0] if own else read_rule(space, text, ORIGIN)
+
+
+def _objective(space: Space, text: str) -> Objective:
+    for own in space.objectives:
+        if f"{own.sense} {own.metric.name}" == text:
+            return own
+    sense, _, name = text.partition(" ")
+    for metric in all_metrics(space):
+        if metric.name == name and sense in ("minimise", "maximise"):
+            return Objective(text, "minimise" if sense == "minimise" else "maximise", metric)
+    return read_objective(space, text)

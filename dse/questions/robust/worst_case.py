@@ -1,0 +1,242 @@
+"""The worst place of a requirement over a box of inputs, proved for one design.
+
+Where every partial derivative keeps its sign over the box (shown by interval arithmetic in exact fractions), the
+worst place is a corner that the signs name. Where one does not, the figure must be at most linear in that input: then
+the worst is at a corner too, and both ends are tried. A comparison that a formula makes (the smaller of two rates)
+may be decided one way in part of the box and the other way elsewhere: the figure is continuous there, so that signs
+which agree in every part hold for the whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.intervals import (
+    ZERO,
+    Interval,
+    NotProvedError,
+    combined,
+    degrees_over,
+    is_zero_test,
+    seeds_of,
+    slopes_over,
+    undecided_over,
+    values_over,
+)
+from dse.questions.sensitivity.traced_numbers import STEPS, Program, TooManyGuardsError
+from dse.questions.sensitivity.uncertainty import Uncertain
+from dse.support.units import is_unbounded
+
+MOST_FREE = 10
+"""The greatest number of inputs without a proved direction that are tried at both ends together."""
+Corner = tuple[int, ...]
+"""For each uncertain input its end: 0 low, 1 high."""
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst corner of a comparison: both sides there."""
+
+    corner: Corner
+    value: Fraction
+    limit: Fraction
+
+
+class Box:
+    """The stated bounds of uncertain inputs."""
+
+    def __init__(self, uncertain: Sequence[Uncertain]) -> None:
+        self.uncertain = tuple(uncertain)
+        self.ends = [item.ends() for item in uncertain]
+        self._last: tuple[DesignFunction | None, Corner, list[Fraction]] = (None, (), [])
+
+    def values(self, nominal: Sequence[Fraction], corner: Corner) -> list[Fraction]:
+        """The values of all variables at a corner."""
+        values = list(nominal)
+        for item, ends, end in zip(self.uncertain, self.ends, corner, strict=True):
+            item.set(values, ends[end])
+        return values
+
+    def worsts(self, function: DesignFunction) -> list[tuple[Bound, Worst]]:
+        """For each comparison of a design the corner at which it is missed most, or met most narrowly.
+
+        Raises
+        ------
+        NotProvedError
+            when no corner is proved to be the worst of some comparison.
+        """
+        if not function.applies:
+            raise NotProvedError("the figures of the analysis cannot be followed over a range of inputs")
+        ranges = [*self.ranges(function.inputs.nominal), *(item.range for item in function.further)]
+        seeds = seeds_of(self.uncertain, len(function.inputs.nominal), function.further)
+        parts = [_Part(program, ranges, seeds) for program in self._programs(function, ranges)]
+        found = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
+        return found + self._fullest_cores(function, parts)
+
+    def _fullest_cores(self, function: DesignFunction, parts: Sequence[_Part]) -> list[tuple[Bound, Worst]]:
+        """The fullest core of each limited processor at its worst.
+
+        Every thread uses more or less in the same direction of each input; where that is so, a core is used most where
+        the whole processor is, and a partition that does there does everywhere.
+        """
+        found: dict[int, tuple[Bound, Worst]] = {}
+        for number in function.core_sides(function.inputs.nominal):
+            whole, *threads = (bound for bound in function.outputs.bounds if bound.requirement == number)
+            text = function.outputs.texts[number]
+            directions = self._directions(parts, whole, text)
+            for bound in threads:
+                for item, all_, one in zip(
+                    self.uncertain, directions, self._directions(parts, bound, text), strict=True
+                ):
+                    if one not in (0, all_):
+                        raise NotProvedError(f"{text}: with {item.path} some threads use more and others less")
+            for corner in self._corners(directions, 1):
+                value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner), number)[number]
+                if number not in found or value - limit > found[number][1].value - found[number][1].limit:
+                    found[number] = (Bound(number, whole.value, whole.limit, core), Worst(corner, value, limit))
+        return list(found.values())
+
+    @staticmethod
+    def _corners(directions: Sequence[int | None], sign: int) -> Iterator[Corner]:
+        """The corners that may be the worst where a value rises (`sign` 1) or falls with the directions."""
+        free = [number for number, direction in enumerate(directions) if direction is None]
+        for chosen in product((0, 1), repeat=len(free)):
+            picked = dict(zip(free, chosen, strict=True))
+            yield tuple(
+                picked[number] if direction is None else int(direction * sign > 0)
+                for number, direction in enumerate(directions)
+            )
+
+    def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
+        text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
+        directions = self._directions(parts, bound, text)
+        self._check_endless(function, parts, bound, directions)
+        signs = {"<": (1,), ">": (-1,), "=": (1, -1)}[operator[0]]  # an equality is missed above or below
+        found = []
+        for sign in signs:
+            for corner in self._corners(directions, sign):
+                value, limit = self._sides(function, bound, corner)
+                found.append((sign * (limit - value), corner, value, limit))
+        _, corner, value, limit = min(found, key=lambda item: (item[0], item[1]))
+        return Worst(corner, value, limit)
+
+    @staticmethod
+    def _check_endless(
+        function: DesignFunction, parts: Sequence[_Part], bound: Bound, directions: Sequence[int | None]
+    ) -> None:
+        """What has no bound in part of the box jumps up where it loses it: figures that fall with it are not covered.
+
+        Raises
+        ------
+        NotProvedError
+            when a comparison depends on such a thing, and may fall where that rises.
+        """
+        for number, item in enumerate(function.further, len(function.inputs.nominal)):
+            if not is_unbounded(item.range[1]) or not any(part.reaches(number, bound) for part in parts):
+                continue
+            for slope, direction in zip(item.slopes, directions, strict=True):
+                if slope != ZERO and (direction is None or direction * (1 if slope[0] >= 0 else -1) < 0):
+                    raise NotProvedError("a response time has no bound in part of the stated ranges")
+
+    def _sides(self, function: DesignFunction, bound: Bound, corner: Corner) -> tuple[Fraction, Fraction]:
+        known, place, outputs = self._last
+        if known is not function or place != corner:  # kept, so that no other function has its id
+            outputs = function.exact(self.values(function.inputs.nominal, corner))
+            self._last = function, corner, outputs
+        return outputs[bound.value], outputs[bound.limit]
+
+    def _directions(self, parts: Sequence[_Part], bound: Bound, text: str) -> list[int | None]:
+        """For each input 1 where value - limit rises with it, -1 where it falls, 0 where it does neither.
+
+        None where both ends matter.
+        """
+        found: list[int | None] = []
+        for number, item in enumerate(self.uncertain):
+            signs = {part.direction(number, bound) for part in parts}
+            signs -= {0} if len(signs) > 1 else set()
+            if len(signs) == 1 and None not in signs:
+                found.append(signs.pop())
+            elif len(parts) == 1 and parts[0].degree(number, bound) <= 1:
+                found.append(None)
+            else:
+                raise NotProvedError(f"{text}: it may rise and fall with {item.path}; no end of its range is the worst")
+        if found.count(None) > MOST_FREE:
+            raise NotProvedError(f"{text}: more than {MOST_FREE} inputs whose worst end depends on the others")
+        return found
+
+    def ranges(self, nominal: Sequence[Fraction]) -> list[Interval]:
+        """Which values each variable has."""
+        ranges = [(value, value) for value in nominal]
+        for item in self.uncertain:
+            for variable in item.variables:
+                ranges[variable.index] = item.range_of(variable)
+        return ranges
+
+    def _programs(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
+        """The programs that apply somewhere in the box: one, unless a comparison is undecided."""
+        try:
+            return self._applicable(function, ranges)
+        except TooManyGuardsError:
+            raise NotProvedError("a figure takes more comparisons than are looked at") from None
+
+    def _applicable(self, function: DesignFunction, ranges: Sequence[Interval]) -> list[Program]:
+        program, _ = function.program_at([low for low, _ in self.ranges(function.inputs.nominal)])
+        undecided = undecided_over(program, ranges)
+        if not undecided:
+            return [program]
+        jumps = [
+            item
+            for item in undecided
+            if item[2] in STEPS or (item[2] == "==" and item[3] and not is_zero_test(program, item[1]))
+        ]
+        if jumps:
+            names = self._behind(program, [side for item in jumps for side in item[:2]])
+            raise NotProvedError(
+                f"a figure moves in steps within the stated ranges, of which nothing can be proved (with {names}), "
+                "as response times may where more than execution and transmission times vary, or first-fit places "
+                "threads: state one value, and cores, or leave response times out (deadlines: none, "
+                "processing: execution_time)"
+            )
+        if len(self.uncertain) > MOST_FREE:
+            raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
+        corners = product((0, 1), repeat=len(self.uncertain))
+        found = [function.program_at(self.values(function.inputs.nominal, corner))[0] for corner in corners]
+        return list({id(item): item for item in found}.values())
+
+    def _behind(self, program: Program, steps: Sequence[int]) -> str:
+        """The uncertain inputs that some steps depend on."""
+        inside = frozenset().union(*map(program.variables, steps))
+        return ", ".join(
+            item.path for item in self.uncertain if inside & {variable.index for variable in item.variables}
+        )
+
+
+class _Part:
+    """A program over a box: the interval of each step and, for each uncertain input, of its derivative."""
+
+    def __init__(self, program: Program, ranges: Sequence[Interval], seeds: Sequence[Mapping[int, Interval]]) -> None:
+        self.program = program
+        values = values_over(program, ranges)
+        self.slopes = [slopes_over(program, values, one) for one in seeds]
+        self.degrees = [degrees_over(program, values, one) for one in seeds]
+
+    def direction(self, number: int, bound: Bound) -> int | None:
+        """The sign of the derivative of value - limit over the box; None when it is not proved."""
+        slopes = self.slopes[number]
+        low, high = combined("-", *(slopes[self.program.outputs[side]] for side in (bound.value, bound.limit)))
+        if low == high == 0:
+            return 0
+        return 1 if low >= 0 else -1 if high <= 0 else None
+
+    def reaches(self, variable: int, bound: Bound) -> bool:
+        """Whether a comparison depends on a variable."""
+        sides = (self.program.outputs[bound.value], self.program.outputs[bound.limit])
+        return any(variable in self.program.variables(side) for side in sides)
+
+    def degree(self, number: int, bound: Bound) -> int:
+        """The degree of a comparison in an input; 2 stands for anything that is not linear."""
+        return max(self.degrees[number][self.program.outputs[side]] for side in (bound.value, bound.limit))

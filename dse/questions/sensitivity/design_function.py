@@ -1,0 +1,339 @@
+"""A design's metrics and requirements as functions of the inputs of its problem file.
+
+The problem is read once with traced figures (`dse.questions.sensitivity.traced_numbers`); the analysis' formulas then
+give every metric and limit of one design as an expression. The expressions are held to the analysis itself at random
+inputs when they are made; where they do not apply (a comparison would be decided otherwise) the formulas are run again
+for those inputs.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy
+
+from dse.analysis.latency.metrics import EXACT_KINDS
+from dse.analysis.limits import (
+    HOLDS,
+    Limit,
+    build_limit,
+    comparisons,
+    core_comparison,
+    core_words,
+    sum_comparisons,
+    thread_values,
+)
+from dse.analysis.measures import all_metrics, build_measure
+from dse.analysis.views import View
+from dse.questions.sensitivity.inputs import InputSpace, Values, Variable
+from dse.questions.sensitivity.intervals import Further
+from dse.questions.sensitivity.traced_numbers import MOST_GUARDS, Program, TooManyGuardsError, watching
+from dse.space.model.space import Design
+from dse.support.timelimit import look_at_the_clock
+from dse.support.units import is_unbounded
+
+CHUNK = 8192
+"""The number of samples that are evaluated at a time: what they need stays in the cache."""
+KEPT_PROGRAMS = 30
+"""The number of expressions that are remembered besides the one of the values in the file."""
+CHECKS = 3
+"""At how many random inputs a function is held to the analysis."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One comparison that a requirement makes: numbers of two outputs.
+
+    `thread` names the thread, or the core, that it is about, if it is one.
+    """
+
+    requirement: int
+    value: int
+    limit: int
+    thread: str = ""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What a design's function gives: the metrics by number, then both sides of each comparison."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    texts: tuple[str, ...]
+    operators: tuple[str, ...]
+    bounds: tuple[Bound, ...]
+    about_cores: frozenset[int]
+    """Requirements whose comparisons depend on which threads share a core: their expressions hold nearby only."""
+
+
+class DesignFunction:
+    """Every metric and requirement of one design as a function of the inputs.
+
+    Without `cores`, comparisons of whole cores are left out: which threads share a core may change with the inputs, and
+    `core_sides` has to be asked.
+    """
+
+    def __init__(self, inputs: InputSpace, design: Design, *, cores: bool = True) -> None:
+        self.inputs, self.design, self.cores = inputs, design, cores
+        self.programs: list[Program] = []
+        space = inputs.problem.space
+        listed = [item for item in all_metrics(space) if item.kind not in EXACT_KINDS]  # no functions: jobs
+        named = {item.name: item for item in (*listed, *(objective.metric for objective in space.objectives))}
+        self.metrics = tuple(named.values())
+        """Those of the problem as stated: with other numbers of cores there are others of single cores."""
+        self.further: tuple[Further, ...] = ()
+        """What follows from the inputs and is a variable of the programs all the same, after them."""
+        self.outputs, results, guards = self._formulas(inputs.nominal, traced=True)
+        self.programs.append(Program(results, guards))
+        self.applies = self._agrees()
+
+    def inputs_of(self, values: Values) -> Values:
+        """What the programs are functions of, from the values of the inputs."""
+        return values
+
+    def view_of(self, values: Values, *, traced: bool) -> View:
+        """The design as the formulas see it."""
+        return View(self.design)
+
+    def _formulas(
+        self, values: Values, *, traced: bool = False, most: int | None = None
+    ) -> tuple[Outputs, list[Fraction], list[Any]]:
+        """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when there are more than `most` comparisons, where that is given.
+        """
+        look_at_the_clock()
+        space = self.inputs.at(values, traced=traced)
+        with watching() as guards:
+            limits = [build_limit(space, item, counted=False) for item in space.requirements]
+            measures = [build_measure(space, metric, counted=False) for metric in self.metrics]
+            guards.clear()  # scales and units are no part of the figures
+            guards.most = most
+            view = self.view_of(values, traced=traced)
+            results = [measure.value(view) for measure in measures]
+            bounds: list[Bound] = []
+            for number, limit in enumerate(limits):
+                for value, bound, thread in _comparisons(limit, view, cores=self.cores):
+                    bounds.append(Bound(number, len(results), len(results) + 1, thread))
+                    results += [value, bound]
+        outputs = Outputs(
+            tuple(measure.metric.name for measure in measures),
+            tuple(measure.unit for measure in measures),
+            tuple(item.shown for item in space.requirements),
+            tuple(item.operator for item in space.requirements),
+            tuple(bounds),
+            frozenset(number for number, limit in enumerate(limits) if self.cores and limit.cores),
+        )
+        return outputs, results, list(guards)
+
+    def analysed(self, values: Values) -> list[Fraction]:
+        """The outputs by the analysis itself, without expressions."""
+        return [item if is_unbounded(item) else Fraction(item) for item in self._formulas(values)[1]]
+
+    def _agrees(self) -> bool:
+        """Whether the expressions give what the analysis gives at random inputs; never used where they do not."""
+        source = random.Random(1)
+        program = self.programs[0]
+        for _ in range(CHECKS):
+            values = [_nearby(variable, source) for variable in self.inputs.variables]
+            steps = program.run(self.inputs_of(values))
+            if program.holds(steps) and [steps[number] for number in program.outputs] != self.analysed(values):
+                return False
+        return True
+
+    def program_at(self, values: Values) -> tuple[Program, list[Fraction]]:
+        """A program that applies at these inputs, with the value of each of its steps.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when it would have more comparisons than are worth remembering.
+        """
+        given = self.inputs_of(values)
+        for program in self.programs:
+            steps = steps_or_none(program, given)
+            if steps is not None and program.holds(steps):
+                return program, steps
+        _, results, guards = self._formulas(values, traced=True, most=MOST_GUARDS)
+        program = Program(results, guards)
+        self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
+        return program, program.run(given)
+
+    def compared(
+        self, values: Values, bounds: Sequence[Bound], *, traced: bool = False
+    ) -> tuple[dict[int, Fraction], list[Any]]:
+        """Both sides of some comparisons by the analysis itself, by output; with `traced` also the guards.
+
+        Raises
+        ------
+        TooManyGuardsError
+            when there are more guards than are worth remembering.
+        """
+        look_at_the_clock()
+        view = View(self.design)
+        wanted = dict.fromkeys(bound.requirement for bound in bounds)
+        space = self.inputs.at(values, traced=True) if traced else None
+        found: dict[int, Fraction] = {}
+        with watching() as guards:
+            if space is None:
+                limits = self.inputs.limits(values, wanted)
+            else:
+                limits = {number: build_limit(space, space.requirements[number], counted=False) for number in wanted}
+            guards.clear()  # scales are no part of the figures
+            guards.most = MOST_GUARDS
+            for number in wanted:
+                limit = limits[number]
+                places = (bound for bound in self.outputs.bounds if bound.requirement == number)
+                for bound, (value, most, _) in zip(places, _comparisons(limit, view, cores=self.cores), strict=True):
+                    found[bound.value], found[bound.limit] = value, most
+        return found, list(guards)
+
+    def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
+        """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core."""
+        view = View(self.design)
+        found = {}
+        numbers = range(len(self.inputs.problem.space.requirements)) if only is None else (only,)
+        limits = self.inputs.limits(values, numbers)
+        for number in numbers:
+            limit = limits[number]
+            if limit.cores is not None:
+                item = core_comparison(limit.cores, thread_values(limit, view), view)
+                assert item.spread is not None
+                found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
+        return found
+
+    @cached_property
+    def steps_as_stated(self) -> list[Fraction]:
+        """The value of each step of the first program at the values of the file."""
+        return self.programs[0].run(self.inputs.nominal)
+
+    def exact(self, values: Values) -> list[Fraction]:
+        """The outputs at exact inputs."""
+        if not self.applies:
+            return self.analysed(values)
+        try:
+            program, steps = self.program_at(values)
+        except TooManyGuardsError:
+            return self.analysed(values)
+        return [steps[number] for number in program.outputs]
+
+    def sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
+        """The outputs for `size` samples as arrays of floats; `columns` has those of the variables that vary, by index.
+
+        Outputs that no varying variable reaches are exact numbers.
+        """
+        parts = []
+        for start in range(0, size, CHUNK):
+            look_at_the_clock()
+            end = min(start + CHUNK, size)
+            parts.append(self._sampled({index: column[start:end] for index, column in columns.items()}, end - start))
+        return [_joined(pieces, size) for pieces in zip(*parts, strict=True)]
+
+    def _sampled(self, columns: Mapping[int, Any], size: int) -> list[Any]:
+        inputs = [columns.get(variable.index, float(variable.nominal)) for variable in self.inputs.variables]
+        if not self.applies:
+            return self._one_by_one(inputs, size)
+        program = self.programs[0]
+        nominal = self.steps_as_stated
+        steps = program.run(inputs)
+        varying = frozenset(columns)
+        found = [
+            numpy.broadcast_to(steps[number], (size,)).copy()
+            if program.variables(number) & varying
+            else nominal[number]
+            for number in program.outputs
+        ]
+        left = numpy.flatnonzero(~numpy.broadcast_to(program.holds(steps), (size,)))
+        while left.size:
+            left = self._sampled_elsewhere(inputs, left, found, size)
+        return found
+
+    def _sampled_elsewhere(self, inputs: Sequence[Any], rows: Any, found: list[Any], size: int) -> Any:
+        """Fill in what the program of the first of these samples gives, wherever it applies; returns the other rows."""
+        first = [Fraction(float(item[rows[0]]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
+        try:
+            program, exact = self.program_at(first)
+        except TooManyGuardsError:
+            self._fill_in(found, rows[:1], [[value] for value in self.analysed(first)], size)
+            return rows[1:]
+        with numpy.errstate(all="ignore"):
+            steps = program.run([item[rows] if isinstance(item, numpy.ndarray) else item for item in inputs])
+            good = numpy.broadcast_to(program.holds(steps), rows.shape).copy()
+        good[0] = True  # decided in exact fractions
+        columns = []
+        for step in program.outputs:
+            values = numpy.broadcast_to(numpy.asarray(steps[step], dtype=float), rows.shape).copy()
+            values[0] = float(exact[step])
+            columns.append(values[good])
+        self._fill_in(found, rows[good], columns, size)
+        return rows[~good]
+
+    @staticmethod
+    def _fill_in(found: list[Any], rows: Any, columns: Sequence[Any], size: int) -> None:
+        """Put the outputs of some samples to those of the others; a number for all becomes an array where it must."""
+        for number, column in enumerate(columns):
+            values = numpy.asarray(column, dtype=float)
+            if not isinstance(found[number], numpy.ndarray):
+                if (values == float(found[number])).all():
+                    continue
+                found[number] = numpy.full(size, float(found[number]))
+            found[number][rows] = values
+
+    def _one_by_one(self, inputs: Sequence[Any], size: int) -> list[Any]:
+        rows = []
+        for sample in range(size):
+            values = [Fraction(float(item[sample]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
+            rows.append([float(value) for value in self.analysed(values)])
+        return [numpy.array(column) for column in zip(*rows, strict=True)]
+
+    def broken(
+        self, outputs: Sequence[Fraction] | Mapping[int, Fraction], bounds: Sequence[Bound] | None = None
+    ) -> list[Bound]:
+        """The comparisons, of some or of all, that do not hold."""
+        operators = self.outputs.operators
+        return [
+            bound
+            for bound in (self.outputs.bounds if bounds is None else bounds)
+            if not HOLDS[operators[bound.requirement]](outputs[bound.value], outputs[bound.limit])
+        ]
+
+
+def _joined(pieces: Sequence[Any], size: int) -> Any:
+    """One output of several chunks: an array, or the number that all of them have."""
+    if not any(isinstance(piece, numpy.ndarray) for piece in pieces):
+        return pieces[0]
+    sizes = [min(CHUNK, size - number * CHUNK) for number in range(len(pieces))]
+    return numpy.concatenate(
+        [
+            numpy.broadcast_to(numpy.asarray(piece, dtype=float), (count,))
+            for piece, count in zip(pieces, sizes, strict=True)
+        ]
+    )
+
+
+def _comparisons(limit: Limit, view: View, *, cores: bool) -> Iterator[tuple[Fraction, Fraction, str]]:
+    """Value, bound and thread or core of each comparison of a requirement (see `dse.analysis.limits.judge`)."""
+    for item in comparisons(limit, view) if cores else sum_comparisons(limit, view):
+        who = item.thread if item.spread is None else core_words(item.spread)
+        yield item.value, Fraction(0) + item.bound, who
+
+
+def steps_or_none(program: Program, values: Values) -> list[Fraction] | None:
+    """The value of each step; None where a formula divides by 0, which a guard would have kept it from."""
+    try:
+        return program.run(values)
+    except ZeroDivisionError:
+        return None
+
+
+def _nearby(variable: Variable, source: random.Random) -> Fraction:
+    value = variable.nominal * Fraction(source.randint(900, 1100), 1000)
+    return variable.settled(value)

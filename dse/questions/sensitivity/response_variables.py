@@ -1,0 +1,199 @@
+"""Response times over a box of inputs: variables of their own, which rise with what is executed and sent.
+
+Where each thread keeps its core and its place among the priorities, the response time of fixed-priority scheduling
+never falls when an execution time, a blocking time or a release jitter grows: the busy period of the longer jobs holds
+that of the shorter ones (J. P. Lehoczky, RTSS 1990; N. Audsley et al., Software Engineering Journal 8(5), 1993), and so
+does the least fixed point of response times and the jitter that they pass on (K. Tindell and J. Clark, 1994). The same
+holds of executors, reservations and segments (docs/semantics.md, sections 4.6 to 4.8): their bounds too are the
+greatest, over jobs, of a least time by which all that is demanded until then is done, and longer jobs and more jitter
+demand more. A response time grows at least as fast as the thread's own longest execution time, which is all in its last
+job. So the jitter that a thread passes on, response time less shortest execution time, grows too where the longest time
+grows no slower than the shortest. Over the box a response time lies between those at the two corners where all of these
+are least and most, and its derivative is at least that of the thread's own longest time: enough for the signs of
+`dse.questions.robust.worst_case`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.scheduling.holistic import fixed_point
+from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses, counted_ns
+from dse.analysis.scheduling.servers.segments import elapsed_ns
+from dse.analysis.scheduling.tasks import TaskKey, alone_ns
+from dse.analysis.scheduling.turns import Schedule, Turn
+from dse.analysis.views import View
+from dse.questions.robust.worst_case import Box, Corner, Worst
+from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.inputs import InputSpace, Values
+from dse.questions.sensitivity.intervals import (
+    INFINITE,
+    ZERO,
+    Further,
+    Interval,
+    NotProvedError,
+    combined,
+    seeds_of,
+    slopes_over,
+    undecided_over,
+    values_over,
+)
+from dse.questions.sensitivity.traced_numbers import MOST_GUARDS, Node, Program, TooManyGuardsError, Traced, watching
+from dse.space.model.space import Design, Space
+from dse.support.units import is_unbounded
+
+Responses = Mapping[TaskKey, Any]
+
+
+class ScheduledFunction(DesignFunction):
+    """A design's figures as functions of the inputs and of its response times, which follow from the inputs."""
+
+    def __init__(self, inputs: InputSpace, design: Design, motion: Motion, box: Box) -> None:
+        self._known: tuple[Values, Responses] = ((), {})
+        low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
+        least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
+        ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least)}
+        self.keys = tuple(ends)
+        """The tasks that have response times."""
+        changing = any(is_unbounded(latest) and not is_unbounded(soonest) for soonest, latest in ends.values())
+        self.top = motion.most if changing else None
+        """The corner where some response time has no bound that has one elsewhere in the box, if there is one."""
+        super().__init__(inputs, design, cores=False)
+        self.further = tuple(motion.response(key, ends[key]) for key in self.keys)
+
+    def inputs_of(self, values: Values) -> Values:
+        """The values of the inputs with the response times that follow from them."""
+        found = self._responses(values)
+        return (*values, *(_counted(found[key]) for key in self.keys))
+
+    def view_of(self, values: Values, *, traced: bool) -> View:
+        """A view of the design that knows its response times, traced as variables of their own."""
+        view = super().view_of(values, traced=traced)
+        found = self._responses(values)
+        if traced:
+            first = len(self.inputs.variables)
+            found = {key: _variable(found[key], number) for number, key in enumerate(self.keys, first)}
+        view.memo["responses"] = found
+        return view
+
+    def _responses(self, values: Values) -> Responses:
+        if self._known[0] != tuple(values):
+            self._known = (tuple(values), all_responses(self.inputs.at(values), View(self.design)))
+        return self._known[1]
+
+    def broken_without_bound(self, box: Box) -> list[tuple[Bound, Worst]]:
+        """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing."""
+        if self.top is None:
+            return []
+        outputs = self.analysed(box.values(self.inputs.nominal, self.top))
+        found = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        return found if self.broken(outputs) else []
+
+
+def _variable(response_ns: Any, number: int) -> Any:
+    """A response time as a variable; one without a bound stays as it is, and what is made of it is of such places."""
+    variable = Traced(_counted(response_ns), Node("var", (), number))
+    return None if response_ns is None and variable >= UNBOUNDED_NS else variable  # which is a guard
+
+
+def _counted(response_ns: Any) -> Fraction:
+    return Fraction(0) + counted_ns(response_ns)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the response times of a design move with the uncertain inputs."""
+
+    least: Corner
+    most: Corner
+    """The corners where every response time is shortest, and longest."""
+    signs: tuple[int, ...]
+    """For each uncertain input 1 where response times rise with it, -1 where they fall, 0 where they do neither."""
+    own: Mapping[TaskKey, tuple[Interval, ...]]
+    """The slopes of each task's longest execution time in each of them."""
+
+    def response(self, key: TaskKey, ends: Interval) -> Further:
+        """The response time of a task as a variable, from its ends: it moves at least as its execution time does."""
+        slopes = tuple(
+            ZERO
+            if ends[0] == ends[1] or not sign
+            else (max(Fraction(0), own[0]), INFINITE)
+            if sign > 0
+            else (-INFINITE, min(Fraction(0), own[1]))
+            for sign, own in zip(self.signs, self.own[key], strict=True)
+        )
+        return Further(ends, slopes)
+
+
+def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
+    """How response times move over the box; None where that is not known by the theorem.
+
+    It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
+
+    Raises
+    ------
+    NotProvedError
+        when some response times may rise and others fall with an input, or there are too many comparisons.
+    """
+    ranges = box.ranges(inputs.nominal)
+    space, view = inputs.at(inputs.nominal, traced=True), View(design)
+    with watching() as guards:
+        schedule = Schedule(space, view)
+        cores = [core for number in range(len(space.processors)) for core in schedule.cores(number)]
+        turns = [turn for core in cores for turn in core]
+        times = list(_times(space, turns, view))
+    program = Program([Fraction(0) + item for pair in times for item in pair], guards)
+    if undecided_over(program, ranges):
+        return None
+    reached = frozenset().union(*map(program.variables, program.outputs))
+    others = {item.index for uncertain in box.uncertain for item in uncertain.variables} - reached
+    if others and others & _deciding(space, cores, view):
+        return None
+    values, seeds = values_over(program, ranges), seeds_of(box.uncertain)
+    slopes = [slopes_over(program, values, item) for item in seeds]
+    signs = tuple(_sign(program, one, item.path) for one, item in zip(slopes, box.uncertain, strict=True))
+    own = {turn.key: tuple(one[program.outputs[2 * number]] for one in slopes) for number, turn in enumerate(turns)}
+    ends = (tuple(int(sign * way > 0) for sign in signs) for way in (-1, 1))
+    return Motion(next(ends), next(ends), signs, own)
+
+
+def _times(space: Space, turns: list[Turn], view: View) -> Iterator[tuple[Any, Any]]:
+    """The longest and shortest of each time that response times are made of: first of the tasks, in their order."""
+    for number, part in (turn.key for turn in turns):
+        is_piece = space.components[number].pieces is not None
+        yield (elapsed_ns(space, number, view) if is_piece else alone_ns(space.components[number], part, view))[::-1]
+    for turn in turns:
+        yield turn.blocked_ns, 0
+    for component in space.components:
+        yield alone_ns(component, "thread", view)[::-1]
+        for wire in component.triggers:
+            least, most, _ = transmission_ns(space, space.connections[wire], view)
+            yield most - least, 0
+
+
+def _sign(program: Program, slopes: list[Interval], path: str) -> int:
+    """Which way response times move with an input: the sign of every longest time, and of that less the shortest."""
+    outputs = [slopes[number] for number in program.outputs]
+    pairs = list(zip(outputs[::2], outputs[1::2], strict=True))
+    moves = [longest for longest, _ in pairs] + [combined("-", *pair) for pair in pairs]
+    rises, falls = all(low >= 0 for low, _ in moves), all(high <= 0 for _, high in moves)
+    if not rises and not falls:
+        raise NotProvedError(f"response times may rise and fall with {path}; no end of its range is the worst")
+    return 0 if rises and falls else 1 if rises else -1
+
+
+def _deciding(space: Space, cores: list[list[Turn]], view: View) -> frozenset[int]:
+    """The variables that response times depend on in any way."""
+    try:
+        with watching() as guards:
+            guards.most = MOST_GUARDS
+            known = fixed_point(space, cores, view)
+    except TooManyGuardsError:
+        raise NotProvedError("a figure takes more comparisons than are looked at") from None
+    found = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
+    program = Program(found, guards)
+    return frozenset().union(program.deciding, *map(program.variables, program.outputs))

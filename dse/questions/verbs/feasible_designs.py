@@ -1,0 +1,55 @@
+"""Every feasible design of a small problem, to show a front among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dse.analysis.evaluate import Evaluator
+from dse.answers.result import Result
+from dse.answers.tables.display import without_stand_in
+from dse.verification.diagrams import TooLarge
+from dse.verification.exhaustion import TooMany, exhaust
+from dse.verification.tables import build_tables
+
+MOST_DESIGNS = 100_000
+"""Up to so many designs, by their options alone, it takes a fraction of a second to look at all of them."""
+MOST_ROWS = 200_000
+MOST_JUDGED = 500
+"""The same where the analysis has to judge each design."""
+MOST_VECTORS = 5_000
+"""More are no points in a plot but a surface, and too much to carry in a page."""
+
+
+@dataclass(frozen=True)
+class Feasible:
+    """All feasible designs of a question: how many, and their objectives in the units of the front, each once."""
+
+    count: int
+    vectors: tuple[tuple[int, ...], ...]
+
+
+def feasible_designs(result: Result) -> Feasible | None:
+    """What the front of a result lies among; None where there are too many designs to look at each.
+
+    Found by the exhaustion of `dse verify`, which shares nothing with the search.
+    """
+    if not result.front or result.search.space_size > MOST_DESIGNS:
+        return None
+    try:
+        tables = build_tables(Evaluator(result.space))
+        is_judged = tables.waits is not None or not tables.bounds_are_exact
+        found = exhaust(tables, MOST_JUDGED if is_judged else MOST_ROWS)
+    except (TooLarge, TooMany):
+        return None
+    signs = [1 if objective.sense == "minimise" else -1 for objective in result.objectives]
+    rows = {
+        tuple(
+            without_stand_in(result.space, info.metric, objective.unit, sign * int(value))
+            for info, objective, sign, value in zip(result.space.objectives, result.objectives, signs, row, strict=True)
+        )
+        for row in found.vectors
+    }
+    front = {tuple(point.objectives[info.name] for info in result.objectives) for point in result.front}
+    if len(rows) > MOST_VECTORS or not front <= rows:  # a robust front has the worst figures of its designs
+        return None
+    return Feasible(len(found.designs), tuple(sorted(rows)))

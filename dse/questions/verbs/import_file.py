@@ -1,0 +1,138 @@
+"""`dse.import_file`: other formats to problem files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dse.importers.registry import MOST_LOOKED_AT, NODES, YAML, Imported, importer_of, read_foreign
+from dse.importers.ros2.matching import entities_of, node_of
+from dse.importers.ros2.merging import merged
+from dse.spec.loading.load import load_spec
+from dse.spec.loading.recognising import is_problem
+from dse.spec.loading.writing import block_text
+from dse.support.errors import Diagnostic, UsageError
+from dse.support.files.reading import UnreadableFileError, beginning
+
+
+@dataclass(frozen=True)
+class ImportedFile:
+    """The text of a problem file (or of a file to include), and what was left out or not understood on the way.
+
+    Examples
+    --------
+    >>> ImportedFile("dse: 1").remarks
+    ()
+    """
+
+    text: str
+    remarks: tuple[Diagnostic, ...] = ()
+
+
+def import_file(
+    path: str | Path | Sequence[str | Path],
+    form: str | None = None,
+    times: Sequence[str | Path] = (),
+    bags: Sequence[str | Path] = (),
+    **options: str | None,
+) -> ImportedFile:
+    """A file of another format, or several that make one problem, as the text of a problem file.
+
+    Parameters
+    ----------
+    path
+        the file; for some formats a folder; or several files, of which those named first count where they differ.
+        Problem files are among them what they are.
+    form
+        the name of the format; told by the file's suffix where it is left out.
+    times
+        measured execution times for the threads that the files have: CSV as `dse fit` reads them, or traces.
+    bags
+        recordings of ROS, for the sizes of topics and the rates of those that come from outside.
+    options
+        those of the formats; ``dse import --help`` lists them.
+
+    Raises
+    ------
+    UsageError
+        when no importer reads such files, or it has no such option.
+    ProblemError
+        when the file is wrong, with every finding.
+
+    Examples
+    --------
+    >>> import pathlib
+    >>> text = "package p public system s end s; system implementation s.i end s.i; end p;"
+    >>> written = pathlib.Path("idle.aadl").write_text(text, encoding="utf-8")
+    >>> print(import_file("idle.aadl").text.splitlines()[1])
+    name: "p::s.i"
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    paths = [Path(item) for item in ([path] if isinstance(path, str | Path) else path)]
+    if not paths:
+        raise UsageError("no file is named")
+    if form is not None and len(paths) > 1:
+        raise UsageError("--format: of several files each one tells its format by itself")
+    found = _several(paths, form, given)
+    document, remarks = dict(found.document), found.remarks
+    if times or bags:
+        from dse.questions.verbs.import_times import with_bag, with_times
+
+        if times:
+            document, said = with_times(found, times)
+            remarks += said
+        for bag in bags:
+            document, said = with_bag(document, Path(bag))
+            remarks += said
+    return ImportedFile(block_text(document), remarks)
+
+
+def _several(paths: Sequence[Path], form: str | None, options: Mapping[str, Any]) -> Imported:
+    """What all files say; each option goes to those whose format has it."""
+    importers = [None if _is_problem(path, form) else importer_of(path, form) for path in paths]
+    known = {name for item in importers if item is not None for name in item.options}
+    for name in options:
+        if len(paths) > 1 and name not in known:
+            raise UsageError(f"--{name}: none of these formats has such an option")
+    late = [
+        number for number, item in enumerate(importers) if number and item is not None and item.name == "parameters"
+    ]
+    order = [number for number in range(len(paths)) if number not in late]
+    found: Imported | None = None
+    for number in (*order, *late):
+        importer = importers[number]
+        own = {
+            key: value for key, value in options.items() if len(paths) == 1 or (importer and key in importer.options)
+        }
+        if number in late and found is not None:
+            own[NODES] = _nodes(found)
+        is_own = importer is None and _is_problem(paths[number], form)
+        read = _problem(paths[number]) if is_own else read_foreign(paths[number], form, own)
+        found = read if found is None else merged(found, read)
+    assert found is not None
+    return found
+
+
+def _nodes(found: Imported) -> list[str]:
+    """The nodes whose timers a parameter file may concern: those with timers, or of which nothing is known."""
+    return list(dict.fromkeys(node_of(text) for text in found.entities.values() if "@Subscription" not in text))
+
+
+def _is_problem(path: Path, form: str | None) -> bool:
+    """Whether it is a problem file."""
+    if form is not None or not path.is_file() or not path.name.lower().endswith(YAML):
+        return False
+    try:
+        text = beginning(path, MOST_LOOKED_AT).decode("utf-8", "replace")
+    except UnreadableFileError:
+        return False
+    return is_problem(text)
+
+
+def _problem(path: Path) -> Imported:
+    """A problem file as one of several sources, or as it is."""
+    loaded = load_spec(path)
+    document = loaded.sources[0].node.to_data() if len(loaded.sources) == 1 else dict(loaded.document)
+    return Imported(document, (), {}, entities_of(document))

@@ -1,0 +1,251 @@
+"""`dse.solve`: from a problem and a caller's changes to the proved, ranked front."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import Literal, Unpack
+
+from dse.analysis.evaluate import Evaluator
+from dse.answers.explanation import Explanation, Relaxation
+from dse.answers.ranking.order import ranked_by
+from dse.answers.result import Clash, Conflict, ObjectiveInfo, Point, Result, Search, decisions_of, ranked
+from dse.questions.complete_design import baseline_design
+from dse.questions.explain.explain import Explainer, Wishes
+from dse.questions.problem import Problem, Source, load, origin_of
+from dse.questions.question import Question
+from dse.questions.verify.contention import with_verdicts
+from dse.search.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
+from dse.space.size import space_size
+from dse.support.errors import UsageError
+from dse.support.timelimit import OutOfTime, TimeLimit, until
+
+EXPLANATION_TIME_S = 30.0
+
+
+def solve(
+    problem: Source,
+    *,
+    time_limit_s: float | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+    **question: Unpack[Question],
+) -> Result:
+    """The proven Pareto front of a problem.
+
+    Parameters
+    ----------
+    problem
+        a problem, the path of its file, its content as text or mapping, or a result.
+    time_limit_s
+        seconds of wall time for the search; then the front so far is returned as ``incomplete``.
+    seed, workers
+        of the solver, and how many regions are searched at the same time. The front does not depend on them.
+    progress
+        called after every solver call.
+    question
+        changes to the question, in the words of `Problem.ask`.
+
+    Returns
+    -------
+    Result
+        with status ``complete``, ``incomplete`` or ``infeasible``.
+
+    Raises
+    ------
+    ProblemError
+        when the file is wrong.
+    UsageError
+        when a limit, requirement, objective or decision is.
+
+    Examples
+    --------
+    >>> import dse
+    >>> result = dse.solve("pump.yaml")
+    >>> result
+    <Result of 'Pump': complete, 4 points>
+    >>> result.front[0].objectives
+    {'jitter of sensor_to_valve': 7078000, 'price': 24000}
+    """
+    limit = TimeLimit.after(time_limit_s)
+    with until(limit.for_the_last_steps()):
+        asked = load(problem).ask(**question)
+    return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress))
+
+
+@dataclass(frozen=True)
+class Watcher:
+    """Who is told how a solve goes.
+
+    `progress` is called after every solver call, `checkpoint` now and then with the result so far (`Result.under_way`):
+    every second, or as rarely as it takes to cost a few per cent of the time.
+    """
+
+    progress: Callable[[Progress], None] | None = None
+    checkpoint: Callable[[Result], None] | None = None
+
+
+def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
+    """Solve the question of a problem as it stands, or go on with an earlier search of it."""
+    started = time.monotonic()
+    space = asked.space
+    if not space.objectives:
+        raise UsageError(
+            'nothing to minimise: state `objectives` in the problem file, or give --minimise "price" or the like'
+        )
+    with until(budget.limit.for_the_last_steps()):
+        evaluator = Evaluator(space)
+        evaluator.find_metrics()
+    searched = replace(budget, limit=budget.limit.sparing_for_the_answer())
+    watch = Watch(watcher.progress)
+    if watcher.checkpoint is not None:
+        write = watcher.checkpoint
+        watch = Watch(watcher.progress, lambda state: write(result_of(asked, evaluator, state, budget, under_way=True)))
+    search = search_front(evaluator, searched, watch, earlier, baseline_design(space))
+    result = result_of(asked, evaluator, search, budget)
+    if result.status == "infeasible":
+        left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s
+        wishes = Wishes(time_limit_s=left_s, seed=budget.seed)
+        conflicts, give_up = conflicts_of(asked, wishes)
+        result = replace(result, conflicts=conflicts, give_up=give_up)
+    result = with_verdicts(ranked_by(result, "ideal"), started=started, limit=budget.limit)
+    return replace(result, search=replace(result.search, wall_s=round(time.monotonic() - started, 3)))
+
+
+def result_of(
+    asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget, *, under_way: bool = False
+) -> Result:
+    """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be."""
+    space = evaluator.space
+    status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
+    return Result(
+        problem=origin_of(asked),
+        space=space,
+        status="infeasible" if search.is_complete and not search.points else status,
+        objectives=tuple(
+            ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
+            for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
+        ),
+        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        rounded=evaluator.rounded,
+        front=_points(evaluator, search, under_way=under_way),
+        unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
+        refuted=tuple(_region(evaluator, bound) for bound in search.refuted),
+        potential=_potential(evaluator, search),
+        conflicts=(),
+        interrupted=search.interrupted,
+        baseline=baseline_design(space),
+        search=Search(
+            solver_calls=search.calls,
+            wall_s=round(search.elapsed_s, 3),
+            space_size=space_size(space),
+            solver=f"OR-tools CP-SAT {version('ortools')}",
+            workers=budget.workers,
+            seed=budget.seed,
+        ),
+        under_way=under_way,
+    )
+
+
+def _potential(evaluator: Evaluator, search: FrontSearch) -> Mapping[str, int]:
+    """For each objective the best value that the unexplored regions may still hold, as far as it is proved."""
+    if not search.floors:
+        return {}
+    return _region(evaluator, tuple(min(column) for column in zip(*search.floors, strict=True)))
+
+
+def _points(evaluator: Evaluator, search: FrontSearch, *, under_way: bool) -> tuple[Point, ...]:
+    """The points, ranked; those of a search that is under way as the solver claims them, without further figures.
+
+    Where figures are slow to find they were found when the design was, and tell what is unbounded.
+    """
+    space = evaluator.space
+    names = [measure.metric.name for measure in evaluator.objectives]
+    is_claimed = under_way and not evaluator.is_slow
+    found = [
+        (vector if is_claimed else evaluator.evaluate(design).objectives, design)
+        for vector, design in search.points.items()
+    ]
+    rows = ranked(found, [objective.sense for objective in space.objectives])
+    return tuple(
+        Point(
+            id=number,
+            rank=rank,
+            objectives=dict(zip(names, vector, strict=True)),
+            metrics={} if under_way else evaluator.metric_values(design),
+            decisions=decisions_of(space, design),
+            design=design,
+            is_first=vector not in search.not_first,
+        )
+        for number, (rank, vector, design) in enumerate(rows, start=1)
+    )
+
+
+def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
+    """A region as exclusive bounds by objective: below for what is minimised, above for what is maximised.
+
+    An objective of which nothing is known has none.
+    """
+    senses = [objective.sense for objective in evaluator.space.objectives]
+    names = [measure.metric.name for measure in evaluator.objectives]
+    signed = zip(names, bound, senses, strict=True)
+    return {name: -value if sense == "maximise" else value for name, value, sense in signed if value < ANYTHING}
+
+
+# The conflicts of an infeasible problem as a result lists them.
+
+
+def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], tuple[Clash, ...]]:
+    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit.
+
+    Where no member alone mends the problem, also the fewest statements that do together: a limit of every flow is one.
+    Figures for which there was no
+    time are left out.
+    """
+    explainer = Explainer.of(asked, wishes, time.monotonic(), is_brief=True)
+    found = explainer.explanation()
+    alone = {(item.demand.text, item.demand.origin): item for item in _alone(explainer, found)}
+    conflicts = []
+    for conflict in found.conflicts:
+        clashes = []
+        for demand, _ in conflict.members:
+            item = alone.get((demand.text, demand.origin))
+            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin, is_sought=False))
+        conflicts.append(Conflict(tuple(clashes), conflict.by_waiting))
+    together = found.give_up.members if found.give_up and not any(item.helps for item in alone.values()) else ()
+    return tuple(conflicts), tuple(_clash(item) for item in together)
+
+
+def _alone(explainer: Explainer, found: Explanation) -> Iterator[Relaxation]:
+    """What it takes of each member of a conflict by itself, also where one statement demands it with others."""
+    members = explainer.oracle.members
+    named = {demand for conflict in found.conflicts for demand, _ in conflict.members}
+    for item in found.relaxations:
+        if not item.together:
+            yield item
+            continue
+        for number, member in enumerate(members):
+            if member.text in item.together and explainer.designs.demand(number) in named:
+                try:
+                    yield explainer.relaxation((number,), frozenset({number}))
+                except OutOfTime:
+                    return
+
+
+def _clash(item: Relaxation) -> Clash:
+    if item.demand.kind != "requirement":
+        return Clash(item.demand.text, item.demand.origin)
+    return Clash(
+        item.demand.text,
+        item.demand.origin,
+        item.unit,
+        item.limit,
+        item.closest,
+        item.thread,
+        item.unbounded,
+        item.is_sought,
+        item.overload,
+    )

@@ -1,0 +1,391 @@
+"""The analysis of one design as a page; its tables are those of each alternative of a front, too."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+
+from dse.analysis.limits import Verdict
+from dse.analysis.terms import PPM
+from dse.answers.analysis import Analysis, FlowTable, Usage
+from dse.answers.tables.display import counted, readable
+from dse.report.amounts import amount_words, slack_words
+from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
+from dse.report.plots.deadlines import deadline_plot
+from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
+from dse.report.text_table import basis_words, scale_words
+from dse.report.words.clocks import boundary_blocks
+from dse.report.words.contention import (
+    PROCESSING,
+    WAITING,
+    bound_words,
+    bus_words,
+    contended_words,
+    core_words,
+    overhead_words,
+    processing_words,
+)
+from dse.report.words.reasons import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
+from dse.report.words.resources import resource_blocks
+from dse.report.words.scheduling import busy_timelines, response_tables
+from dse.space.question.settings import settings_of
+from dse.support.units import Exact, is_unbounded
+from dse.support.units.text import count_words
+
+LEFT_OUT = "CPU contention is not in the latencies."
+WATERFALL = (
+    "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
+    "Contributions without time are in the table only."
+)
+FEW = 3
+"""The greatest number of decisions, of processors and of buses that are told on a terminal."""
+FEW_REQUIREMENTS = 5
+FEW_FLOWS = 4
+FEW_THREADS = 7
+MANY = 6
+"""The greatest number of other metrics that are told before the table of all."""
+MORE_REQUIREMENTS = "and {} more requirements (--all)"
+OF_COMPONENTS = ("latency", "min latency", "jitter", "utilisation", "load", "busy")
+"""Metrics that the tables of flows, processors and buses tell."""
+USAGE = (
+    "Which thread runs on which core, and which connection on which bus: each piece of a bar is one of them; the mark "
+    "across a bar is its limit."
+)
+
+
+def analysis_page(analysis: Analysis) -> Page:
+    """The verdict and what it hangs on; behind that contributor tables, processor and bus tables, metrics."""
+    lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
+    chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
+    design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
+    blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
+    if not analysis.breaches:
+        blocks += texts(_verdict_words(analysis), tone="strong")
+    sections = [Section("design", "The design", tuple(blocks))]
+    if not analysis.breaches:
+        sections += [
+            Section("overview", "Where it stands", tuple(_overview(analysis))),
+            Section("flows", "Latencies", tuple(_flows(analysis)), is_detail=bool(analysis.responses)),
+            Section("responses", "Response times", tuple(_responses(analysis))),
+            Section("notes", "What is counted", tuple(_notes(analysis))),
+            Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
+            Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
+            Section("usage", "Who uses processors and buses", tuple(_usage(analysis)), is_detail=True),
+            Section("metrics", "Every metric", (metric_table(analysis),), is_detail=True),
+        ]
+    return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
+
+
+def _verdict_words(analysis: Analysis) -> str:
+    """The verdict, which comes before the tables: what the design breaks, where it breaks something."""
+    broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
+    if not broken:
+        return "Verdict: meets every requirement." if analysis.verdicts else ""
+    what = f"breaks {len(broken)} of {count_words(len(analysis.verdicts), 'requirement')}"
+    return f"Verdict: {what}: {'; '.join(broken)}."
+
+
+def _overview(analysis: Analysis) -> Iterator[Block]:
+    """What is asked of the design, and how full processors and buses are."""
+    if analysis.verdicts:
+        yield replace(verdict_table(analysis, tightest_first=True), brief=FEW_REQUIREMENTS)
+    used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
+    used += [(_fullness(usage), _bus_words(usage)) for usage in analysis.buses if _is_used(usage)]
+    if used:
+        said = [words for _, words in used]
+        fullest = [words for _, words in sorted(used, key=lambda item: -item[0])]
+        brief = f"Used most: {few(fullest, FEW, 'processors and buses')}." if len(used) > FEW + 1 else ""
+        yield Text(f"Used: {'; '.join(said)}.", brief=brief)
+    currency = analysis.space.currency
+    others = [
+        f"{name} {readable(value, analysis.metric_units[name], currency)}"
+        for name, value in analysis.metrics.items()
+        if name.partition(" of ")[0] not in OF_COMPONENTS
+    ]
+    if others:
+        yield Text(f"Beside: {'; '.join(others)}.", brief=f"Beside: {few(others, MANY, 'metrics')}.")
+    missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
+    yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
+    yield from listing(analysis.warnings, "warning", 0, brief=1)
+    found = [finding for flow in analysis.flows for finding in flow.findings]
+    found += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
+    found += [finding for use in analysis.resources for finding in use.findings]
+    severities = sorted(Counter(finding.severity for finding in found).items())
+    if severities:
+        counts = " and ".join(count_words(count, word) for word, count in severities)
+        words = f"OSATE's findings: {counts}"
+        yield Text(f"{words}, with the flows, buses and budgets below.", brief=f"{words} (--all).")
+
+
+def _flows(analysis: Analysis) -> Iterator[Table]:
+    """A row for each flow: its latency, its jitter, and what takes the most of it."""
+    rows = []
+    for flow in analysis.flows:
+        ends = [counted(value, "ns", digits=6) for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
+        most = max(flow.rows, key=lambda row: row.max_ns, default=None)
+        said = ""
+        if most is not None and flow.max_ns and not is_unbounded(flow.max_ns):
+            share = readable(Fraction(most.max_ns) / flow.max_ns * PPM, "ppm", digits=1)
+            said = f"{most.contributor}, {most.max_method} ({share})"
+        rows.append((flow.name, *ends, said))
+    headings = ("flow", "least latency", "greatest", "jitter", "the most of it")
+    if rows:
+        yield Table("Latencies", headings, tuple(rows), (1, 2, 3), brief=FEW_FLOWS, rest="and {} more flows (--all)")
+
+
+def _is_used(usage: Usage) -> bool:
+    return bool(usage.capacity and usage.shares)
+
+
+def _fullness(usage: Usage) -> Fraction:
+    """How much of a processor's fullest core, or of a bus, is used."""
+    assert usage.capacity is not None
+    loads = _core_loads(usage)
+    busy = usage.busy_total or Fraction(0)
+    return max(loads.values()) / PPM if loads else max(usage.total / usage.capacity, busy / PPM)
+
+
+def _core_loads(usage: Usage) -> dict[int, Fraction]:
+    """What each core of a processor with several does, where something runs on it."""
+    loads: dict[int, Fraction] = {}
+    for who, core in usage.cores.items():
+        loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
+    return loads
+
+
+def _processor_words(usage: Usage) -> str:
+    """``computer (soc_high) 231.9 % of 4 cores, of core 1, the fullest, 60.2 %``."""
+    assert usage.capacity is not None
+    count = int(usage.capacity / PPM)
+    said = f"{usage.name} ({usage.type}) {readable(usage.total, 'ppm')}"
+    if count == 1:
+        return said
+    loads = _core_loads(usage)
+    said += f" of {count} cores"
+    fullest = max(loads, key=lambda core: loads[core], default=None)
+    return said if fullest is None else f"{said}, {readable(loads[fullest], 'ppm')} of core {fullest}, the fullest"
+
+
+def _bus_words(usage: Usage) -> str:
+    """``can0 (can_500k) 8.6 % of its bandwidth, busy 11.8 %``."""
+    busy = "" if usage.busy_total is None else f", busy {readable(usage.busy_total, 'ppm')}"
+    return f"{usage.name} ({usage.type}) {_share(usage.total, usage)} of its bandwidth{busy}"
+
+
+def _responses(analysis: Analysis) -> Iterator[Block]:
+    yield from deadline_plot(analysis.responses)
+    yield from response_tables(analysis.responses, FEW_THREADS)
+
+
+def _notes(analysis: Analysis) -> Iterator[Block]:
+    """What the figures leave out, in one paragraph."""
+    settings = settings_of(analysis.space)
+    processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
+    if analysis.contended is not None:
+        said = contended_words(analysis.contended, analysis.space.currency)
+        kept = f"With response times, {core_words(analysis.space)}: {said}"
+    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, WAITING if buses else ""]
+    yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
+
+
+def _latency(analysis: Analysis) -> Iterator[Block]:
+    for flow in analysis.flows:
+        records = waterfall_records(flow)
+        if records:
+            draw = partial(waterfall, flow, records)
+            yield Plot(f"latency-{flow.name}", draw, WATERFALL.format(flow.name))
+        yield flow_table(flow)
+        yield from listing([f"{item.severity}: {item.text}" for item in flow.findings], "OSATE", 0)
+    yield from texts(REDUCED, GAPS[0], scale_words(analysis.space))
+
+
+def _usage(analysis: Analysis) -> Iterator[Block]:
+    records = usage_records(analysis.processors, analysis.buses, tightest_limits(analysis))
+    if records:
+        yield Plot("usage", partial(usage_chart, records), USAGE)
+    yield from usage_tables(analysis)
+    budgets = [usage.budget for usage in analysis.buses if usage.budget is not None]
+    yield from listing([f"{item.severity}: {item.text}" for found in budgets for item in found.findings], "OSATE", 0)
+    yield from resource_blocks(analysis)
+    yield from busy_timelines(analysis.responses)
+    if analysis.responses:
+        counted = overhead_words(analysis.space, analysis.design), bound_words(analysis.space, analysis.design)
+        yield from texts(" ".join(filter(None, counted)))
+
+
+def flow_table(flow: FlowTable) -> Table:
+    """What adds up to the least and the greatest latency of a flow."""
+    rows: list[tuple[str, ...]] = [
+        (
+            f"{row.category} {row.contributor}" + (f" on {row.medium}" if row.medium else ""),
+            counted(row.min_ns, "ns", digits=6),
+            row.min_method,
+            counted(row.max_ns, "ns", digits=6),
+            row.max_method,
+        )
+        for row in flow.rows
+    ]
+    ends = [counted(value, "ns", digits=6) for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
+    rows.append(("total", ends[0], "", ends[1], f"jitter {ends[2]}"))
+    headings: tuple[str, ...] = ("contributor", "minimum", "method", "maximum", "method")
+    specified = flow.specified_ns
+    if specified is not None and any(specified):
+        told = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
+        rows = [(*row, text) for row, text in zip(rows, told, strict=True)]
+        headings = (*headings, "specified")
+    return Table(f"Latency of {flow.name}, contribution by contribution", headings, tuple(rows), (1, 3), total=True)
+
+
+def _specified_words(range_ns: tuple[Exact, Exact] | None) -> str:
+    """OSATE's specified column, empty where nothing is specified."""
+    if range_ns is None or not any(range_ns):
+        return ""
+    return " .. ".join(counted(value, "ns", digits=6) for value in range_ns)
+
+
+def usage_tables(analysis: Analysis) -> list[Table]:
+    """Who uses the processors and buses, as far as somebody does."""
+    found = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
+    return found + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
+
+
+def _usage_table(usage: Usage, *, processor: bool) -> Table:
+    unit, what = ("ppm", "thread") if processor else ("B/s", "connection")
+    of = f"of {readable(usage.capacity, unit)}" if usage.capacity else ""
+    rows = [
+        (who, readable(share, unit, digits=4), *([] if processor else [_share(share, usage)]), *_core(usage, who))
+        for who, share in usage.shares.items()
+    ]
+    total = (f"total {of}".strip(), readable(usage.total, unit, digits=4))
+    rows.append((*total, *([] if processor else [_share(usage.total, usage)]), *_core(usage, "")))
+    caption = f"{'Processor' if processor else 'Bus'} {usage.name} ({usage.type}){_budget_words(usage)}"
+    figures = ("of one core",) if processor else ("load", "of the bandwidth")
+    headings = (what, *figures, *(("core",) if usage.cores else ()))
+    if usage.busy is not None and usage.busy_total is not None:
+        busy = [usage.busy.get(who, Fraction(0)) for who in usage.shares]
+        rows = [(*row, readable(time, "ppm")) for row, time in zip(rows, [*busy, usage.busy_total], strict=True)]
+        headings = (*headings, "busy")
+    if usage.payload is not None:
+        plain = [usage.payload[who] for who in usage.shares]
+        rows = [(*row, readable(each, unit)) for row, each in zip(rows, [*plain, sum(plain)], strict=True)]
+        headings = (*headings, "payload, without frames")
+    return Table(caption, headings, tuple(rows), (1, 2, 3, 4)[: len(headings) - 1], total=True)
+
+
+def _budget_words(usage: Usage) -> str:
+    """The budget of a bus, and what those of its users add up to."""
+    if usage.budget is None:
+        return ""
+    stated = readable(usage.budget.stated, "B/s") if usage.budget.stated is not None else "none"
+    return f", budget {stated}, budgets on it {readable(usage.budget.required, 'B/s')}"
+
+
+def _core(usage: Usage, who: str) -> tuple[str, ...]:
+    """The cell of a thread's core, where there is such a column."""
+    return (str(usage.cores.get(who, "")),) if usage.cores else ()
+
+
+def _share(share: Fraction, usage: Usage) -> str:
+    return readable(share / usage.capacity * 10**6, "ppm", digits=2) if usage.capacity else NOTHING
+
+
+def verdict_table(analysis: Analysis, *, tightest_first: bool = False) -> Table:
+    """How the design meets each requirement, in the order of the file, or what is broken and what is nearest first."""
+    verdicts = sorted(analysis.verdicts, key=partial(_closeness, analysis)) if tightest_first else analysis.verdicts
+    rows = tuple(_verdict_row(analysis, verdict) for verdict in verdicts)
+    caption = "Requirements, the tightest first" if tightest_first and len(rows) > 1 else "Requirements"
+    return Table(
+        caption, ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3), rest=MORE_REQUIREMENTS
+    )
+
+
+def _closeness(analysis: Analysis, verdict: Verdict) -> tuple[bool, bool, Fraction]:
+    """What is broken, then by the share of the limit that is left; what limits nothing here last."""
+    share = Fraction(1) if not verdict.limit or is_unbounded(verdict.slack) else verdict.slack / abs(verdict.limit)
+    return verdict.holds, analysis.limits_empty_slot(verdict), share
+
+
+def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple[str, ...]:
+    """A requirement with its figures, on the scale of the limit as it was written.
+
+    Where the sum of a processor's cores decides they are those of the mean of its cores, so that 100 % is one core; of
+    a load that a share limits they are shares of the bandwidth.
+    """
+    currency, text = analysis.space.currency, verdict.requirement.shown
+    if analysis.limits_empty_slot(verdict):
+        said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
+        return (text, NOTHING, NOTHING, NOTHING, said)
+    cores, bandwidth = _summed_cores(analysis, verdict), _shared_bandwidth(analysis, verdict)
+    one, unit = (bandwidth / PPM, "ppm") if bandwidth else (Fraction(cores), verdict.unit)
+    figures = [value if is_unbounded(value) else value / one for value in (verdict.value, verdict.limit, verdict.slack)]
+    values = [readable(value, unit, currency, digits) for value in figures[:2]]
+    values.append(slack_words(figures[2], unit, currency, digits))
+    mean = f" (mean of {cores} cores{_fullest_words(verdict, digits)})" if cores > 1 else ""
+    said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{mean}"
+    if not verdict.holds:
+        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{mean}"
+    return (text, *values, said)
+
+
+def _fullest_words(verdict: Verdict, digits: int) -> str:
+    """What the fullest core has, where first-fit chooses cores: less of its limit is left than of the sum's."""
+    found = verdict.spread
+    if found is None or not found.is_open or found.status == "undecided":
+        return ""
+    used = readable(found.loads[found.fullest - 1] * PPM, "ppm", digits=digits)
+    return f"; core {found.fullest} has {used} by first-fit"
+
+
+def _summed_cores(analysis: Analysis, verdict: Verdict) -> int:
+    """Of how many cores a verdict on the utilisation of a processor has the sum; 1 where one alone decides."""
+    metric = verdict.requirement.metric
+    if metric.kind != "utilisation" or metric.index is None or verdict.who or verdict.limit != verdict.whole_limit:
+        return 1
+    capacity = analysis.processors[metric.index].capacity
+    return int(capacity / PPM) if capacity else 1
+
+
+def _shared_bandwidth(analysis: Analysis, verdict: Verdict) -> Fraction | None:
+    """The bandwidth of a bus whose load a share of it limits."""
+    metric = verdict.requirement.metric
+    if metric.kind != "load" or metric.index is None or not verdict.requirement.is_share:
+        return None
+    return analysis.buses[metric.index].capacity
+
+
+def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
+    """Every metric; with `base`, the analysis of today's design, that one's beside it, and the difference."""
+    rows: list[tuple[str, ...]] = []
+    currency = analysis.space.currency
+    for name, value in analysis.metrics.items():
+        unit = analysis.metric_units[name]
+        here = readable(value, unit, currency)
+        if base is None:
+            rows.append((name, here))
+            continue
+        change = value - base.metrics[name]
+        sign = "+" if change > 0 else MINUS if change < 0 else "±"
+        said = NOTHING if is_unbounded(change) else f"{sign}{amount_words(abs(change), unit, currency)}"
+        rows.append((name, readable(base.metrics[name], unit, currency), here, said))
+    headings = ("metric", "value") if base is None else ("metric", "baseline", "here", "difference")
+    return Table("Metrics", headings, tuple(rows), tuple(range(1, len(headings))))
+
+
+def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
+    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity."""
+    slots = {"utilisation": analysis.processors, "load": analysis.buses}
+    found: dict[str, Fraction] = {}
+    for verdict in analysis.verdicts:
+        metric = verdict.requirement.metric
+        if metric.kind in slots and verdict.requirement.operator in ("<=", "<") and metric.index is not None:
+            usage = slots[metric.kind][metric.index]
+            if usage.capacity:
+                share = verdict.whole_limit / usage.capacity
+                found[usage.name] = min(found.get(usage.name, share), share)
+        elif metric.kind == "core utilisation" and verdict.requirement.operator in ("<=", "<"):
+            core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM
+            found[core] = min(found.get(core, share), share)
+    return found

@@ -1,0 +1,148 @@
+"""Comparisons as pages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from dse.answers.comparison import DesignComparison, Line, PointComparison, ResultComparison
+from dse.answers.result import Result
+from dse.answers.tables.display import counted
+from dse.report.amounts import amount_words
+from dse.report.page import Block, Page, Section, Table, texts
+from dse.support.units import is_unbounded
+from dse.support.units.text import count_words
+
+MOST = 8
+"""The greatest number of rows of a table that are printed."""
+IN_BOTH = "Points in both"
+"""How the part begins that says what does not differ; `.ci/comment` ends there."""
+
+
+def comparison_page(found: DesignComparison | ResultComparison) -> Page:
+    """Two designs, or two results, side by side: what differs, and for files and those who ask for it what does not."""
+    sections = _designs(found) if isinstance(found, DesignComparison) else _results(found)
+    name = " against ".join(found.names)
+    return Page(name, "", tuple(section for section in sections if section.blocks))
+
+
+def _designs(found: DesignComparison) -> Iterator[Section]:
+    blocks: list[Block] = []
+    changed = [line for line in found.decisions if line.differs]
+    blocks += texts(f"{len(changed)} of {len(found.decisions)} decisions differ.", tone="strong")
+    if any(line.renumbered for line in found.decisions):
+        one, other = found.names
+        blocks += texts(f"Cores of {other} are numbered here like those of {one}: equal cores may change places.")
+    if found.unlike:
+        blocks += texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
+    moved = [line for line in found.metrics if _moves(line)]
+    verdicts = [line for line in found.verdicts if line.differs]
+    blocks += _if_any(_texts("Decisions that differ", "decision", found.names, changed, brief=MOST))
+    blocks += _if_any(_metrics("Metrics that differ", found, moved))
+    blocks += _if_any(_texts("Requirements that differ", "requirement", found.names, verdicts, brief=MOST))
+    yield Section("comparison", "What differs", tuple(blocks))
+    same = [line for line in found.decisions if not line.differs]
+    equal = [line for line in found.metrics if not _moves(line)]
+    agreed = [line for line in found.verdicts if not line.differs]
+    blocks = [*_if_any(_texts("The same decisions", "decision", found.names, same))]
+    blocks += _if_any(_metrics("The same metrics", found, equal))
+    blocks += _if_any(_texts("The same verdicts", "requirement", found.names, agreed))
+    yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
+
+
+def _moves(line: Line) -> bool:
+    """Whether a metric is not the same in both, as far as it can be told."""
+    return line.difference is None or bool(line.difference)
+
+
+def _metrics(title: str, found: DesignComparison, lines: Sequence[Line]) -> Table:
+    rows = []
+    for line in lines:
+        pairs = zip((line.one, line.other), found.currencies, strict=True)
+        values = ["-" if value is None else counted(value, line.unit, currency) for value, currency in pairs]
+        rows.append((line.name, *values, _difference(line, found.currencies[0])))
+    headings = ("metric", *found.names, "difference")
+    return Table(title, headings, tuple(rows), (1, 2, 3), brief=MOST, rest="and {} more metrics (--all)")
+
+
+def _results(found: ResultComparison) -> Iterator[Section]:
+    blocks: list[Block] = []
+    if found.unlike:
+        said = "The fronts are not comparable, their objectives follow different rules"
+        blocks += texts(f"{said}: {'; '.join(found.unlike)}.", tone="strong")
+    else:
+        for name, other, points in zip(found.names, found.names[::-1], found.points, strict=True):
+            blocks += texts(_summary(name, other, points), tone="strong")
+    differing = [line for line in found.facts if line.differs]
+    blocks += _if_any(_texts("What was asked and found: what differs", "", found.names, differing))
+    yield Section("comparison", "What differs", tuple(blocks))
+    changed, shared = _points(found)
+    yield Section("points", "Points that differ", tuple(changed))
+    same = [line for line in found.facts if not line.differs]
+    blocks = [*shared, *_if_any(_texts("Asked and found alike", "", found.names, same))]
+    yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
+
+
+def _points(found: ResultComparison) -> tuple[list[Block], list[Block]]:
+    """The points of each front that the other has not, all where they cannot be compared; then those in both."""
+    changed: list[Block] = []
+    shared: list[Block] = []
+    for name, other, result, points in zip(found.names, found.names[::-1], found.results, found.points, strict=True):
+        headings = ("#", *(info.name for info in result.objectives), "there")
+        numbers = tuple(range(len(headings) - 1))
+        here = {
+            is_same: tuple(
+                (str(item.point.id), *_figures(item, result), "-" if found.unlike else _said(item))
+                for item in points
+                if (bool(item.equal) and not found.unlike) == is_same
+            )
+            for is_same in (False, True)
+        }
+        title, rest = f"{name}, against {other}", "and {} more points (--all)"
+        changed += _if_any(Table(title, headings, here[False], numbers, brief=MOST, rest=rest))
+        if not shared:
+            shared += _if_any(Table(f"{IN_BOTH} {name} and {other}", headings, here[True], numbers))
+    return changed, shared
+
+
+def _if_any(table: Table) -> list[Block]:
+    """The table, unless it has no row."""
+    return [table] if table.rows else []
+
+
+def _texts(
+    title: str, heading: str, names: tuple[str, str], lines: Sequence[Line], *, brief: int | None = None
+) -> Table:
+    rows = []
+    for line in lines:
+        cells = ["-" if value is None else str(value) for value in (line.one, line.renumbered or line.other)]
+        rows.append((line.name, *cells))
+    return Table(title, (heading, *names), tuple(rows), brief=brief, rest="and {} more (--all)")
+
+
+def _difference(line: Line, currency: str) -> str:
+    change = line.difference
+    if is_unbounded(change):
+        return "-"
+    if not change:
+        return "" if change is not None else "-"
+    return f"{'+' if change > 0 else '-'}{amount_words(abs(change), line.unit, currency)}"
+
+
+def _figures(item: PointComparison, result: Result) -> list[str]:
+    return [counted(item.point.objectives[info.name], info.unit, result.space.currency) for info in result.objectives]
+
+
+def _said(item: PointComparison) -> str:
+    if item.equal:
+        return f"the same as #{', #'.join(str(number) for number in item.equal)}"
+    if item.dominated_by:
+        return f"dominated by #{', #'.join(str(number) for number in item.dominated_by)}"
+    return "only here"
+
+
+def _summary(name: str, other: str, points: tuple[PointComparison, ...]) -> str:
+    same = sum(bool(item.equal) for item in points)
+    worse = sum(bool(item.dominated_by) for item in points)
+    alone = len(points) - same - worse
+    said = f"{same} are in {other} too, {worse} are dominated there, {alone} are only here"
+    return f"Of {count_words(len(points), 'point')} of {name}: {said}."

@@ -1,0 +1,469 @@
+"""Explanations as pages."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+from dse.analysis.bounds import Ends, Impossible, impossible
+from dse.analysis.diagnosis.overloads import KINDS
+from dse.analysis.limits import FULLEST, build_limit
+from dse.analysis.scheduling.overheads import safe_bounds
+from dse.answers.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
+from dse.answers.result import Clash, Conflict, Result
+from dse.answers.tables.display import readable
+from dse.report.amounts import amount_words, listed
+from dse.report.page import Block, Item, Listing, Page, Section, Text, few, listing, texts
+from dse.report.text_table import basis_words
+from dse.report.words.clocks import boundary_words
+from dse.report.words.contention import safe_words
+from dse.report.words.lateness import delayed_words, late_words, overload_words, shorter_words
+from dse.report.words.reasons import exclusion_words
+from dse.space.question.open_cores import is_scheduled
+from dse.support.units import format_duration, format_number, format_ratio
+from dse.support.units.text import count_words
+
+DIGITS = 6
+MOST_DECISIONS = 24
+"""Maximum number of decisions of a design in one line."""
+ROOM = 180
+"""Letters of a design on a terminal: two lines."""
+MOST_UNSEEN = 4
+"""Maximum number of demands of a design that are named though it was not looked at why it breaks them."""
+MOST_REDUCED = 20
+"""Maximum number of demands that are listed of a set that may not be minimal."""
+FOLLOWS = (
+    "Threads that may be late because more of a processor is needed than there is, and flows with them, were not "
+    "looked at: mend that first, or ask `dse explain` with --all."
+)
+"""What is said where threads need more than there is of a processor."""
+REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
+"""Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
+
+
+def explanation_page(explanation: Explanation) -> Page:
+    """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
+    say = _Teller()
+    if explanation.status == "feasible":
+        say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
+        say.line(f"For example: {say.example(Example(explanation.design))}")
+    elif explanation.status == "no structure":
+        say.strongly(
+            "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
+            "chosen types do not offer, threads that dispatch each other in a cycle)."
+        )
+    elif explanation.status == "incomplete":
+        say.strongly("Stopped before it was known whether there is a design.")
+    else:
+        safe = safe_words(explanation.safe_bounds)
+        alone = ", even if no thread waited for another" if explanation.without_waiting else ""
+        say.strongly(f"Infeasible, proved: no design meets every requirement and rule{alone}. {safe}".rstrip())
+        for text in explanation.excluded:
+            say.line(f"Beside, {text}.")
+        _tell_conflict_sets(say, explanation)
+        _tell_relaxations(say, explanation)
+    _tell_offers(say, explanation)
+    _tell_designs(say, explanation)
+    if explanation.status != "incomplete" and explanation.left_open:
+        say.strongly("Stopped early. Not looked at:")
+        for text in explanation.left_open:
+            say.item(text)
+    spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
+    say.line(f"{spent}; every design recomputed without the solver.")
+    name = explanation.problem.name
+    section = Section("explanation", "What clashes, and what would mend it", tuple(say.blocks))
+    return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
+
+
+class _Teller:
+    """Paragraphs and lists, one after the other; designs get letters in the order in which they are named."""
+
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
+        self.examples: list[Example] = []
+
+    def example(self, example: Example) -> str:
+        """A design by its letter; `_tell_designs` says which they are, and what they break."""
+        if example not in self.examples:
+            self.examples.append(example)
+        return f"design {_letters(self.examples.index(example))}"
+
+    def demands(self, demands: Sequence[Demand]) -> str:
+        """Requirements and rules in one line, without their places."""
+        return "; ".join(f"{'' if item.kind == 'requirement' else f'{item.kind} '}{item.text}" for item in demands)
+
+    def line(self, text: str) -> None:
+        """A paragraph."""
+        self.blocks.append(Text(text))
+
+    def strongly(self, text: str) -> None:
+        """A verdict."""
+        self.blocks.append(Text(text, "strong"))
+
+    def item(self, text: str, depth: int = 1, told: int | None = None) -> None:
+        """A line of the list that stands last, or of a new one; a terminal has `told` letters of it."""
+        last = self.blocks[-1] if self.blocks else None
+        before = last.items if isinstance(last, Listing) else ()
+        self.blocks = [
+            *(self.blocks[:-1] if before else self.blocks),
+            Listing((*before, Item(text, depth=depth, told=told))),
+        ]
+
+
+def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
+    count = len(explanation.conflicts)
+    bounds = bounds_of(explanation.impossible)
+    tells_apart = explanation.without_waiting and any(item.by_waiting for item in explanation.conflicts)
+    for number, conflict in enumerate(explanation.conflicts, start=1):
+        title = f"Conflict {number}" if count > 1 else "Conflict"
+        alone = len(conflict.members) == 1
+        said = "no design meets this" if alone else f"no design meets these {len(conflict.members)} together"
+        waits = ", even if no thread waited for another" if tells_apart and not conflict.by_waiting else ""
+        say.line(f"{title}: {said}{waits}")
+        for demand, example in conflict.members:
+            say.item(_demand(demand))
+            bound = bounds.get((demand.text, demand.origin))
+            if bound is not None:
+                say.item(bound_words(bound, explanation.currency), 2)
+            say.item(_without(say, demand, example, alone=alone), 2)
+    if explanation.reduced:
+        count = len(explanation.reduced)
+        shown = "" if count <= MOST_REDUCED else f", the first {MOST_REDUCED} of them"
+        say.line(f"No design meets these {count} together; fewer of them may be enough for that{shown}:")
+        for demand in explanation.reduced[:MOST_REDUCED]:
+            say.item(_demand(demand))
+    if explanation.every:
+        say.line("These are all minimal conflicts." if count > 1 else "There is no other minimal conflict.")
+    elif explanation.least is not None:
+        say.line(FOLLOWS)
+    elif explanation.limited:
+        say.line(f"Stopped at the limit of {count} conflicts; there are more (--limit).")
+    else:
+        say.line("There may be further conflicts: --all lists them.")
+
+
+def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
+    currency = explanation.currency
+    helping = [item for item in explanation.relaxations if item.helps]
+    if helping:
+        say.line("One of these changes is enough, each the smallest of its kind:")
+        for item in helping:
+            say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
+    elif explanation.relaxations:
+        say.line("No single requirement or rule mends it, however far it moves.")
+    if explanation.give_up is not None and not helping:
+        _tell_give_up(say, explanation.give_up, currency)
+    several = any(len(item.members) > 1 for item in explanation.conflicts)
+    if explanation.least is not None and (several or len(explanation.least.members) > 1):
+        _tell_least(say, explanation.least, bounds_of(explanation.impossible), currency)
+
+
+def _tell_least(say: _Teller, least: GiveUp, bounds: Bounds, currency: str) -> None:
+    """What has to give whatever follows from it."""
+    say.line(f"At least {len(least.members)} must give, for example with these it is at least so far:")
+    for item in least.members:
+        say.item(f"{_demand(item.demand)}{_least(item, currency, bounds)}")
+
+
+def _least(item: Relaxation, currency: str, bounds: Bounds) -> str:
+    """How far a demand must move at the least, where that was looked for, or is known."""
+    bound = bounds.get((item.demand.text, item.demand.origin))
+    if item.closest is None or item.limit is None:
+        return f": {bound_words(bound, currency)}" if bound is not None else ""
+    if item.text.startswith(f"{item.demand.text} + "):
+        return f": {readable(item.closest, item.unit, currency, DIGITS)} after its deadline{_deadline(item)}"
+    closest = readable(item.closest, item.unit, currency, DIGITS)
+    miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+    return f": {closest}, {miss} {'more' if item.closest > item.limit else 'less'}"
+
+
+def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
+    count = len(give_up.members)
+    say.line(
+        f"At least {count} must give; giving up all of these is enough, e.g. in {say.example(give_up.example)}. "
+        "How far each has to move while the others are given up:"
+    )
+    for item in give_up.members:
+        if item.closest is None:  # a design without it alone is none without the others
+            said = f": {no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
+            say.item(f"{_demand(item.demand)}{said}")
+        else:
+            say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
+
+
+def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
+    if item.closest is None or item.limit is None:
+        named = f"given up, there are designs, e.g. {say.example(item.example)}"
+        return f"{no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
+    closest = readable(item.closest, item.unit, currency, DIGITS)
+    if item.text.startswith(f"{item.demand.text} + "):
+        return (
+            f"feasible when it may end {closest} after its deadline{_deadline(item)}, e.g. {say.example(item.example)}"
+        )
+    where = REACHED[item.operator].format(closest)
+    said = []
+    if item.closest != item.limit:
+        miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
+        said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
+    if item.thread:
+        said.append(f"{item.thread} alone needs so much{of_core(item.thread)}")
+    aside = f" ({'; '.join(said)})" if said else ""
+    lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
+    written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
+    return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
+
+
+def _deadline(item: Relaxation) -> str:
+    """``, of 5 ms``: the deadline of the thread in the example, where it is late there."""
+    late = [one for one in item.example.late if one.late_ns == item.closest and one.limit_ns is not None]
+    named = [one for one in late if item.demand.text == f"response time of {one.thread} <= its deadline"]
+    return f" of {readable(named[0].limit_ns, 'ns', digits=DIGITS)}" if named and named[0].limit_ns is not None else ""
+
+
+def _tell_offers(say: _Teller, explanation: Explanation) -> None:
+    if not explanation.offered:
+        return
+    mended = [offer for offer in explanation.offers if offer.price is not None]
+    if mended:
+        say.line("What the offered options would change, cheapest first:")
+    else:
+        say.line("The offered options do not mend it, alone or together." if explanation.complete else "Offers:")
+    for offer in explanation.offers:
+        say.item(_offer(say, offer, explanation.currency))
+
+
+def _offer(say: _Teller, offer: Offer, currency: str) -> str:
+    name = " and ".join(offer.texts)
+    if offer.price is None:
+        return f"{name}: still infeasible, proved"
+    price = readable(Fraction(offer.price), offer.unit, currency)
+    return f"{name}: feasible, from {price} on: {say.example(Example(offer.design))}"
+
+
+def _demand(demand: Demand) -> str:
+    kind = "" if demand.kind == "requirement" else f"{demand.kind} "
+    return f"{kind}{demand.text}{origin_words(demand.origin)}"
+
+
+def origin_words(origin: str) -> str:
+    """Where a demand stands, in brackets."""
+    return f" ({origin})" if origin else ""
+
+
+def _without(say: _Teller, demand: Demand, example: Example, *, alone: bool) -> str:
+    """A design without a member of a conflict, and what else it breaks."""
+    named = say.example(example)
+    if not example.besides(demand):
+        return f"everything else holds without it, e.g. in {named}"
+    if alone:
+        return f"{named} breaks it, and not this alone"
+    return f"the others here hold without it, e.g. in {named}, which breaks more than this"
+
+
+def no_limit(threads: Sequence[str]) -> str:
+    """Why no limit of a requirement helps."""
+    times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
+    return f"no limit helps, for even at best the {times} unbounded"
+
+
+def _because(item: Relaxation) -> str:
+    """That the threads without a bound have none because of others."""
+    late = [one for one in item.example.late if one.thread in item.unbounded]
+    causes = list(dict.fromkeys(name for one in late for name in one.endless if name not in item.unbounded))
+    if not causes or not all(one.endless for one in late):
+        return ""
+    return f" because {listed(causes)} {'has' if len(causes) == 1 else 'have'} no bound"
+
+
+def _tell_designs(say: _Teller, explanation: Explanation) -> None:
+    """The designs that were named by letters, with all that they break: what is common to all of them once.
+
+    Where it was not looked at what follows from conflicts nothing else that they break is told.
+    """
+    if not say.examples:
+        return
+    named = {demand for item in explanation.conflicts for demand, _ in item.members} if explanation.least else set()
+    designs = [example.design for example in say.examples]
+    names = list(dict.fromkeys(name for design in designs for name in design))
+    differing = [name for name in names if len({design.get(name) for design in designs}) > 1]
+    several = len(designs) > 1
+    if several:
+        say.line("The designs, by the decisions in which they differ:")
+    for number, example in enumerate(say.examples):
+        broken = say.demands([item for item in example.breaks if item in named or not named])
+        what = f"breaks {broken}" if broken else "keeps everything that is asked"
+        shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
+        say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
+        unseen = [item.text for item in example.besides(*named)] if named else []
+        if unseen:
+            say.item(f"also broken, not looked at: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))
+        for overload in example.overloads:
+            say.item(overload_words(overload), 1 + int(several))
+        for late in example.late:
+            say.item(late_words(late), 1 + int(several))
+        for delayed in example.delayed:
+            say.item(delayed_words(delayed), 1 + int(several))
+        for text in boundary_words(example.boundaries):
+            say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
+        if example.shorter:
+            say.item(f"all that is asked holds in it with {shorter_words(example.shorter)}", 1 + int(several))
+    if several and len(differing) < len(names):
+        shared = _decisions(designs[0], [name for name in names if name not in differing])
+        say.item(f"all of them: {shared}", told=ROOM)
+
+
+def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
+    """Some decisions of a design, those that are active; the first of many."""
+    texts = [f"{name.removesuffix('.type')} {design[name]}" for name in names if name in design]
+    more = len(texts) - MOST_DECISIONS
+    return ", ".join(texts[:MOST_DECISIONS]) + (f" and {more} more (--json has all)" if more > 0 else "")
+
+
+def _letters(number: int) -> str:
+    """A, B, ..., Z, AA, AB, ...
+
+    >>> _letters(0), _letters(25), _letters(26), _letters(27)
+    ('A', 'Z', 'AA', 'AB')
+    """
+    head, last = divmod(number, 26)
+    return (_letters(head - 1) if head else "") + chr(ord("A") + last)
+
+
+def of_core(who: str) -> str:
+    """Of what a thread needs so much; a core needs it of itself."""
+    return "" if who == FULLEST or who.startswith("core ") else " of one core"
+
+
+# Requirements that no design meets as bounds alone show, in words.
+
+
+Bounds: TypeAlias = Mapping[tuple[str, str], Impossible]
+"""What no design can have less (or more) of, by text and place of the requirement."""
+MOST_PARTS = 6
+"""The greatest number of parts of a figure that are told; the largest."""
+
+
+def bounds_of(found: Iterable[Impossible]) -> Bounds:
+    """Bounds by the text and the place of their requirements."""
+    return {(item.requirement.text, item.requirement.origin): item for item in found}
+
+
+def impossible_words(item: Impossible, currency: str) -> str:
+    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms, the limit is 5 ms``."""
+    requirement = item.requirement
+    where = f" ({requirement.origin})" if requirement.origin else ""
+    return f"no design meets {requirement.text}{where}: {bound_words(item, currency)}"
+
+
+def bound_words(item: Impossible, currency: str) -> str:
+    """``it is at least 7 ms, the limit is 5 ms``; for a deadline, what executes; of a sum also what it is made of."""
+    value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
+    if item.requirement.metric.key == "deadline":
+        return f"its own work takes {value} at its longest, the deadline is {limit}"
+    return f"it is at {item.side} {value}, the limit is {limit}{_parts(item, currency)}"
+
+
+def _parts(item: Impossible, currency: str) -> str:
+    """The largest parts of a figure."""
+    told = [f"{part.name} {_readable(part.value, item.unit, currency)}" for part in item.parts[:MOST_PARTS]]
+    left = item.parts[MOST_PARTS:]
+    if left:
+        told.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
+    return f": {', '.join(told)}" if told else ""
+
+
+def _readable(value: Fraction | int, unit: str, currency: str) -> str:
+    return readable(value, unit, currency, DIGITS)
+
+
+def _figure(value: Fraction, unit: str, currency: str) -> str:
+    """A figure in full; one without finite decimals to six, and as a fraction behind that."""
+    text = _exact(value, unit, currency)
+    is_fraction = "/" in text.split()[0]
+    return f"{_readable(value, unit, currency)} (exact {text})" if is_fraction else text
+
+
+def _exact(value: Fraction, unit: str, currency: str) -> str:
+    if unit == "ns":
+        return format_duration(value)
+    if unit == "ppm":
+        return format_ratio(value / 10**6)
+    return f"{format_number(value / 100)} {currency}" if unit == "ct" else f"{format_number(value)} {unit}".rstrip()
+
+
+# The conflicts of an infeasible result, in short.
+
+
+def conflict_blocks(result: Result) -> Iterator[Block]:
+    """The short form of it after an infeasible solve."""
+    for text, items in _conflict_words(result):
+        yield from texts(text)
+        yield from listing(items)
+
+
+def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Why there is no design: sentences, each with the requirements and rules that it speaks of."""
+    is_counted = any(is_scheduled(result.space, item.metric) for item in result.space.requirements)
+    if is_counted and all(conflict.by_waiting for conflict in result.conflicts):
+        yield safe_words(safe_bounds(result.space), is_known=bool(result.conflicts)), ()
+    bounds = _bounds(result)
+    for conflict in result.conflicts:
+        alone = len(conflict.members) == 1
+        together = "These cannot hold together, but without any one of them the others can:"
+        text = "This cannot be met by any design:" if alone else together
+        yield text, tuple(_clash(clash, result.space.currency, bounds) for clash in conflict.members)
+    if result.give_up:
+        count = len(result.give_up)
+        together = f"No single change is enough. These {count} together are; each at best, without the others:"
+        yield (
+            "One change is enough, to a limit that is stated once for several:" if count == 1 else together,
+            tuple(_clash(clash, result.space.currency, {}) for clash in result.give_up),
+        )
+    limits = (item for item in result.space.requirements if item.metric.kind in KINDS and item.limit.value >= 1)
+    full = {item.text for item in limits}
+    if not result.give_up and any(_is_deferred(item, full) for item in result.conflicts):
+        yield FOLLOWS, ()
+    if excluded := exclusion_words(result.space):
+        yield excluded, ()
+    more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
+    yield f"`dse explain` with the same options {more}.", ()
+
+
+def _bounds(result: Result) -> Bounds:
+    """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
+    alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
+    named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
+    return bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))
+
+
+def _is_deferred(conflict: Conflict, full: Collection[str]) -> bool:
+    """Whether what a conflict may lead to was not looked at.
+
+    That is so where more of a processor is needed than there is, by limits with the texts `full`, and how far they are
+    from being kept was not looked for.
+    """
+    is_sought = any(clash.is_sought for clash in conflict.members)
+    return not conflict.by_waiting and not is_sought and any(clash.text in full for clash in conflict.members)
+
+
+def _clash(clash: Clash, currency: str, bounds: Bounds) -> str:
+    text = f"{clash.text}{origin_words(clash.origin)}"
+    bound = bounds.get((clash.text, clash.origin))
+    if bound is not None and not clash.is_sought:
+        return f"{text}: {bound_words(bound, currency)}"
+    if clash.unbounded:
+        return f"{text}: {no_limit(clash.unbounded)}"
+    if clash.closest is None or clash.limit is None or clash.miss is None:
+        return text if clash.is_sought else f"{text}: how far it is from its limit was not looked at"
+    closest = readable(clash.closest, clash.unit, currency, DIGITS)
+    if clash.text.endswith("<= its deadline"):
+        return f"{text}: at best {closest} after it"
+    miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
+    by_thread = f"; {clash.thread} alone needs so much{of_core(clash.thread)}" if clash.thread else ""
+    if clash.overload:
+        by_thread += f"; it takes `overload: allowed` for {clash.overload}"
+    if not clash.miss:
+        return f"{text}: the closest is {closest}, which is the limit itself{by_thread}"
+    side = "above" if clash.closest > clash.limit else "below"
+    return f"{text}: the closest is {closest}, {miss} {side} the limit{by_thread}"

@@ -1,0 +1,183 @@
+"""A design against measurements, as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from dse.answers.measured import Input, Kept, MeasuredComparison, Prediction, Seen
+from dse.answers.tables.display import counted, display_unit
+from dse.report.amounts import amount_words
+from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
+from dse.report.plots.front import Spec, whole_spec
+from dse.report.text_table import scale_of
+from dse.support.units import is_unbounded
+
+DIGITS = 4
+VERDICTS = {"inside": "inside", "above": "above", "below": "below", "both": "above and below"}
+
+MOST = 8
+"""The greatest number of rows of a table that are printed."""
+REST = "and {} more (--all)"
+
+
+def measured_page(found: MeasuredComparison) -> Page:
+    """Metrics first, then figures of the file that have drifted, then what becomes of the requirements."""
+    section = Section("measured", "Predicted and measured", tuple(_blocks(found)))
+    files = ", ".join(found.files)
+    lead = f"{found.problem}, a design of it against {files}"
+    return Page(f"{found.problem} against {files}", lead, (section,), is_amiss=not _is_well(found))
+
+
+def _is_well(found: MeasuredComparison) -> bool:
+    return found.is_as_predicted and found.still_holds
+
+
+def _blocks(found: MeasuredComparison) -> Iterator[Block]:
+    currency = found.currency
+    drifted = [item for item in found.inputs if item.drifted]
+    tone: Tone = "strong" if _is_well(found) else "wrong"
+    yield from texts(_verdict(found, len(drifted)), tone=tone)
+    if found.predictions:
+        rows = tuple(_prediction(item, currency) for item in found.predictions)
+        headings = ("metric", "predicted", "measured", "mean", "samples", "outside", "verdict")
+        yield Table("Predicted and measured", headings, rows, (1, 2, 3, 4, 5), brief=MOST, rest=REST)
+        yield from listing(
+            (_beyond(item, currency) for item in found.predictions if item.verdict != "inside"), "", 1, "wrong"
+        )
+        for unit in dict.fromkeys(item.unit for item in found.predictions):
+            group = tuple(item for item in found.predictions if item.unit == unit)
+            name = f"predicted and measured {display_unit(unit, currency)[1]}"
+            yield Plot(name, partial(_ranges, group, currency), "Predicted ranges (bars) and measured ones (lines).")
+    if found.inputs:
+        stated = tuple(_input(item) for item in found.inputs)
+        yield Table(
+            "Figures of the file",
+            ("figure", "stated", "measured", "mean", "samples", "", "counts as"),
+            stated,
+            (1, 2, 3, 4),
+            brief=MOST,
+            rest=REST,
+        )
+    if found.requirements and drifted:
+        kept = tuple(
+            (
+                item.text,
+                *(counted(value, item.unit, currency) for value in item.values),
+                *(_margin(item, at, currency) for at in (0, 1)),
+                "holds" if item.holds[1] else "broken" if item.holds[0] else "broken, as before",
+            )
+            for item in found.requirements
+        )
+        columns = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
+        yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4), brief=MOST, rest=REST)
+    overstepped = [item for item in found.requirements if item.observed_holds is False]
+    yield from listing((_overstepped(item, currency) for item in overstepped), "", 1, "wrong")
+    named = (*(item.name for item in found.predictions), *(item.text for item in found.requirements if drifted))
+    yield from texts(scale_of(named))
+    yield from listing(found.remarks, "remark", 0)
+
+
+def _verdict(found: MeasuredComparison, drifted: int) -> str:
+    outside = sum(item.verdict != "inside" for item in found.predictions)
+    parts = []
+    if found.predictions:
+        parts.append(f"{len(found.predictions) - outside} of {len(found.predictions)} metrics are as predicted.")
+    if found.inputs:
+        parts.append(f"{drifted} of {len(found.inputs)} figures lie beyond what the file states.")
+    if drifted:
+        broken = [item.text for item in found.requirements if not item.holds[1]]
+        said = "With them the design meets every requirement." if not broken else f"It then breaks {'; '.join(broken)}."
+        parts.append(said)
+    overstepped = [item.text for item in found.requirements if item.observed_holds is False]
+    if overstepped:
+        parts.append(f"What was measured does not keep {'; '.join(overstepped)}.")
+    return " ".join(parts)
+
+
+def _overstepped(item: Kept, currency: str) -> str:
+    value = amount_words(item.observed or 0, item.unit, currency, DIGITS)
+    return f"{item.text}: {value} was measured{'' if item.holds[0] else ', and predicted to break it'}"
+
+
+def _prediction(item: Prediction, currency: str) -> tuple[str, ...]:
+    high = counted(item.high, item.unit, currency, DIGITS)
+    predicted = f"up to {high}" if item.low is None else _range(item.low, item.high, item.unit, currency)
+    outside = "" if item.outside is None else str(item.outside)
+    return (item.name, predicted, *_seen(item.seen, item.unit, currency), outside, VERDICTS[item.verdict])
+
+
+def _input(item: Input) -> tuple[str, ...]:
+    state = "drifted" if item.drifted else "as stated"
+    counts = "" if item.counted is None else _range(*item.counted, item.unit)
+    return (item.name, _range(item.low, item.high, item.unit), *_seen(item.seen, item.unit, ""), state, counts)
+
+
+def _seen(seen: Seen, unit: str, currency: str) -> tuple[str, str, str]:
+    mean = "" if seen.mean is None else counted(seen.mean, unit, currency, DIGITS)
+    return _range(seen.low, seen.high, unit, currency), mean, "" if seen.count is None else str(seen.count)
+
+
+def _range(low: Fraction, high: Fraction, unit: str, currency: str = "EUR") -> str:
+    ends = counted(low, unit, currency, DIGITS), counted(high, unit, currency, DIGITS)
+    return ends[0] if low == high else " .. ".join(ends)
+
+
+def _margin(item: Kept, at: int, currency: str) -> str:
+    """The slack; of a share also what it is of, where that is not the stated limit but so much of several cores."""
+    slack, value = item.slacks[at], item.values[at]
+    if is_unbounded(slack):
+        return "-"
+    said = counted(slack, item.unit, currency)
+    is_upper = item.values[1] + item.slacks[1] == item.limit
+    whole = counted(value + slack if is_upper else value - slack, item.unit, currency)
+    return said if item.unit != "ppm" or whole in item.text else f"{said} of {whole}"
+
+
+def _beyond(item: Prediction, currency: str) -> str:
+    """``load of eth: 324.5 B/s beyond, 6.64 % of the measured value, 7.12 % of the predicted one``."""
+    shares = ((item.of_measured, "the measured value"), (item.of_predicted, "the predicted one"))
+    said = [f"{float(share * 100):.2f} % of {what}" for share, what in shares if share is not None]
+    return f"{item.name}: {', '.join([f'{amount_words(item.beyond, item.unit, currency, DIGITS)} beyond', *said])}"
+
+
+def _ranges(items: tuple[Prediction, ...], currency: str) -> Spec:
+    factor, unit = display_unit(items[0].unit, currency)
+    rows: list[dict[str, Any]] = [
+        {
+            "row": number,
+            "label": item.name,
+            "low": float((item.low or 0) / factor),
+            "high": None if is_unbounded(item.high) else float(item.high / factor),
+            "least": float(item.seen.low / factor),
+            "most": float(item.seen.high / factor),
+            "mean": None if item.seen.mean is None else float(item.seen.mean / factor),
+        }
+        for number, item in enumerate(items)
+    ]
+    row = {"field": "label", "type": "nominal", "title": None, "sort": {"field": "row"}, "axis": {"labelLimit": 300}}
+    across = {"type": "quantitative", "title": f"predicted (bar), measured (line, mean) [{unit}]"}
+    layers: list[Spec] = [
+        {
+            "transform": [{"filter": "datum.high !== null"}],
+            "mark": {"type": "bar", "color": "var(--c1)", "opacity": 0.5, "height": 14},
+            "encoding": {"y": row, "x": {**across, "field": "low"}, "x2": {"field": "high"}},
+        },
+        {
+            "mark": {"type": "rule", "color": "var(--c2)", "strokeWidth": 3},
+            "encoding": {"y": row, "x": {**across, "field": "least"}, "x2": {"field": "most"}},
+        },
+        {
+            "mark": {"type": "tick", "color": "var(--c2)", "thickness": 2, "size": 12},
+            "encoding": {"y": row, "x": {**across, "field": "most"}},
+        },
+        {
+            "transform": [{"filter": "datum.mean !== null"}],
+            "mark": {"type": "tick", "color": "var(--accent)", "thickness": 2, "size": 12},
+            "encoding": {"y": row, "x": {**across, "field": "mean"}},
+        },
+    ]
+    spec = {"data": {"values": rows}, "layer": layers, "height": 30 * len(rows) + 20}
+    return whole_spec(spec, "Predicted and measured ranges of each metric, with the mean of what was measured.")

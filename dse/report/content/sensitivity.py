@@ -1,0 +1,325 @@
+"""The sections of a design's sensitivity: margins, tornadoes, uncertain inputs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+
+from dse.answers.ranking.variants import varying
+from dse.answers.tables.display import counted, display_unit, figure, readable, titled
+from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, number_of
+from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
+from dse.report.plots.front import Spec
+from dse.report.plots.study import shares, tornado
+from dse.report.text_table import scale_of
+from dse.report.words.contention import study_waiting_words
+from dse.support.units import is_unbounded
+from dse.support.units.text import count_words
+
+SHOWN_BARS = 12
+BRIEF_BARS = 8
+"""Maximum number of bars of a metric on a terminal."""
+SHOWN_MARGINS = 6
+BRIEF_METRICS = 4
+FEW = 3
+"""The greatest numbers of margins, of metrics and uncertain inputs, and of decisions on a terminal."""
+INDICES = (
+    "share of its variance (Sobol); effect: mean change from one end of the input's range to the other "
+    "(where it has no bounds, of the middle 95 % of its values)"
+)
+
+
+def sensitivity_sections(data: Data) -> Iterator[Section]:
+    """The sections of what ``dse-sensitivity/1`` holds."""
+    currency = data["problem"].get("currency", "EUR")
+    chosen = decisions_text(data["decisions"], list(data["decisions"]))
+    broken = (f"{text}; left out of what follows" for text in data["broken"])
+    told = few(chosen.split(", "), FEW, "decisions")
+    margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {told}" if chosen else "")]
+    margins += listing(broken, "broken as it is", 0, "wrong")
+    margins.append(_margin_table(data, currency))
+    margins += texts(_free_words(data))
+    margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
+    margins += texts(left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
+    breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
+    margins += texts(study_waiting_words(data), scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
+    yield Section("margins", "Margins", tuple(margins))
+    yield from _tornadoes(data, currency)
+    if data["uncertainty"] is not None:
+        yield from _uncertain_sections(data["uncertainty"], currency)
+
+
+def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
+    """What moves each metric most, and all that moves it."""
+    swings: list[Block] = []
+    most: list[tuple[str, ...]] = []
+    for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):
+        bars = [bar for bar in data["tornado"] if bar["metric"] == metric]
+        swings += [_tornado_plot(metric, bars, currency), _tornado_table(metric, bars, currency)]
+        ends = sorted(map(figure, bars[0]["values"]))
+        moved = [figure_text(value, bars[0]["unit"], currency) for value in (bars[0]["nominal"], *ends)]
+        most.append((metric, moved[0], bars[0]["path"], *moved[1:]))
+    if swings:
+        swing = texts(f"Each input alone, over: {data['swing']}.")
+        headings = ("metric", "now", "moved most by", "from", "to")
+        caption, rest = "What each metric hangs on most", "and {} more metrics (--all)"
+        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
+        is_beside = data["uncertainty"] is not None  # no room on a screen that also says how sure one can be
+        yield Section("hangs", caption, (*swing, table), is_detail=is_beside)
+        yield Section("tornado", "What each metric hangs on", tuple(swings), is_detail=True)
+
+
+def _free_words(data: Data) -> str:
+    """How many inputs break nothing, however far they move."""
+    free = sum(not item["below"] and not item["above"] for item in data["margins"])
+    one = free == 1
+    return f"{free} reach{'es' if one else ''} a requirement but break{'s' if one else ''} none." if free else ""
+
+
+def left_out_words(parts: Sequence[str]) -> str:
+    """What there was no time for.
+
+    >>> left_out_words(["margins of further inputs", "uncertain inputs"])
+    'Stopped by the time limit; not looked at: margins of further inputs, uncertain inputs.'
+    """
+    return f"Stopped by the time limit; not looked at: {', '.join(parts)}."
+
+
+def unbounded_words(metrics: Sequence[str]) -> str:
+    """Of which metrics nothing is told.
+
+    >>> unbounded_words(["latency of f"])
+    'Unbounded for some of the stated values, so that nothing explains their variation: latency of f.'
+    """
+    named = ", ".join(metrics)
+    return f"Unbounded for some of the stated values, so that nothing explains their variation: {named}."
+
+
+def scaling_words(found: Data) -> str:
+    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data."""
+    if found["factor"] is None:
+        return f"All execution times together: no requirement breaks up to {found['searched_to']} times as long."
+    factor = Fraction(found["factor"])
+    text = f"{float(factor):.9g}"
+    if found["exact"] and Fraction(text) != factor:
+        text = f"{factor} = {text}…" if factor.denominator < 10**4 else f"{text}… (an exact fraction, rounded here)"
+    alone = f" (by {found['thread']} alone)" if found["thread"] else ""
+    said = (
+        f"All execution times together: up to {text} times as long; beyond that breaks {found['requirement']}{alone}."
+    )
+    used = ", ".join(f"{name} {readable(Fraction(v), 'ppm')}" for name, v in found["utilisations_ppm"].items())
+    return f"{said} Breakdown utilisation there: {used} of one core." if used else said
+
+
+def _margin_table(data: Data, currency: str) -> Table:
+    breaking = [item for item in data["margins"] if item["below"] or item["above"]]
+    rows = []
+    for item in sorted(breaking, key=_closeness):
+        ends = [
+            figure_text(side["last"], item["unit"], currency) if side else NOTHING
+            for side in (item["below"], item["above"])
+        ]
+        words = "; ".join(
+            f"{word}: {side['requirement']}" + (f" (by {side['thread']} alone)" if side["thread"] else "")
+            for word, side in (("below", item["below"]), ("above", item["above"]))
+            if side
+        )
+        rows.append((item["path"], figure_text(item["nominal"], item["unit"], currency), *ends, words))
+    caption = "Margins: each input alone, the values up to which every requirement holds; the closest first"
+    rest = "{} further inputs have a margin (--all shows them)."
+    headings = ("input", "value", "least", "greatest", "breaks")
+    return Table(caption, headings, tuple(rows), (1, 2, 3), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
+
+
+def _closeness(item: Data) -> tuple[bool, Fraction]:
+    nominal = Fraction(item["nominal"])
+    moves = [abs(Fraction(side["last"]) - nominal) for side in (item["below"], item["above"]) if side]
+    return (not nominal, min(moves) / nominal if nominal else Fraction(0))
+
+
+def _tornado_plot(metric: str, bars: Sequence[Data], currency: str) -> Plot:
+    unit = bars[0]["unit"]
+    more = f" The {len(bars) - SHOWN_BARS} shorter bars are in the table." if len(bars) > SHOWN_BARS else ""
+    words = f"{metric}: what moves it most; the dashed line is {figure_text(bars[0]['nominal'], unit, currency)}.{more}"
+    return Plot(f"tornado-{metric}", partial(_tornado_chart, metric, bars, currency, words), words)
+
+
+def _tornado_chart(metric: str, bars: Sequence[Data], currency: str, words: str) -> Spec:
+    unit = bars[0]["unit"]
+    records = []
+    for bar in bars[:SHOWN_BARS]:
+        nominal = number_of(bar["nominal"], unit, currency)
+        drawn = [number_of(value, unit, currency) for value in bar["values"]]
+        known = [value for value in (*drawn, nominal) if value is not None]
+        low, high = (min(known), max(known)) if None in drawn and known else (drawn[0], drawn[1])
+        ends = " .. ".join(figure_text(value, bar["input_unit"], currency) for value in bar["inputs"])
+        text = " .. ".join(figure_text(value, unit, currency) for value in sorted(map(figure, bar["values"])))
+        if low is not None and high is not None:
+            low, high = min(low, high), max(low, high)
+        record = {"low": low, "high": high, "nominal": nominal, "path": bar["path"]}
+        records.append({**record, "inputs": ends, "text": text, "label": f"{bar['path']} · {text}"})
+    return tornado(records, titled(metric, display_unit(unit, currency)[1]), words)
+
+
+def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
+    rows, swings = [], []
+    for bar in bars:
+        inputs = (figure_text(value, bar["input_unit"], currency) for value in bar["inputs"])
+        rows.append((bar["path"], *inputs, *(figure_text(value, bar["unit"], currency) for value in bar["values"])))
+        ends = [figure(value) for value in bar["values"]]
+        swings.append(None if any(map(is_unbounded, ends)) else abs(ends[1] - ends[0]))
+    longest = max((swing for swing in swings if swing is not None), default=Fraction(0)) or Fraction(1)
+    return Table(
+        f"{metric}: {figure_text(bars[0]['nominal'], bars[0]['unit'], currency)}",
+        ("input", "from", "to", "there", "and there"),
+        tuple(rows),
+        (1, 2, 3, 4),
+        bars=tuple(1.0 if swing is None else float(swing / longest) for swing in swings),
+        brief=BRIEF_BARS,
+        rest="and {} shorter bars",
+        most=MOST_ROWS,
+    )
+
+
+def _uncertain_sections(found: Data, currency: str) -> Iterator[Section]:
+    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(found, currency)))
+    indices = tuple(_index_blocks(found, currency))
+    if indices:
+        yield Section("variance", "What explains how much of the variance", indices, is_detail=True)
+
+
+def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
+    one = found["design"]
+    error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
+    stated = tuple(found["inputs"].items())
+    caption = f"Uncertain inputs ({count_words(found['samples'], 'sample')}, seed {found['seed']})"
+    rest = "and {} more uncertain inputs (--all)"
+    yield Table(caption, ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)
+    said = f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}."
+    yield from texts(said, tone="strong")
+    yield from listing(f"{text}: {share:.2%}" for text, share in one["by_requirement"].items() if share < 1)
+    if found["alternatives"]:
+        names = varying([item["decisions"] for item in found["alternatives"]])
+        chances = [
+            (f"{item['all_met']:.2%}", weakest(item), decisions_text(item["decisions"], names))
+            for item in found["alternatives"]
+        ]
+        yield Table(
+            "Alternatives of the front, the surest first",
+            ("chance", "weakest requirement", "decisions"),
+            tuple(chances),
+            (0,),
+            brief=BRIEF_METRICS,
+            rest="and {} less sure ones (--all shows them)",
+            most=MOST_ROWS,
+        )
+    yield from texts(unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
+
+
+def _index_blocks(found: Data, currency: str) -> Iterator[Block]:
+    for index in found["indices"]:
+        paths = sorted(index["total"], key=lambda path: -index["total"][path])
+        words = f"{index['output']}: what each input explains of its variance, alone (solid) and with interactions."
+        yield Plot(f"variance-{index['output']}", partial(_variance_chart, index, paths, words), words)
+        rows = [
+            (
+                path,
+                f"{index['first'][path]:.3f}",
+                f"{index['total'][path]:.3f}",
+                figure_text(Fraction(index["effect"][path]), index["unit"], currency),
+            )
+            for path in paths
+        ]
+        caption = f"What moves {index['output']}: {INDICES}"
+        yield Table(caption, ("input", "alone", "with interactions", "effect"), tuple(rows), (1, 2, 3))
+
+
+def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Spec:
+    records = [
+        {
+            "label": f"{path} · {index['total'][path]:.3f}",
+            "first": max(0.0, index["first"][path]),
+            "total": index["total"][path],
+        }
+        for path in paths[:SHOWN_BARS]
+    ]
+    return shares(records, "share of the variance", words)
+
+
+def weakest(item: Data) -> str:
+    """The requirement that most samples break; nothing where none does."""
+    shares_held: Mapping[str, float] = item["by_requirement"]
+    name = min(shares_held, key=lambda text: shares_held[text], default="")
+    return name if name and shares_held[name] < 1 else ""
+
+
+# What robustness costs, as a section of the page of a robust front.
+
+
+NAMED = 2
+"""The greatest number of inputs, and of designs that are lost, that are told on one screen."""
+
+
+def robust_section(data: Data, *, is_brief: bool = False) -> Section:
+    """The best of each objective with and without it, and why nominal designs were lost; from ``dse-result/1``.
+
+    Where it `is_brief` what may vary is named, and of what was lost there are the first.
+    """
+    return Section("robust", "What robustness costs", tuple(_blocks(data, is_brief=is_brief)))
+
+
+def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
+    found = data["robust"]
+    currency = found.get("currency", "EUR")
+    units = {info["name"]: info["unit"] for info in data["objectives"]}
+    lost = {item["nominal_id"] for item in found["lost"]}
+    front = {item["id"]: item for item in found["nominal_front"]}
+    count = len(found.get("unjudged", []))
+    yield from texts(
+        "Robust: every requirement holds for all of the stated values, proved. Objectives are those of the nominal "
+        "figures.",
+        tone="strong",
+    )
+    if is_brief:
+        named = [f"{path} ({stated})" for path, stated in found["inputs"].items()]
+        more = f" and {len(named) - NAMED} more (--explain)" if len(named) > NAMED else ""
+        yield from texts(f"What may vary: {', '.join(named[:NAMED])}{more}.")
+    else:
+        yield Table("What may vary", ("input", "what is stated"), tuple(found["inputs"].items()))
+    prices = []
+    for name, pair in found["price"].items():
+        ends = [pair[key] for key in ("nominal", "robust")]
+        prices.append((name, *("none" if value is None else counted(value, units[name], currency) for value in ends)))
+    caption = "What robustness costs: the best of each objective"
+    yield Table(caption, ("objective", "nominal", "robust"), tuple(prices), (1, 2))
+    reached = {tuple(item["objectives"].items()) for item in front.values()}
+    same = sum(
+        item["id"] in found["entered"] and tuple(item["objectives"].items()) in reached for item in data["front"]
+    )
+    alike = f"{same} as good with other decisions, " if same else ""
+    unjudged = f", {count} were not looked at: the time was up" if count else ""
+    yield from texts(
+        f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
+        f"{len(found['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
+        f"{alike}{len(found['entered']) - same} take the place of better ones that are not robust."
+    )
+    reasons = Counter(item["requirement"] for item in found["lost"])
+    yield from listing(f"{number} break {text}" for text, number in reasons.most_common())
+    rows = []
+    for item in found["lost"]:
+        objectives = front[item["nominal_id"]]["objectives"]
+        figures = (counted(figure(objectives[name]), unit, currency) for name, unit in units.items())
+        worst = (figure_text(item[key], item["unit"], currency) for key in ("worst", "limit"))
+        rows.append((f"#{item['nominal_id']}", *figures, item["requirement"], *worst))
+    if rows:
+        yield Table(
+            "Nominal alternatives that are not robust, at their worst",
+            ("nominal", *units, "breaks", "there", "limit"),
+            tuple(rows),
+            (*range(1, 1 + len(units)), 2 + len(units), 3 + len(units)),
+            brief=NAMED if is_brief else 10,
+            rest="and {} more that are not robust" + (" (--explain)" if is_brief else ""),
+            most=MOST_ROWS,
+        )

@@ -1,0 +1,186 @@
+"""A simulation as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from dse.answers.simulation import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
+from dse.answers.tables.display import counted, readable
+from dse.report.page import Block, Page, Plot, Section, Table, Text, few, listing, texts
+from dse.report.plots.front import Spec
+from dse.report.plots.study import histogram
+from dse.report.text_table import basis_words
+from dse.space.question.settings import settings_of
+from dse.support.units import Exact, is_unbounded
+from dse.support.units.text import count_words
+
+FEW = 3
+MANY = 4
+MOST = 10
+"""The greatest number of threads that are printed."""
+HISTOGRAM = (
+    "Latencies of {} as they were observed; the lines are the least and the greatest that the analysis allows, without "
+    "and with waiting for the CPU."
+)
+
+
+def simulation_page(simulation: Simulation) -> Page:
+    """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
+    lead = f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})"
+    sections = (
+        Section("simulation", "What was observed", tuple(_blocks(simulation))),
+        Section("histograms", "Each latency as a histogram", tuple(_histograms(simulation)), is_detail=True),
+    )
+    return Page(f"{simulation.space.name}: simulation", lead, tuple(section for section in sections if section.blocks))
+
+
+def _blocks(simulation: Simulation) -> Iterator[Block]:
+    said, brief = _said(simulation)
+    if not simulation.is_anything_observed:
+        said = "Nothing was observed: nothing came to its end in the simulated time (--duration)."
+    said = said if simulation.runs else "Nothing was observed."
+    yield Text(said, "strong", brief if simulation.is_anything_observed else "")
+    yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
+    if simulation.is_stopped:
+        yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
+    yield _flow_table(simulation)
+    if simulation.tasks:
+        yield _task_table(simulation)
+    if simulation.disparities:
+        yield _disparity_table(simulation)
+    yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0, brief=FEW)
+    yield from listing(simulation.notes, "note", 0, brief=FEW)
+    yield Text(LATENCY, brief="Latencies are reduced reaction times.")
+    yield from texts(
+        f"{count_words(simulation.runs, 'run')}, {count_words(simulation.events, 'event')}, "
+        f"offsets {simulation.offsets}, seed {simulation.seed}."
+    )
+
+
+def _histograms(simulation: Simulation) -> Iterator[Block]:
+    for flow in simulation.flows:
+        if flow.count:
+            yield Plot(f"latencies-{flow.name}", partial(_drawn, flow), HISTOGRAM.format(flow.name))
+        yield from _histogram(flow)
+
+
+def _said(simulation: Simulation) -> tuple[str, str]:
+    """Whether the analysis holds; where bounds were exceeded that need not hold, this first. In full, and in brief."""
+    if simulation.contradictions:
+        return "The analysis is contradicted.", ""
+    if not simulation.outside:
+        return "No observation contradicts the analysis.", ""
+    beyond = [flow for flow in simulation.flows if flow.outside]
+    if any(task.is_outside for task in simulation.tasks) or any(item.is_outside for item in simulation.disparities):
+        return f"Outside the analysed bounds: {'; '.join(simulation.outside)}.", ""
+    counts = [f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond]
+    excuses = list(dict.fromkeys(flow.excuse or CONTENTION for flow in beyond))
+    is_counted = not any(flow.excuse for flow in beyond)
+    rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
+    words = [
+        f"Outside the analysed bounds: {told} ({why}); {rest}."
+        for told, why in (
+            ("; ".join(counts), "; ".join(excuses)),
+            (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),
+        )
+    ]
+    return words[0], words[1]
+
+
+def _ms(value_ns: Exact) -> str:
+    return readable(value_ns, "ns", digits=6)
+
+
+def _flow_table(simulation: Simulation) -> Table:
+    rows = []
+    for flow in sorted(simulation.flows, key=lambda flow: not flow.is_contradiction):
+        seen = ["-"] * 3
+        if flow.latencies and flow.mean_ns is not None:
+            seen = [counted(value, "ns") for value in (min(flow.latencies), round(flow.mean_ns), max(flow.latencies))]
+        scheduled = "" if flow.scheduled_ns is None else counted(flow.scheduled_ns[1], "ns")
+        bounds = [counted(value, "ns") for value in flow.bounds_ns]
+        rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
+    headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
+    more: dict[str, Any] = {"brief": MOST, "rest": "and {} more flows (--all)", "wide": 8, "told": 0}
+    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), **more)
+
+
+def _verdict(flow: FlowObservation) -> str:
+    if not flow.count:
+        return "no data reached the end"
+    if flow.is_contradiction:
+        return "CONTRADICTION"
+    if flow.outside:
+        return f"{flow.outside} outside: {flow.excuse or 'CPU contention'}"
+    return "within"
+
+
+def _drawn(flow: FlowObservation) -> Spec:
+    """The histogram with the bounds that the analysis gives."""
+    bars = [
+        {
+            "low": float(item["from_ns"]) / 1e6,
+            "high": float(item["to_ns"]) / 1e6,
+            "count": int(item["count"]),
+            "text": f"{_ms(item['from_ns'])} to {_ms(item['to_ns'])}",
+        }
+        for item in flow.histogram
+    ]
+    bounds = [("analysed", value) for value in flow.bounds_ns]
+    if flow.scheduled_ns is not None:
+        bounds += [("with response times", value) for value in flow.scheduled_ns[1:]]
+    marks = [
+        {"kind": kind, "at": float(value) / 1e6, "text": counted(value, "ns")}
+        for kind, value in bounds
+        if not is_unbounded(value)
+    ]
+    return histogram(bars, marks, "latency [ms]", f"Latencies of {flow.name}: {flow.count} data.")
+
+
+def _histogram(flow: FlowObservation) -> Iterator[Table]:
+    most = max((item["count"] for item in flow.histogram), default=0)
+    if most:
+        rows = tuple((_ms(item["from_ns"]), str(item["count"])) for item in flow.histogram)
+        bars = tuple(float(item["count"]) / float(most) for item in flow.histogram)
+        yield Table(f"Latencies of {flow.name}", ("from", "data"), rows, (0, 1), bars=bars)
+
+
+def _disparity_table(simulation: Simulation) -> Table:
+    rows = []
+    for item in sorted(simulation.disparities, key=lambda item: not item.is_contradiction):
+        seen = "-" if item.observed_ns is None else _ms(item.observed_ns)
+        bound = "unbounded" if is_unbounded(item.bound_ns) else _ms(item.bound_ns)
+        said = "CONTRADICTION" if item.is_contradiction else item.excuse or "within"
+        said = f"outside: {said}" if item.is_outside and not item.is_contradiction else said
+        rows.append((item.name, seen, bound, said if item.observed_ns is not None else "never two inputs"))
+    headings = ("reader", "observed", "analysed", "verdict")
+    title, rest = "Disparity of inputs: the largest difference of age", "and {} more readers (--all)"
+    return Table(title, headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+
+
+def _task_table(simulation: Simulation) -> Table:
+    rows = []
+    for task in sorted(simulation.tasks, key=_closeness):
+        bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
+        said = _of_task(task)
+        rows.append((task.name, _ms(task.observed_ns), bound, said))
+    headings = ("thread", "observed", "analysed", "verdict")
+    rest = "and {} more threads (--all)"
+    return Table("Response times, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+
+
+def _of_task(task: TaskObservation) -> str:
+    if task.is_contradiction:
+        return "CONTRADICTION"
+    if task.is_compared:
+        return "within"
+    return f"{'outside, ' if task.is_outside else ''}not compared"
+
+
+def _closeness(task: TaskObservation) -> tuple[bool, Fraction]:
+    """What contradicts its bound, then by how much of the bound was seen; what has none last."""
+    share = Fraction(task.observed_ns) / task.bound_ns if task.bound_ns else Fraction(-1)
+    return not task.is_contradiction, -share

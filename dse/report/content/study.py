@@ -1,0 +1,73 @@
+"""A study as a page, made of the data that ``--json`` writes, so that a page made later says the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from dse.answers.result import Result
+from dse.answers.sensitivity import SensitivityResult
+from dse.answers.sweep import SweepResult
+from dse.report.amounts import Data
+from dse.report.content.sensitivity import robust_section, sensitivity_sections
+from dse.report.content.sweep import sweep_sections
+from dse.report.page import Page, Section, labelled, listing, texts
+from dse.report.text_table import basis_words
+from dse.report.words.contention import processing_words
+from dse.report.words.reasons import GAPS, REDUCED
+from dse.space.question.settings import SETTINGS
+from dse.support.errors import UsageError
+
+
+def sections_of(data: Data) -> list[Section]:
+    """The sections of a study.
+
+    Raises
+    ------
+    UsageError
+        when the data are not those of a study.
+    """
+    makers: dict[str, Callable[[Data], Iterator[Section]]] = {
+        SweepResult.format(): sweep_sections,
+        SensitivityResult.format(): sensitivity_sections,
+        Result.format(): lambda data: iter([robust_section(data)]),
+    }
+    form = data.get("format")
+    if form not in makers or (form == Result.format() and "robust" not in data):
+        raise UsageError(f"it is no study: expected {', '.join([*makers][:-1])} or {Result.format()} of solve --robust")
+    return list(makers[form](data))
+
+
+def study_page(data: Data) -> Page:
+    """The whole page of a study."""
+    problem, settings = data["problem"], _settings(data)
+    kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
+    kind = kinds.get(data["format"], "robustness")
+    lead = f"{problem['name']} ({basis_words(settings)})" if settings else str(problem["name"])
+    return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
+
+
+def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
+    """The settings of the question that a study asked; nothing where an older one does not state them."""
+    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
+    return settings if set(SETTINGS) <= set(settings) else {}
+
+
+def _basis(data: Mapping[str, Any]) -> Section:
+    """Where the figures of a study come from, and what the model does not see."""
+    problem, settings = data["problem"], _settings(data)
+    carried = "; the JSON carries its text" if data.get("files") else ""
+    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
+    if settings:
+        found.append(("Latency rules", basis_words(settings)))
+    if "semantics" in data:
+        found.append(("Semantics", str(data["semantics"])))
+    if problem.get("changes"):
+        found.append(
+            ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))
+        )
+    if "seed" in data:
+        found.append(("Seed", str(data["seed"])))
+    gaps = (REDUCED, *((processing_words(settings),) if settings else ()), *GAPS)
+    blocks = (*labelled(found), *texts("Known gaps of the model:"), *listing(gaps))
+    return Section("basis", "What this rests on", blocks, is_for_files=True)

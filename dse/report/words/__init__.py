@@ -1,0 +1,14 @@
+"""Sentences and tables about one subject, which pages of several verbs share.
+
+Read `reasons.py` first.
+
+* `reasons.py`: the reasons for an alternative.
+* `contention.py`, `scheduling.py`, `lateness.py`: CPU contention; response-time tables and Gantt charts; late threads
+  and overloads.
+* `clocks.py`: timers on one clock, and offsets that shorten a wait.
+* `missing.py`: the gap of an incomplete front.
+* `resources.py`: budgets of processors and memories (OSATE).
+
+Not allowed here: finding a cause; `analysis/diagnosis` and `answers/ranking` do. Texts and tables without markup, in
+the words of docs/glossary.md.
+"""

@@ -1,0 +1,226 @@
+"""Timers on one clock: a table of who reads whom when, the offsets that would spare a wait, and a timeline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from math import lcm
+from typing import Any
+
+from dse.analysis.latency.offset_advice import Boundary
+from dse.report.amounts import listed
+from dse.report.page import NOTHING, Block, Plot, Table, texts
+from dse.report.plots.front import Spec, whole_spec
+from dse.support.units import Exact, format_duration
+
+CAPTION = (
+    "Timers on one clock along {}: a mark is a release; after it a bar until what is made then is surely there (dark: "
+    "it may be), and a line until it is read by the timer to which that leads."
+)
+TIMELINE_ROW = 46
+"""Pixels of a row of the timeline."""
+MOST_MARKS = 60
+"""A row with more releases within the time shown is cut off after so many."""
+UNKNOWN = "unknown"
+
+
+def boundary_blocks(boundaries: Sequence[Boundary]) -> Iterator[Block]:
+    """What is said of timers on one clock, flow by flow; nothing where there are none."""
+    for flow, here in by_flow(boundaries).items():
+        yield boundary_table(flow, here)
+        records = timeline_records(here)
+        if records:
+            yield Plot(f"timeline-{flow}", partial(timeline, records), CAPTION.format(flow))
+    yield from texts(*boundary_words(boundaries))
+
+
+def by_flow(boundaries: Sequence[Boundary]) -> dict[str, list[Boundary]]:
+    """The readers of each flow that has some."""
+    found: dict[str, list[Boundary]] = {}
+    for item in boundaries:
+        found.setdefault(item.flow, []).append(item)
+    return found
+
+
+def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
+    """Who reads whose data, when these are there, and how long they wait."""
+    rows = tuple(
+        (
+            f"{item.receiver} reads {item.sender}",
+            " / ".join(_offset(offset) for offset in item.offsets_ns[::-1]),
+            _span(item.there_ns),
+            _span(item.wait_ns),
+            NOTHING if item.room_ns is None else format_duration(item.room_ns),
+            _better(item),
+        )
+        for item in boundaries
+    )
+    headings = ("on one clock", "offsets", "there after", "first, last wait", "room", "a better offset of the reader")
+    return Table(f"Timers on one clock along {flow}", headings, rows)
+
+
+def boundary_words(boundaries: Sequence[Boundary]) -> list[str]:
+    """What to change where data just miss a reader, or meet a read that others miss, each with its flows."""
+    found: dict[str, list[str]] = {}
+    for item in boundaries:
+        if said := _said(item):
+            found.setdefault(said, []).append(item.flow)
+    return [f"{listed(flows)}: {said}" for said, flows in found.items()]
+
+
+def _said(item: Boundary) -> str:
+    if item.better is None:
+        return _unknown_words(item)
+    cure = f"offset {_offset(item.better.offset_ns)} instead of {_offset(item.offsets_ns[1])}"
+    cure += f" saves {format_duration(item.better.saves_ns)} of latency"
+    costs = [f"{format_duration(cost)} more on {name}" for name, cost in item.better.costs_ns.items()]
+    cure += f" ({', '.join(costs)})" if costs else ""
+    if item.is_crossed:
+        said = f"{item.receiver} meets some data of {item.sender} and misses others"
+        return f"{said}, there {_span(item.there_ns)} after its release: {cure}."
+    if None in item.offsets_ns:
+        return f"nobody states when {item.receiver} reads {item.sender}: {cure}."
+    return f"{item.receiver} just misses {item.sender}: {cure}." if item.is_just_missed else ""
+
+
+def _unknown_words(item: Boundary) -> str:
+    if None not in item.offsets_ns:
+        return ""
+    step = format_duration(item.step_ns)
+    return (
+        f"{item.receiver} waits up to {format_duration(item.wait_ns[1])} for {item.sender}, whose clock "
+        f"it shares: known offsets of both save up to {step}."
+    )
+
+
+def _better(item: Boundary) -> str:
+    if item.better is None:
+        return NOTHING
+    return f"{_offset(item.better.offset_ns)} saves {format_duration(item.better.saves_ns)}"
+
+
+def _offset(offset: Exact | None) -> str:
+    return UNKNOWN if offset is None else format_duration(offset) if offset else "0 ms"
+
+
+def _span(times: tuple[Exact, Exact]) -> str:
+    """One time, or the first and the last."""
+    first, last = (format_duration(time) for time in times)
+    return first if first == last else f"{first} .. {last}"
+
+
+# --- the timeline -------------------------------------------------------------------------------------------------
+
+
+def timeline_records(boundaries: Sequence[Boundary]) -> list[dict[str, Any]]:
+    """What is drawn, in ms: per release of a timer a mark, when its data are there, and when they are read.
+
+    Rows count from 1 in the order of the flow. Where some offset is unknown there is no timeline.
+    """
+    if any(None in item.offsets_ns for item in boundaries):
+        return []
+    records: list[dict[str, Any]] = []
+    names = list(dict.fromkeys(name for item in boundaries for name in (item.sender, item.receiver)))
+    until = _until(boundaries)
+    for item in boundaries:
+        row = names.index(item.sender) + 1
+        for number, release in enumerate(_releases(item.offsets_ns[0] or 0, item.periods_ns[0], until)):
+            ends = [release + time for time in item.there_ns]
+            read = _next(ends[1], item.offsets_ns[1] or 0, item.periods_ns[1])
+            records.append(
+                {
+                    "row": row,
+                    "to": names.index(item.receiver) + 1,
+                    "label": item.sender,
+                    "release": _ms(release),
+                    "first": _ms(ends[0]),
+                    "last": _ms(ends[1]),
+                    "read": _ms(read),
+                    "text": f"released {_at(release)}, there by {_at(ends[1])}, read {_at(read)} by {item.receiver}",
+                    "named": number == 0,
+                }
+            )
+    senders = {item.sender for item in boundaries}
+    for item in boundaries:
+        row = names.index(item.receiver) + 1
+        reads = _releases(item.offsets_ns[1] or 0, item.periods_ns[1], until) if item.receiver not in senders else []
+        for release in reads:
+            when = dict.fromkeys(("release", "first", "last", "read"), _ms(release))
+            text = f"reads {_at(release)}"
+            records.append({"row": row, "to": row, "label": item.receiver, **when, "text": text, "named": True})
+    return records
+
+
+def _until(boundaries: Sequence[Boundary]) -> Exact:
+    """To when is drawn: until the pattern has repeated, twice the longest period at most or at least."""
+    periods = [period for item in boundaries for period in item.periods_ns]
+    longest = max(periods)
+    whole = all(period == int(period) for period in periods)
+    pattern = lcm(*map(int, periods)) if whole else 2 * longest
+    return min(max(pattern, 2 * longest), 4 * longest)
+
+
+def _releases(offset: Exact, period: Exact, until: Exact) -> list[Exact]:
+    first = offset % period
+    count = min(int(-(-(until - first) // period)), MOST_MARKS)
+    return [first + number * period for number in range(count)]
+
+
+def _next(time: Exact, offset: Exact, period: Exact) -> Exact:
+    """The first release from a time on."""
+    return time + (offset - time) % period
+
+
+def _ms(time_ns: Exact) -> float:
+    return float(time_ns) / 1e6
+
+
+def _at(time_ns: Exact) -> str:
+    return f"at {format_duration(time_ns)}"
+
+
+def timeline(records: Sequence[Mapping[str, Any]]) -> Spec:
+    """A row for each timer: its releases, when their data are there, and lines to where they are read."""
+    axis = {"labels": False, "ticks": False, "domain": False, "grid": False}
+    scale = {"paddingInner": 0.5, "paddingOuter": 0.5}
+    row = {"field": "row", "type": "ordinal", "title": None, "axis": axis, "scale": scale}
+    across = {"type": "quantitative", "title": "time on the clock [ms]", "axis": {"tickCount": 8}}
+    tooltip = [{"field": "label", "title": "timer"}, {"field": "text", "title": "what it makes"}]
+    hue, soft = {"value": "var(--c1)"}, {"value": "var(--soft)"}
+    layers: list[Spec] = [
+        {
+            "mark": {"type": "bar", "opacity": 0.3, "height": 12},
+            "encoding": {"y": row, "x": {**across, "field": "release"}, "x2": {"field": "last"}, "color": hue,
+                         "tooltip": tooltip},
+        },
+        {
+            "mark": {"type": "bar", "height": 12, "opacity": 0.75},
+            "encoding": {"y": row, "x": {**across, "field": "first"}, "x2": {"field": "last"}, "color": hue,
+                         "tooltip": tooltip},
+        },
+        {
+            "mark": {"type": "rule", "strokeDash": [3, 3]},
+            "encoding": {"y": row, "x": {**across, "field": "last"}, "x2": {"field": "read"}, "color": soft,
+                         "tooltip": tooltip},
+        },
+        {
+            "mark": {"type": "rule"},
+            "encoding": {"y": row, "y2": {"field": "to"}, "x": {**across, "field": "read"}, "color": soft},
+        },
+        {
+            "mark": {"type": "tick", "thickness": 2, "size": 20},
+            "encoding": {"y": row, "x": {**across, "field": "release"}, "color": {"value": "var(--ink)"}},
+        },
+        {
+            "transform": [{"filter": "datum.named"},
+                          {"aggregate": [{"op": "min", "field": "release", "as": "release"}],
+                           "groupby": ["row", "label"]}],
+            "mark": {"type": "text", "align": "left", "baseline": "bottom", "dy": -11, "fontSize": 11, "limit": 320},
+            "encoding": {"y": row, "x": {"value": 2}, "text": {"field": "label"}},
+        },
+    ]  # fmt: skip
+    height = TIMELINE_ROW * len({item["row"] for item in records}) + 8
+    return whole_spec(
+        {"data": {"name": "rows", "values": list(records)}, "layer": layers, "height": height},
+        "Timers on one clock: when each is released, when what it makes is there, and when that is read.",
+    )

@@ -1,0 +1,274 @@
+"""Contention for the CPU in words: whether it is counted, which designs hold with it, and which core runs what."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from dse.analysis.diagnosis.front_verdicts import core_by, core_origins, leaves_out_buses, placements_of
+from dse.analysis.placement.first_fit import core_room
+from dse.analysis.placement.partition import Spread
+from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
+from dse.analysis.terms import PPM
+from dse.analysis.views import View
+from dse.answers.contention_verdicts import Broken, Contended
+from dse.answers.result import Point, Result
+from dse.answers.tables.display import readable
+from dse.space.model.criteria import Metric
+from dse.space.model.metric_kinds import flows_in
+from dse.space.model.space import Design, Space
+from dse.space.question.open_cores import is_scheduled
+
+PROCESSING = {
+    "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
+    "its core (--processing response-time counts what it waits for, and decides cores that are not stated).",
+    "response_time": "CPU contention is in the latencies: each thread counts its response time under fixed priorities, "
+    "on the core that is stated or decided, else on the one that first-fit gives.",
+}
+"""What the processing of a thread counts in a latency, by the setting `processing`."""
+UNCOUNTED = (
+    "CPU contention is not in the latencies: this profile counts no response times, but execution times and deadlines."
+)
+CONTENTION_OUT = "CPU contention is not in the latencies: with response times"
+BLOCKING = "blocking by non-preemptive sections"
+COUNTED_BY = " Counted in the search: --processing response-time."
+"""Where designs do not keep what is asked: how to find those that do."""
+WAITING = "Waiting for a bus is not counted."
+MOST_NAMES = 6
+MOST_EXAMPLES = 3
+MOST_THREADS = 24
+"""Maximum number of threads whose cores are told one by one in a sentence."""
+MOST_IDS = 12
+MOST_BROKEN = 3
+
+
+def processing_words(settings: Mapping[str, str]) -> str:
+    """Whether contention for the CPU is in the latencies, from the settings by name."""
+    return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
+
+
+def uncounted_words(space: Space) -> str:
+    """That the profile counts no response times at all, where something asked is about a flow."""
+    asks = space.profile == "osate-2.2" and any(flows_in(space, metric) for metric in _asked(space))
+    return UNCOUNTED if asks else ""
+
+
+def waiting_words(space: Space) -> str:
+    """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
+    is_left_out = leaves_out_buses(space) and any(flows_in(space, metric) for metric in _asked(space))
+    return WAITING if is_left_out else ""
+
+
+def study_waiting_words(data: Mapping[str, Any]) -> str:
+    """The same of a study, from what its format holds."""
+    return WAITING if data.get("bus_waiting") else ""
+
+
+def _asked(space: Space) -> list[Metric]:
+    return [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+
+
+def bus_words(space: Space) -> str:
+    """That messages wait for no bus in a latency, where a physical bus may carry them."""
+    told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
+    return told if leaves_out_buses(space) else ""
+
+
+def contention_words(result: Result) -> str:
+    """How many designs of a front keep what is asked when response times count, and on which cores, in one line.
+
+    Empty where there is no front, or the front was searched with all of that.
+    """
+    if not result.front or not result.leaves_out_contention:
+        return ""
+    space = result.space
+    if all(item.implied for item in space.requirements):
+        return "CPU contention is not in the latencies, and nothing is required that it could break."
+    found = {point.id: result.contended.get(str(point.id)) for point in result.front}
+    checked = {number: item for number, item in found.items() if item is not None}
+    kept = [number for number, item in checked.items() if not item.broken]
+    begin = f"{CONTENTION_OUT}, {core_words(space)},"
+    if not checked:
+        return f"{begin} no design was checked in the time that there was."
+    rest = f"; {len(found) - len(checked)} not checked: the time was up" if len(checked) < len(found) else ""
+    if len(checked) == 1:
+        which = "only design" if len(found) == 1 else "one design that was checked"
+        said = f"{begin} the {which} {'keeps' if kept else 'does not keep'} every requirement{rest}."
+        return said if kept else said + COUNTED_BY
+    count = f"{len(kept) or 'none'} of the {len(checked)}"
+    if len(kept) == len(checked):
+        count = "both" if len(kept) == 2 else f"all {len(checked)}"
+    of = "designs" if len(checked) == len(found) else "designs that were checked"
+    who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
+    verb = "keep" if len(kept) > 1 else "keeps"
+    said = f"{begin} {count} {of} {verb} every requirement{who}{rest}."
+    return said if len(kept) == len(checked) else said + COUNTED_BY
+
+
+def broken_choice_words(result: Result, chosen: Point) -> str:
+    """What the design to choose breaks when response times count, and the first in rank that was found to keep all.
+
+    Empty where it breaks nothing, was not checked, or the front was searched with response times. That none keeps
+    them is said by `contention_words`.
+    """
+    found = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
+    if found is None or not found.broken:
+        return ""
+    more = len(found.broken) - 1
+    said = f"But with response times it breaks {broken_words(found.broken[0], result.space.currency)}"
+    said += f" and {more} more" if more else ""
+    verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
+    kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
+    return f"{said}." if kept is None else f"{said}: #{kept} is the first that keeps every requirement."
+
+
+def study_contention_words(data: Mapping[str, Any]) -> str:
+    """The same of all fronts of a sweep, from what ``dse-sweep/1`` holds; empty where they leave out nothing."""
+    basis = data.get("contention")
+    judged = [
+        item["contention"]
+        for run in data["runs"]
+        for item in run.get("front", run.get("alternatives", ()))
+        if "contention" in item
+    ]
+    if basis is None or not judged:
+        return ""
+    kept = sum(item["status"] == "kept" for item in judged)
+    count = f"{kept or 'none'} of the" if kept < len(judged) else "all"
+    designs = f"{len(judged)} designs of all fronts" if len(judged) > 1 else "only design"
+    count = count if len(judged) > 1 else "the"
+    verb = ("keep" if kept > 1 else "keeps") if kept or len(judged) > 1 else "does not keep"
+    varied = " (a limit that varies counts apart)" if any(run["kind"] == "breaks" for run in data["runs"]) else ""
+    cores = cores_of_origins(basis["cores"])
+    said = f"{CONTENTION_OUT}, {cores}, {count} {designs} {verb} every requirement{varied}."
+    return said if kept == len(judged) else said + COUNTED_BY
+
+
+def asks_for_responses(space: Space) -> bool:
+    """Whether a requirement or an objective looks at response times."""
+    return any(is_scheduled(space, metric) for metric in _asked(space))
+
+
+def overhead_words(space: Space, design: Design | None = None) -> str:
+    """What response times count beside execution times, and what they do not: in any design, or in one."""
+    stated = stated_overheads(space, design)
+    counted = [
+        f"{BLOCKING if kind == 'blocking' else kind} ({_some(names)})" for kind, names in stated.items() if names
+    ]
+    left = [kind for kind, names in stated.items() if not names]
+    elsewhere = stated_overheads(space)
+    others = any(elsewhere[kind] for kind in left)
+    if not counted:
+        who = "design has" if others else "problem states"
+        return f"Response times count no overheads: the {who} no {', '.join(left[:-1])} and no {left[-1]}."
+    none = "of which the design has none" if others else "of which nothing is stated"
+    rest = f"; not {' and not '.join(left)}, {none}" if left else ""
+    return f"Response times count {', '.join(counted)}{rest}."
+
+
+def bound_words(space: Space, design: Design | None = None) -> str:
+    """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is."""
+    told = _safe(safe_bounds(space, design))
+    return f"They are {told}." if told else ""
+
+
+def safe_words(found: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
+    """What a proof that rests on response times is worth where these are safe bounds: `found` says why they are.
+
+    It may only rest on them where it is not `is_known` which demands clash.
+    """
+    told, rests = _safe(found), "rests" if is_known else "may rest"
+    return f"The proof {rests} on response times that are {told}: a design may be in time all the same." if told else ""
+
+
+def _safe(found: Mapping[str, Sequence[str]]) -> str:
+    told = [f"{why} {_some(names, MOST_EXAMPLES)}" for why, names in found.items() if names]
+    return f"safe bounds, which need not be reached, on cores where {'; '.join(told)}" if told else ""
+
+
+def core_words(space: Space) -> str:
+    """Which cores response times are counted on."""
+    return cores_of_origins(core_origins(space))
+
+
+def cores_of_origins(origins: Collection[str]) -> str:
+    """The same, from who chooses them."""
+    given = " or ".join(word for word in ("stated", "decided") if word in origins)
+    if not origins:
+        return "on the only core of each processor"
+    if "first-fit" not in origins:
+        return f"on the cores {given}"
+    return f"on the cores {given}, else those that first-fit gives" if given else "on the cores that first-fit gives"
+
+
+def cores_origin(space: Space) -> str:
+    """That first-fit chooses the cores of a design, in brackets, as far as it does."""
+    origins = core_origins(space)
+    if "first-fit" not in origins:
+        return ""
+    return " (by first-fit)" if len(origins) == 1 else " (by first-fit, where none is stated)"
+
+
+def _some(names: Sequence[str], most: int = MOST_NAMES) -> str:
+    return ", ".join(names[:most]) + (", …" if len(names) > most else "")
+
+
+def _ids(numbers: list[int]) -> str:
+    more = len(numbers) - MOST_IDS
+    shown = ", ".join(f"#{number}" for number in numbers[:MOST_IDS])
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def contended_words(found: Contended | None, currency: str) -> str:
+    """What a design keeps or breaks when response times count."""
+    if found is None:
+        return "Not checked: the time was up."
+    if not found.broken:
+        return "Keeps every requirement."
+    shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
+    more = len(found.broken) - MOST_BROKEN
+    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + "."
+
+
+def broken_words(item: Broken, currency: str) -> str:
+    """``jitter of f <= 20 ms (29.294 ms)``; who has no bound, where one has none."""
+    if item.value is None:
+        return f"{item.requirement} (unbounded: {', '.join(item.unbounded)})"
+    limit = f" of {readable(item.limit, item.unit, currency)}" if item.requirement.endswith("its deadline") else ""
+    return f"{item.requirement}{limit} ({readable(item.value, item.unit, currency)})"
+
+
+def placed_words(space: Space, design: Design) -> list[str]:
+    """For each processor with several cores what runs on each, and how much of it: ``computer: core 1 (70 %) a; …``."""
+    view = View(design)
+    lines = []
+    for number, found in placements_of(space, design).items():
+        here = dict(sorted(found.cores.items()))
+        if not here:
+            continue
+        parts = []
+        for core in sorted(set(here.values())):
+            threads = [thread for thread, its in here.items() if its == core]
+            names = ", ".join(_named(space, thread, view) for thread in threads)
+            used = readable(found.loads[core - 1] * PPM, "ppm")
+            parts.append(f"core {core} ({used}) {names if len(here) <= MOST_THREADS else f'{len(threads)} threads'}")
+        lines.append(f"{space.processors[number].name}: {'; '.join(parts)}{_partition_words(space, number, found)}")
+    return lines
+
+
+def _partition_words(space: Space, processor: int, found: Spread) -> str:
+    """Whether threads without a core can be put on cores such that each keeps what is required of it."""
+    if not found.is_open:
+        return ""
+    room = core_room(space, processor)
+    within = f"{'below' if room.is_strict else 'within'} {readable(room.share * PPM, 'ppm')} of each core"
+    if found.status == "found":
+        return f" (a partition {within})"
+    if found.status == "none":
+        return f" (no partition is {within}: proved)"
+    return f" (whether a partition is {within} is undecided)"
+
+
+def _named(space: Space, thread: int, view: View) -> str:
+    component = space.components[thread]
+    return f"{component.name} (stated)" if core_by(space, component, view) == "stated" else component.name

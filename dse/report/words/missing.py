@@ -1,0 +1,53 @@
+"""What an incomplete front is worth, in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dse.answers.ranking.optimality_gap import Outlook, outlooks_of
+from dse.answers.result import Result
+from dse.answers.tables.display import counted, without_stand_in
+from dse.report.amounts import amount_words, listed
+from dse.space.model.criteria import Objective
+from dse.space.model.space import Space
+from dse.support.units import is_unbounded
+
+TITLE = "Proved of every design that may be missing"
+
+
+def missing_words(result: Result) -> list[str]:
+    """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished."""
+    currency, outlooks = result.space.currency, outlooks_of(result)
+    pairs = zip(outlooks, result.space.objectives, strict=bool(outlooks))
+    outlooks = tuple(_without_stand_ins(item, objective, result.space) for item, objective in pairs)
+    said = [_outlook(item, currency) for item in outlooks]
+    near = [
+        f"{amount_words(item.near, item.unit, currency)} in {item.name}"
+        for item in outlooks
+        if item.near is not None and not is_unbounded(item.near)
+    ]
+    return [*said, f"some design found is worse by at most {listed(near)}"] if near else said
+
+
+def _without_stand_ins(item: Outlook, objective: Objective, space: Space) -> Outlook:
+    """The same with what is unbounded instead of what stands for it in regions."""
+
+    def marked(value: int) -> int:
+        return without_stand_in(space, objective.metric, item.unit, value)
+
+    best, near = (None if value is None else marked(value) for value in (item.best, item.near))
+    return replace(item, bound=marked(item.bound), best=best, near=near)
+
+
+def _outlook(item: Outlook, currency: str) -> str:
+    """``price: no less than 240 EUR, 50 EUR less than the best found``."""
+    word = "less" if item.sense == "minimise" else "more"
+    bound = f"{item.name}: no {word} than {counted(item.bound, item.unit, currency)}"
+    if item.best is None:
+        return f"{bound}; nothing was found yet"
+    if not item.possible_gain:
+        return f"{bound}; the best is found: {counted(item.best, item.unit, currency)}"
+    if is_unbounded(item.best) or is_unbounded(item.bound):
+        return f"{bound}, instead of {counted(item.best, item.unit, currency)}, the best found"
+    gain = amount_words(item.possible_gain, item.unit, currency)
+    return f"{bound}, {gain} {word} than the best found"

@@ -1,0 +1,130 @@
+"""Response times as tables, and who has a core when as a Gantt chart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from dse.analysis.scheduling.busy_period import SECTION, BusyPeriod, worst_busy_period
+from dse.analysis.scheduling.scheduling import Response
+from dse.answers.tables.display import readable
+from dse.report.page import Lane, Table, Timeline
+from dse.support.units import Exact
+
+SAID = {None: "", True: "met", False: "MISSED"}
+
+
+HEADINGS = (
+    "core", "thread", "execution", "releases", "response time", "deadline", "", "slack", "blocked", "waits for",
+)  # fmt: skip
+NUMBERS = (0, 2, 4, 5, 7, 8)
+CORES = "Response times on {}, by core and priority"
+LEAST = 2
+"""The greatest number of rows of a table on a terminal."""
+NAMED = 1
+"""The column of threads."""
+ALWAYS = 7
+"""Columns from here on are there where they say something."""
+
+
+def response_table(processor: str, responses: Sequence[Response]) -> Table:
+    """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
+    rows = [_row(item, processor) for item in responses]
+    is_served = any(item.is_served for item in responses)
+    caption = f"Response times on {processor}, which serves one job at a time" if is_served else CORES.format(processor)
+    kept = [at for at in range(int(is_served), len(HEADINGS)) if at < ALWAYS or any(row[at] for row in rows)]
+    shown = tuple(tuple(row[at] for at in kept) for row in rows)
+    numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
+    bars = tuple(map(_share, responses)) if any(item.deadline_ns for item in responses) else ()
+    named = kept.index(NAMED)
+    wide = kept.index(ALWAYS - 1) + 1
+    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=wide, label=named, bars=bars)
+
+
+def _share(item: Response) -> float:
+    """How much of the time to its deadline a thread takes: nothing without one, all where it is late."""
+    if not item.deadline_ns:
+        return 0.0
+    return 1.0 if item.response_ns is None else min(1.0, float(item.response_ns) / item.deadline_ns)
+
+
+def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | None = None) -> Iterator[Table]:
+    """For each processor what runs on it; a terminal shows `brief` rows in all, without what they wait for."""
+    shown = {processor: found for processor, found in responses.items() if found}
+    for processor, found in shown.items():
+        table = response_table(processor, found)
+        if brief is not None:
+            rows = max(LEAST, brief // len(shown))
+            what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
+            table = replace(table, brief=rows, rest=f"and {{}} more {what}, and what each waits for (--all)", told=0)
+        yield table
+
+
+def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Timeline]:
+    """How each core is busy where it is tightest."""
+    for processor, found in responses.items():
+        for core in sorted({item.core for item in found}):
+            busy = worst_busy_period(core, found)
+            if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
+                is_served = any(item.is_served for item in found)
+                yield busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
+
+
+def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
+    """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
+    whole = float(busy.end_ns)
+    names = dict.fromkeys(piece.name for piece in busy.pieces)
+    others = [name for name in names if name not in (busy.name, SECTION)]
+    lanes = []
+    for name in [*(name for name in names if name == SECTION), *others, busy.name]:
+        pieces = [item for item in busy.pieces if item.name == name]
+        lanes.append(Lane(name, tuple((float(item.start_ns) / whole, float(item.end_ns) / whole) for item in pieces)))
+    response = busy.end_ns - busy.released_ns
+    said = f"{busy.name} ends {_ms(response)} after its release"
+    if busy.deadline_ns is not None:
+        left = busy.deadline_ns - response
+        said += f", {_ms(left)} before its deadline" if left >= 0 else f", {_ms(-left)} after its deadline"
+    caption = f"{where} where it is tightest: {said}"
+    if busy.is_segment:
+        said = f"{busy.name} ends at most {_ms(response)} after its own release, with all that may go before it"
+        caption = f"{where} where a segment takes longest: {said}"
+    marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {_ms(busy.released_ns)}."),)
+    return Timeline(caption, tuple(lanes), ("0", _ms(busy.end_ns)), marks if busy.released_ns else ())
+
+
+def _row(item: Response, processor: str) -> tuple[str, ...]:
+    releases = [
+        f"every {_ms(stream.period_ns)}" + (f" +{_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
+        for stream in item.task.streams
+    ]
+    response, deadline = item.response_ns, item.deadline_ns
+    hosts = ", ".join(host for host in (item.executor, item.reservation) if host not in ("", processor))
+    named = f"{item.name} ({hosts})" if hosts else item.name
+    switching = item.task.worst_ns - item.worst_ns
+    return (
+        str(item.core),
+        named,
+        _ms(item.worst_ns) + (f" +{_ms(switching)}" if switching else ""),
+        ", ".join(releases),
+        "unbounded" if response is None else _ms(response),
+        "" if deadline is None else _ms(deadline),
+        SAID[item.meets_deadline],
+        "" if deadline is None or response is None else _ms(deadline - response),
+        f"{_ms(item.blocked_ns)} by {item.blocked_by}" if item.blocked_ns else "",
+        _waits_for(item),
+    )
+
+
+def _waits_for(item: Response) -> str:
+    """Whose jobs go before the worst one, how many of each, and what of all that is over when it is released."""
+    found = [f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays]
+    earlier, over = item.parts.earlier_jobs, item.parts.over_ns
+    if earlier:
+        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({_ms(item.parts.earlier_ns)})")
+    if over:
+        found.append(f"of which {_ms(over)} are over when it is released")
+    return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")
+
+
+def _ms(value_ns: Exact) -> str:
+    return readable(value_ns, "ns", digits=6)

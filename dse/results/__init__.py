@@ -1,1 +1,0 @@
-"""What a question is answered with: results as data, ranked and put into words."""

@@ -1,0 +1,98 @@
+"""A space that is encoded once, whose demands are switched on and off from question to question.
+
+Encoding takes most of the time of a question about feasibility; here each demand has a guard in the model, which a
+question sets true or false. Which demands are asked for changes bounds of variables only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit, Reading, build_limit
+from dse.analysis.measures import Measure
+from dse.analysis.validity import canonical
+from dse.encode.linear import set_domain
+from dse.encode.model import Demands
+from dse.search.referee import refused
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Found, Unfinished
+from dse.search.workers import heard
+from dse.space.model.space import Design, Space
+from dse.support.timelimit import OutOfTime
+
+
+class Switchboard:
+    """Answers which demands have a design together.
+
+    Demands are numbered: requirements, rules, fixed decisions, each in the order of the space. Requirements are made
+    limits by `reading`.
+    """
+
+    def __init__(self, space: Space, reading: Reading = build_limit) -> None:
+        self.space = space
+        self.evaluator = Evaluator(replace(space, fixed={}, objectives=()), reading=reading)
+        self.structure = Evaluator(replace(space, fixed={}, objectives=(), requirements=(), rules=()))
+        self.demands = Demands(self.evaluator, space.fixed)
+        self.model = self.demands.board.model
+        self.guards = [*self.demands.limits, *self.demands.rules]
+
+    def find(
+        self,
+        kept: frozenset[int],
+        measure: Measure | None = None,
+        further: Sequence[Limit] = (),
+        *,
+        seed: int = 0,
+        deadline: float | None = None,
+    ) -> Design | None:
+        """A design that meets the demands `kept` and further limits, or None where there is none.
+
+        With `measure` it is one in which that is least, exactly so unless the measure is `rounded`.
+
+        Raises
+        ------
+        OutOfTime
+            when there is no answer by the deadline.
+        RefereeError
+            when the analysis refuses the solver's design.
+        """
+        more = [(limit, self.demands.add_limit(limit)) for limit in further]
+        encoded = self.demands.with_objective(measure)  # after all limits, so that it knows those on response times
+        pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
+        limits = [pair for number, pair in enumerate(pairs) if number in kept]
+        self._switch(kept)
+        for _, guard in more:
+            self._bound(guard, 1, 1)
+        solver = Solver(encoded, seed=seed, deadline=deadline)
+        try:
+            while True:
+                answer = heard(solver, lambda: solver.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
+                if isinstance(answer, Unfinished):
+                    raise OutOfTime
+                if not isinstance(answer, Found):
+                    return None
+                asked = [*limits, *more]
+                broken = refused(self.structure, answer.design, [limit for limit, _ in asked])
+                if not broken:
+                    return canonical(self.space, answer.design)
+                for number in broken:  # within what rounding admits, but not exactly
+                    solver.exclude(answer.design, unless=[asked[number][1].negated()])
+        finally:
+            for _, guard in more:
+                self._bound(guard, 0, 0)
+
+    def _switch(self, kept: frozenset[int]) -> None:
+        """Set the guards, and restrict fixed decisions to their options or free them."""
+        for number, guard in enumerate(self.guards):
+            self._bound(guard, int(number in kept), int(number in kept))
+        for number, (decision, fixed) in enumerate(self.space.fixed.items(), start=len(self.guards)):
+            literals = self.demands.board.options[decision]
+            for option, literal in enumerate(literals if len(literals) > 1 else ()):
+                self._bound(literal, 0, int(option == fixed or number not in kept))
+
+    def _bound(self, variable: cp_model.IntVar, low: int, high: int) -> None:
+        set_domain(self.model.proto.variables[variable.index], low, high)

@@ -1,0 +1,239 @@
+"""Whether some of a problem's demands can hold together: the answer is a design that the analysis accepts, or a proof.
+
+A *member* is a demand that can be given up: a requirement, a rule, or a decision that the caller has fixed. The
+structure of the architecture (bindings, options that are offered, acyclic dispatch) always holds.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.limits import Limit, Reading, build_limit, judge
+from dse.analysis.measures import Measure
+from dse.analysis.validity import is_broken
+from dse.analysis.views import View
+from dse.encode.model import encode
+from dse.search.feasibility.guarded_model import Switchboard
+from dse.search.referee import accepted
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Found, Unfinished
+from dse.search.workers import heard
+from dse.space.model.criteria import Objective, Requirement, Rule
+from dse.space.model.space import INACTIVE, Design, Space
+from dse.support.errors import RefereeError
+from dse.support.timelimit import OutOfTime, until
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A decision that the caller has fixed at one option."""
+
+    decision: int
+    option: int
+    text: str
+    origin: str = "command line"
+
+
+Member: TypeAlias = Requirement | Rule | Fixed
+DIRECTED = ("<=", "<", ">=", ">")
+
+
+def members_of(space: Space) -> tuple[Member, ...]:
+    """Everything that the question demands: requirements, rules, fixed decisions, in this order."""
+    fixed = [
+        Fixed(decision, option, f"{space.decisions[decision].name} = {space.decisions[decision].options[option]}")
+        for decision, option in space.fixed.items()
+    ]
+    return (*space.requirements, *space.rules, *fixed)
+
+
+def statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
+    """Members by number, together where one limit states them: a limit of every flow, processor, core or bus."""
+    found: dict[object, list[int]] = {}
+    for number, item in enumerate(members):
+        is_one = isinstance(item, Requirement) and item.stated and item.operator in DIRECTED
+        key = (item.origin, item.stated) if isinstance(item, Requirement) and is_one else number
+        found.setdefault(key, []).append(number)
+    return tuple(map(tuple, found.values()))
+
+
+def demanding(space: Space, members: Iterable[Member]) -> Space:
+    """The space with exactly these demands and no objectives."""
+    kept = tuple(members)
+    return replace(
+        space,
+        requirements=tuple(item for item in kept if isinstance(item, Requirement)),
+        rules=tuple(item for item in kept if isinstance(item, Rule)),
+        fixed={item.decision: item.option for item in kept if isinstance(item, Fixed)},
+        objectives=(),
+    )
+
+
+def find_design(
+    space: Space,
+    measure: Measure | None = None,
+    *,
+    seed: int = 0,
+    deadline: float | None = None,
+    reading: Reading = build_limit,
+) -> Design | None:
+    """A design of the space, or None where there is none; with `measure` one in which it is small.
+
+    The least is found exactly unless the measure is `rounded`. Requirements are made limits by `reading`.
+
+    Raises
+    ------
+    OutOfTime
+        when there is no answer by the deadline.
+    RefereeError
+        when the analysis refuses the solver's design.
+    """
+    measures = () if measure is None else (measure,)
+    objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
+    evaluator = Evaluator(replace(space, objectives=objectives), measures, reading=reading)
+    encoded = encode(evaluator)
+    solver = Solver(encoded, seed=seed, deadline=deadline)
+    while True:
+        answer = heard(solver, lambda: solver.minimise([1] * len(measures), [encoded.everywhere]))
+        if isinstance(answer, Unfinished):
+            raise OutOfTime
+        if not isinstance(answer, Found):
+            return None
+        evaluation = accepted(evaluator, answer.design)
+        if evaluation is not None:
+            return evaluation.design
+        solver.exclude(answer.design)  # within what rounding admits, but not exactly
+
+
+@dataclass
+class TimeLeft:
+    """When the questions of all who share it end (`at`, by the monotonic clock); None without a limit."""
+
+    at: float | None
+
+
+class Oracle:
+    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
+
+    Sets are those of positions in `members`; `statements` has those together that a user stated as one. The space is
+    encoded once, with a switch for each member; requirements are made limits by `reading`. `calls` counts the questions
+    that were solved. Ctrl-C is as if the deadline had come, for all who share the `time_left`.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        *,
+        seed: int = 0,
+        deadline: float | None = None,
+        reading: Reading = build_limit,
+        time_left: TimeLeft | None = None,
+    ) -> None:
+        self.space = space
+        self.reading = reading
+        self.members = members_of(space)
+        self.everything = frozenset(range(len(self.members)))
+        self.statements = statements_of(self.members)
+        self.seed = seed
+        self.time_left = time_left if time_left is not None else TimeLeft(deadline)
+        self.calls = 0
+        self._structure = Evaluator(demanding(space, ()))
+        self._limits = Evaluator(replace(space, objectives=()), reading=reading).limits
+        self._switchboard: Switchboard | None = None
+        self._witnesses: dict[Design, frozenset[int]] = {}
+        self._refuted: list[frozenset[int]] = []
+        self._met: dict[Design, frozenset[int]] = {}
+
+    @property
+    def deadline(self) -> float | None:
+        """When questions end, by the monotonic clock; None without a limit."""
+        return self.time_left.at
+
+    @deadline.setter
+    def deadline(self, at: float | None) -> None:
+        self.time_left.at = at
+
+    def space_of(self, kept: Iterable[int]) -> Space:
+        """The space that demands only these members."""
+        return demanding(self.space, (self.members[number] for number in sorted(kept)))
+
+    def witness(self, kept: frozenset[int]) -> Design | None:
+        """A design that meets these members, or None where it is proved that there is none."""
+        for design, met in self._witnesses.items():
+            if kept <= met:
+                return design
+        if any(refuted <= kept for refuted in self._refuted):
+            return None
+        return self.solve(kept)
+
+    def shown(self, design: Design) -> frozenset[int]:
+        """Know a design that was found elsewhere; the members that it meets, none where it is no design."""
+        if self._structure.invalid(design):
+            return frozenset()
+        self._witnesses[design] = self.met_by(design)
+        return self._witnesses[design]
+
+    def refute(self, kept: frozenset[int]) -> None:
+        """Know that these members have no design together, for that was proved elsewhere."""
+        self._refuted.append(kept)
+
+    def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
+        """The same, always by solving; with a `seed` as a problem of its own, encoded for this question only."""
+        if seed is None:
+            found = self.find(kept)
+        else:
+            with self._spent():
+                found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline, reading=self.reading)
+        if found is None:
+            self._refuted.append(kept)
+        else:
+            met = self.met_by(found)
+            if not kept <= met:
+                raise RefereeError(f"the solver's design {found} does not meet {sorted(kept - met)}")
+            self._witnesses[found] = met
+        return found
+
+    def find(
+        self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()
+    ) -> Design | None:
+        """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
+        with self._spent():
+            if self._switchboard is None:
+                self._switchboard = Switchboard(self.space, self.reading)
+            return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
+
+    @contextmanager
+    def _spent(self) -> Iterator[None]:
+        """Count a question, if there is time for it."""
+        if self.deadline is not None and time.monotonic() >= self.deadline:
+            raise OutOfTime
+        self.calls += 1
+        try:
+            with until(self.deadline):
+                yield
+        except KeyboardInterrupt:
+            self.deadline = time.monotonic()
+            raise OutOfTime from None
+
+    def met_by(self, design: Design) -> frozenset[int]:
+        """The members that a design meets, by the analysis alone."""
+        if design not in self._met:
+            self._met[design] = self._judged(design)
+        return self._met[design]
+
+    def _judged(self, design: Design) -> frozenset[int]:
+        assert not self._structure.invalid(design), design
+        view = View(design)
+        verdicts = [judge(limit, view).holds for limit in self._limits]
+        for member in self.members[len(verdicts) :]:
+            if isinstance(member, Fixed):
+                verdicts.append(design[member.decision] in (member.option, INACTIVE))
+            else:
+                assert isinstance(member, Rule)
+                verdicts.append(not is_broken(member, view))
+        return frozenset(number for number, holds in enumerate(verdicts) if holds)

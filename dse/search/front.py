@@ -1,0 +1,429 @@
+"""The complete Pareto front, by search regions: each solver call finds a non-dominated point or refutes a region.
+
+In a region one objective is minimised first and the sum of the others next; what that minimum leaves below itself is
+refuted by the same call. The search ends when no region is left, and only then is the front called complete. Every
+design passes the referee (`Evaluator`), which computes its figures without the solver.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+
+from dse.analysis.bounds import best_possible
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
+from dse.encode.model import EncodedSpace, encode
+from dse.search.canonical import InOrder, canonical_design
+from dse.search.certificate import ANYTHING, Frame, FrontSearch
+from dse.search.lexicographic import claimed_by, counted, minimise_in, signed
+from dse.search.referee import accepted, checked, confirmed, may_refuse
+from dse.search.regions import (
+    Bound,
+    Question,
+    RefutedRegions,
+    SearchRegions,
+    capped,
+    local_upper_bounds,
+    strictly_inside,
+)
+from dse.search.solver.bounding import waiting_axes
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.search.workers import Pace, SolverPool, stop_on_interrupt
+from dse.space.model.space import Design
+from dse.support.timelimit import NEVER, OutOfTime, TimeLimit, until
+
+__all__ = ["ANYTHING", "Budget", "FrontSearch", "Progress", "Watch", "search_front"]
+
+CHAIN = 16
+"""The number of points in a row that get their canonical designs one from another, whatever the number of workers."""
+HELP_AFTER_S = 0.5
+"""After how long further solvers join: a small problem is done before they are ready."""
+MOST_CERTIFYING = 20_000
+"""A certificate with more regions than this is left as the search made it."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where the search stands."""
+
+    points: int
+    open_regions: int
+    calls: int
+    elapsed_s: float
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Until when, with which seed, and on how many regions at the same time."""
+
+    limit: TimeLimit = NEVER
+    seed: int = 0
+    workers: int = 1
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Who is told how the search goes: `progress` after every call, `checkpoint` now and then with the state so far.
+
+    The points of that state are as the solver claims them; the referee sees those that the search ends with.
+    """
+
+    progress: Callable[[Progress], None] | None = None
+    checkpoint: Callable[[FrontSearch], None] | None = None
+
+
+@dataclass
+class _State:
+    """A search under way: counted in steps above each objective's offset."""
+
+    evaluator: Evaluator
+    encoded: EncodedSpace
+    regions: SearchRegions
+    started: float
+    limit: TimeLimit
+    pool: SolverPool[Question, Answer] = field(default_factory=SolverPool)
+    designs: dict[Bound, Design] = field(default_factory=dict)
+    first: set[Bound] = field(default_factory=set)
+    bare: dict[Design, Design] = field(default_factory=dict)
+    incumbent: Found | None = None
+    hint: Design | None = None
+    calls_before: int = 0
+    interrupted: bool = False
+    untaught: EncodedSpace | None = None
+    """The model as it was before it learnt from solutions, where it does and canonical designs may depend on that."""
+
+    def interrupt(self) -> None:
+        """What Ctrl-C does: the running calls end, and no others begin."""
+        self.interrupted = True
+        self.pool.stop()
+
+    def take(self, question: Question, answer: Answer) -> None:
+        """What an answer tells about the regions."""
+        regions, axis = question
+        if isinstance(answer, NoSuchDesign):
+            for region in regions:
+                self.regions.refute(region)
+        elif isinstance(answer, Found):
+            self.hint = answer.design
+            self.designs.setdefault(answer.point, answer.design)
+            for region in regions:
+                self.regions.refute(capped(region, axis, answer.point))
+            self.regions.cut(answer.point)
+        elif answer.best is not None and not self.designs:
+            self.incumbent = answer.best
+
+    def start_from(self, design: Design) -> None:
+        """Take a design for an incumbent, if it meets what is required."""
+        evaluation = self.evaluator.evaluate(design)
+        if evaluation.is_feasible:
+            point = self.frame.in_steps(signed(self.evaluator, evaluation.objectives))
+            self.incumbent, self.hint = Found(point, evaluation.design), evaluation.design
+
+    def progress(self) -> Progress:
+        """Where the search stands."""
+        elapsed = time.monotonic() - self.started
+        return Progress(len(self.designs), len(self.regions.open), self.calls_before + self.pool.calls, elapsed)
+
+    @cached_property
+    def frame(self) -> Frame:
+        """How the search counts."""
+        objectives = self.encoded.objectives
+        return Frame(
+            self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
+        )
+
+    @cached_property
+    def waiting_axes(self) -> frozenset[int]:
+        """The objectives that hang on how long threads wait."""
+        return waiting_axes(self.encoded)
+
+    def _come_across(self) -> Found | None:
+        """A design that meets what is required, while nothing better is known."""
+        known = [
+            self.incumbent,
+            *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.solvers)),
+        ]
+        return next((found for found in known if found is not None), None)
+
+    def _bare(self, design: Design) -> Design:
+        """The design without decisions that it does not use."""
+        if design not in self.bare:
+            self.bare[design] = canonical(self.evaluator.space, design)
+        return self.bare[design]
+
+    def snapshot(self, *, is_refereed: bool = True) -> FrontSearch:
+        """The state in counted units, every point refereed unless it is only kept for the case that the run is lost."""
+        objectives = self.encoded.objectives
+        designs = self.designs
+        if not designs and self.regions.open and (incumbent := self._come_across()) is not None:
+            designs = {incumbent.point: incumbent.design}
+        points = {}
+        for point, design in sorted(designs.items()):
+            claimed = claimed_by(self.evaluator, self.encoded, point)
+            points[claimed] = confirmed(self.evaluator, design, claimed) if is_refereed else self._bare(design)
+        regions = sorted(self.regions.open)
+        return FrontSearch(
+            points=points,
+            unexplored=tuple(counted(objectives, region) for region in regions),
+            refuted=tuple(sorted(counted(objectives, region) for region in self.regions.refuted)),
+            calls=self.calls_before + self.pool.calls,
+            elapsed_s=time.monotonic() - self.started,
+            floors=tuple(counted(objectives, self.regions.refuted.floor(region)) for region in regions),
+            not_first=frozenset(
+                claimed_by(self.evaluator, self.encoded, point) for point in designs.keys() - self.first
+            ),
+            interrupted=self.interrupted,
+            frame=self.frame,
+        )
+
+
+def search_front(
+    evaluator: Evaluator,
+    budget: Budget | None = None,
+    watch: Watch | None = None,
+    earlier: FrontSearch | None = None,
+    start: Design | None = None,
+    encoded: EncodedSpace | None = None,
+) -> FrontSearch:
+    """All non-dominated points of the evaluator's space, each with its canonical design.
+
+    Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
+    regions say where more may lie. `earlier` is the outcome of a stopped search of the same space, which is continued.
+    `start` is a design to start from, such as today's. Where the search is stopped before its first point, the best
+    design that it has come across is all there is: in an open region, and not proved to be non-dominated. `encoded` is
+    the model of the space, where there is one already.
+
+    Raises
+    ------
+    RefereeError
+        when the solver's figures and the analysis disagree.
+    UsageError
+        when `earlier` is not the outcome of a search of this space.
+    OutOfTime
+        when there was no time to look at the points of `earlier`.
+    """
+    budget, watch = budget or Budget(), watch or Watch()
+    started = time.monotonic()
+    with until(budget.limit):
+        if earlier is not None:
+            earlier = checked(evaluator, earlier)
+        if start is not None:
+            with suppress(OutOfTime):  # before the model is made: it is what there is where the time is too short
+                evaluator.weigh(start)
+        with suppress(OutOfTime):
+            encoded = encoded if encoded is not None else encode(evaluator)
+    if encoded is None:
+        known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
+        return replace(started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
+    state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
+    state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
+    if start is not None:
+        with until(budget.limit.for_what_is_needed()), suppress(OutOfTime):
+            state.start_from(start)
+    if earlier is not None:
+        _restore(state, earlier)
+    state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
+    keep = _keeping(state, watch)
+    with stop_on_interrupt(state.interrupt):
+        _explore(state, budget, watch, keep)
+        _make_canonical(state, keep)
+    if not state.regions.open:
+        regions = local_upper_bounds(encoded.everywhere, sorted(state.designs), MOST_CERTIFYING)
+        state.regions.refuted = RefutedRegions(regions) if regions is not None else state.regions.refuted
+    return state.snapshot()
+
+
+def _keeping(state: _State, watch: Watch) -> Callable[[], None]:
+    """Hands out the state of a search when it is time, so that little is lost with the run; the solvers work on."""
+    pace, checkpoint = Pace(state.started), watch.checkpoint
+    if checkpoint is None:
+        return lambda: None
+    return lambda: pace.keep(
+        len(state.designs) + len(state.regions.open), lambda: checkpoint(state.snapshot(is_refereed=False))
+    )
+
+
+def _explore(state: _State, budget: Budget, watch: Watch, keep: Callable[[], None]) -> None:
+    """Search regions until none is open, or time is up; each solver of the pool has a region of its own."""
+    pool, search = state.pool, state.regions
+    while search.open and not pool.stopped:
+        now = time.monotonic()
+        if len(pool.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
+            pool.solvers += [_another(pool.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
+        for solver in pool.idle:
+            question = search.next_question(list(pool.busy.values()), solver.most_regions, state.waiting_axes)
+            if question is not None:
+                job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
+                pool.start(solver, question, partial(_in_time, state, solver, job))
+        keep()
+        question, answer = pool.wait(keep)
+        if isinstance(answer, Unfinished):
+            pool.stop()
+        state.take(question, answer)
+        if watch.progress is not None:
+            watch.progress(state.progress())
+    if search.open:
+        pool.stop()
+    for question, answer in pool.drain():
+        state.take(question, answer)
+
+
+def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer:
+    """The answer to a question, with all figures of the design where they are slow to find: all before time is up.
+
+    Whatever the time ends, what was come across is not lost.
+    """
+    try:
+        answer = job()
+        if isinstance(answer, Found) and state.evaluator.is_slow:
+            state.evaluator.weigh(answer.design)
+        return answer
+    except OutOfTime:
+        return Unfinished(best=solver.incumbent)
+
+
+def _another(solver: Solver) -> Solver:
+    """A solver of the same model, as it stands, that shares what is known of its parts."""
+    return Solver(solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts)
+
+
+def _make_canonical(state: _State, keep: Callable[[], None]) -> None:
+    """Replace each design by the canonical one of its point, unless the search was stopped."""
+    if state.regions.open:
+        return
+    pool: SolverPool[list[Bound], list[tuple[Design, bool]]] = SolverPool(state.pool.solvers)
+    limit = state.limit.for_the_last_steps()  # the front is proved; what is left makes the result reproducible
+    for solver in pool.solvers:
+        solver.deadline = limit.deadline
+    points = sorted(state.designs)
+    waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
+    order, is_known = InOrder(), False  # how it goes with the first chain, which the others wait for
+    while waiting or pool.busy:
+        for solver in pool.idle:
+            if waiting and (is_known or not pool.busy):
+                chain = waiting.pop()
+                known = [Found(point, state.designs[point]) for point in chain]
+                if state.untaught is not None:  # what a search has learnt depends on its way
+                    solver.encoded = state.untaught.copy()
+                way = order.elsewhere() if is_known else order
+                pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known, way))
+        keep()
+        chain, designs = pool.wait(keep)
+        is_known = True
+        for point, (design, is_first) in zip(chain, designs, strict=True):
+            state.designs[point] = design
+            if is_first:
+                state.first.add(point)
+
+
+def _canonical_designs(
+    solver: Solver, evaluator: Evaluator, chain: list[Found], order: InOrder
+) -> list[tuple[Design, bool]]:
+    """The canonical design of each point, and whether it is the first; each is looked for near the one before.
+
+    Where time is up the design that is known stays.
+    """
+    designs: list[tuple[Design, bool]] = []
+    for known in chain:
+        try:
+            found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None, order)
+            if evaluator.is_slow:
+                evaluator.weigh(found[0])
+        except OutOfTime:
+            found = known.design, False
+        designs.append(found)
+    return designs
+
+
+def _restore(state: _State, earlier: FrontSearch) -> None:
+    """Take up a stopped search: its points, refuted and open regions.
+
+    Those of a wider question may be counted otherwise: then regions are those of the same designs here.
+
+    Raises
+    ------
+    UsageError
+        when the earlier outcome is not one of this space.
+    """
+    frame = state.frame
+    everywhere = frame.counted(frame.everywhere)
+    regions = [
+        tuple(most if bound >= ANYTHING else bound for bound, most in zip(region, everywhere, strict=True))
+        for region in earlier.unexplored
+    ]
+    if earlier.frame in (None, frame):
+        state.regions.refuted = RefutedRegions(frame.in_steps(region) for region in earlier.refuted)
+        state.regions.open = [frame.in_steps(region) for region in regions]
+    else:
+        state.regions.refuted = RefutedRegions(frame.held(earlier.refuted))
+        state.regions.open = [region for region in frame.held(regions) if not state.regions.refuted.cover(region)]
+    for vector, design in earlier.points.items():
+        point = frame.in_steps(signed(state.evaluator, vector))
+        if any(strictly_inside(point, region) for region in state.regions.open):  # found, but not proved
+            state.incumbent, state.hint = Found(point, design), design
+        else:
+            state.designs[point] = design
+    state.calls_before = earlier.calls
+
+
+def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
+    """Whether canonical designs are the first of all, which are the same whatever a model has learnt."""
+    return may_refuse(evaluator)
+
+
+def _first_accepted(
+    solver: Solver, evaluator: Evaluator, known: Found, near: Design | None, order: InOrder
+) -> tuple[Design, bool]:
+    """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
+
+    And whether it is the first of them in the order of the file.
+
+    Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
+    """
+    is_refereed = may_refuse(evaluator)
+    strictly = _is_strict(evaluator, solver.encoded)
+    while True:
+        found = canonical_design(solver, known, near, order, strictly=strictly)
+        if found is None:
+            return known.design, False
+        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, solver.encoded, known.point)):
+            return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
+        solver.exclude(found[0])
+
+
+# What is known where the time was up before anything was searched: a design to start from, and bounds.
+
+
+def started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
+    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible.
+
+    And what no design is better than.
+    """
+    if known.is_complete:
+        return known
+    known = replace(known, floors=_floors(evaluator, known, limit))
+    if start is None or known.points:
+        return known
+    with until(limit.for_what_is_needed()), suppress(OutOfTime):
+        found = evaluator.evaluate(start)
+        if found.is_feasible:
+            evaluator.weigh(start)
+            return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
+    return known
+
+
+def _floors(evaluator: Evaluator, known: FrontSearch, limit: TimeLimit) -> tuple[Bound, ...]:
+    """The least that each objective may have in each open region, by its summands; none where one has no bound."""
+    with until(limit.for_the_last_steps()):
+        pairs = list(zip(evaluator.objectives, evaluator.space.objectives, strict=True))
+        ends = [best_possible(evaluator.space, measure, objective.sense) for measure, objective in pairs]
+    if None in ends:
+        return ()
+    least = signed(evaluator, tuple(end for end in ends if end is not None))
+    refuted = RefutedRegions(known.refuted)
+    return tuple(refuted.floor(region, least) for region in known.unexplored)

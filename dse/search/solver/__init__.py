@@ -1,0 +1,15 @@
+"""One call of CP-SAT, and the heuristics that make it short.
+
+Read `solver.py` first.
+
+* `solver.py`: the model with its settings, deadline and stop switch; every question about a region.
+* `settings.py`, `portfolio.py`: settings of CP-SAT; the choice between them by measured work.
+* `subspaces.py`: a question asked for each combination of shared options, such as the types of processors.
+* `bounding.py`, `value_grid.py`, `knapsack.py`: bounds of an objective from both sides; its possible values; two
+  objectives by dynamic programming.
+* `large_neighbourhood.py`, `neighbours.py`, `pooled_cores.py`: better designs by other cores, other rates, and pools
+  of interchangeable cores.
+
+Not allowed here: a refutation by a heuristic. A heuristic offers a design, which `analysis` weighs. Work is counted in
+deterministic time, never in seconds, so that a problem and a seed give one sequence of answers.
+"""

@@ -1,0 +1,190 @@
+"""The least value of an objective from both sides, where neither is found by itself.
+
+Sums of waiting times have weak relaxations: a solver that improves its designs proves no bound, and one that proves
+bounds meets no good designs. Here bounds are proved from below first. Then the solver is only asked for what lies in
+the lowest part of what is left between the bound and the best design: a limit on the sum leaves each thread so little
+time to wait that most places are excluded at once. Either answer makes the gap smaller. Where objectives are weighed
+against each other a limit on their sum says little of each, and all that is better is asked for at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from dse.encode.linear import EXACT_LIMIT
+from dse.search.regions import Bound
+from dse.search.solver.large_neighbourhood import improved
+from dse.search.solver.neighbours import neighbour
+from dse.search.solver.pooled_cores import pooled
+from dse.search.solver.settings import BARE, BUILD_WORK, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
+from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
+
+if TYPE_CHECKING:
+    from dse.encode.model import EncodedSpace
+    from dse.search.solver.solver import Solver
+
+BELOW = 6
+"""One part in so many of the work is for bounds, ..."""
+MOST_BELOW = 0.5
+"""... and no more than this: what is left is refuted from a design that is good, not from below."""
+LEAST = 4
+"""With less than one part in so many nothing more is asked."""
+CHANGE = 4
+"""By how much the next one is narrower where there was no answer, and wider where there was."""
+WIDEST, NARROWEST = 1, 256
+"""One part in so many of the gap is asked for at once: the narrower the easier, and all of it once that is not hard."""
+FIRST = 16
+"""The same at first."""
+QUICK = 1.2
+"""Work at first in which a range of values is asked for without relaxation, which takes longer than it counts, ..."""
+MOST_QUICK, LEAST_QUICK = 2.4, 0.075
+"""... and at most, twice as much after each answer; half as much after each miss, down to nothing."""
+AT_ONCE = 0.1
+"""Work in which a range of values should be refuted or have a design, before one is built."""
+
+
+@dataclass
+class Narrowing:
+    """What the questions so far have shown: of how many slices the lowest is asked for, and what was in vain.
+
+    `quick` is how much work clause learning alone is given for a range; `bounded` has the parts (by their literals) of
+    the question as it stands whose bound it does not raise any more, `improved` the points in whose neighbourhood
+    something better was looked for in a part.
+    """
+
+    slices: int = FIRST
+    quick: float = QUICK
+    bounded: set[tuple[int, ...]] = field(default_factory=set)
+    improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
+
+    def begin(self) -> None:
+        """Another question is asked."""
+        self.bounded.clear()
+        self.improved.clear()
+
+
+def narrowed(solver: Solver, work: float) -> Answer:
+    """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
+    end = solver.work + work
+    known, is_single = solver.narrowing, _counts_one(solver)
+    first = solver.raise_least(0)
+    answer: Answer = Unfinished(first)
+    if is_single and solver.within not in known.bounded:
+        answer = solver.run(FROM_BELOW, min(MOST_BELOW, work / BELOW))
+        if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
+            known.bounded.add(solver.within)
+    while isinstance(answer, Unfinished) and answer.bound is not None:
+        least, before = answer.bound, solver.work
+        best = _bettered(solver, answer.best)
+        end += solver.work - before
+        left = end - solver.work
+        if left < work / LEAST or solver.out_of_time():
+            return Unfinished(least, best)
+        solver.raise_least(least)
+        most = solver.most(best)
+        if most is None:  # nothing to be better than
+            answer = solver.any_design([(CLOSING, left)])
+            if isinstance(answer, Unfinished):
+                return Unfinished(least)
+            answer = Unfinished(least, answer) if isinstance(answer, Found) else answer
+            continue
+        middle = least + (most - least) // known.slices if is_single else most
+        answer = _in_range(solver, left, best, middle)
+        if isinstance(answer, NoSuchDesign):
+            known.slices = WIDEST if _counts_options(solver) else max(WIDEST, known.slices // CHANGE)
+            if middle >= most:
+                return best or answer
+            answer = Unfinished(middle + 1, best)
+        elif isinstance(answer, Unfinished):
+            least = max(least, answer.bound or 0)
+            if answer.best is best:
+                known.slices = min(NARROWEST, known.slices * CHANGE)
+                return Unfinished(least, best)
+            answer = Unfinished(least, answer.best)
+    return answer
+
+
+def _in_range(solver: Solver, work: float, best: Found | None, most: int) -> Answer:
+    """The best design in a range of values, or that there is none; unfinished with any that is better than `best`."""
+    known = solver.narrowing
+    answer: Answer = Unfinished(best=best)
+    if known.quick >= LEAST_QUICK:
+        answer = solver.run(BARE, min(work, known.quick), best, most)
+        known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(MOST_QUICK, 2 * known.quick)
+    if isinstance(answer, Unfinished) and answer.best is best:
+        answer = solver.run(CLOSING_RANGE, work, best, most)
+    return answer
+
+
+def _bettered(solver: Solver, best: Found | None) -> Found | None:
+    """A better design than the best one, or than that of another part where there is none, if one is near it."""
+    known, start = solver.narrowing, best or solver.start
+    if start is None or (solver.within, start.point) in known.improved:
+        return best
+    found = improved(solver, start)
+    known.improved |= {(solver.within, start.point), (solver.within, found.point)}
+    return best if found is start else found
+
+
+def _counts_one(solver: Solver) -> bool:
+    """Whether one objective is minimised, without regard to others."""
+    return solver.weights is not None and sum(map(bool, solver.weights)) == 1
+
+
+def _counts_options(solver: Solver) -> bool:
+    """Whether what is minimised is a plain sum over options: then a range of it says nothing of waiting."""
+    if solver.weights is None:
+        return False
+    weighed = {number for number, weight in enumerate(solver.weights) if weight}
+    return weighed.isdisjoint(waiting_axes(solver.encoded))
+
+
+def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
+    """The objectives that hang on how long threads wait: those that are no plain sums over options, where any may be.
+
+    What a part of the space has of them is proved once for all other objectives where these are what is minimised, the
+    loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 42).
+    """
+    chosen = {literal.index for literals in encoded.options for literal in literals}
+    return frozenset(
+        axis
+        for axis, item in enumerate(encoded.objectives)
+        if encoded.is_loose and not (item.branches and all(chosen.issuperset(parts) for *_, parts in item.branches))
+    )
+
+
+def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:
+    """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
+
+    Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
+    there are none. Where it `builds`, what it does not find at once is looked for near other designs first
+    (`dse.search.solver.neighbours`), and what is left is less.
+    """
+    end, width = solver.work + work, 0
+    best: Found | None = None
+    while True:
+        least, known = solver.raise_least(0), solver.most(best)
+        if best is not None and known is not None and known < least:
+            return best
+        most = EXACT_LIMIT if known is None else known  # no sum is beyond it
+        middle = min(most, least + width)
+        limit = max(0.0, end - solver.work)
+        answer = solver.run(RELAXED, min(limit, AT_ONCE) if builds else limit, None, middle)
+        if isinstance(answer, Unfinished) and builds:
+            builds, before = False, solver.work
+            told = pooled(solver, answer.best or best)
+            if not isinstance(told, Unfinished):
+                return told
+            answer = Unfinished(told.bound, told.best or answer.best)
+            near = neighbour(solver, solver.raise_least(answer.bound or 0), BUILD_WORK)
+            best = near if near is not None and solver.is_wanted(near.point, answer.best) else answer.best
+            end += solver.work - before
+            continue
+        if isinstance(answer, Unfinished):
+            return Unfinished(max(least, answer.bound or 0), answer.best or best)
+        if isinstance(answer, Found) or middle == most:
+            return best or answer if isinstance(answer, NoSuchDesign) else answer
+        width = 2 * (solver.raise_least(middle + 1) - least)
+        if solver.out_of_time() or solver.work >= end:
+            return Unfinished(middle + 1, best)

@@ -1,0 +1,211 @@
+"""Two objectives without the limits: a multiple-choice knapsack for each part of a space, by dynamic programming.
+
+With the types of the processors given, both objectives are often plain sums over the decisions. Then the least value of
+one for every value of the other follows from a table with a row for each decision (Kellerer, Pferschy and Pisinger,
+"Knapsack Problems", 2004, chapter 11; Klamroth and Wiecek, "Dynamic programming approaches to the multiple criteria
+knapsack problem", Naval Research Logistics 47, 2000). What limits, rules and validity forbid is left out: the table
+bounds what designs can have, and a design of it that the analysis accepts is as good as any (decision record 27).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from dse.analysis.validity import canonical
+from dse.encode.model import EncodedObjective, EncodedSpace
+from dse.search.regions import Bound
+from dse.search.solver.value_grid import Grid, grids_of
+from dse.space.model.space import INACTIVE, Design
+
+MOST_CELLS = 2_000_000
+"""Larger tables of a whole space are not made: they take 16 MB, and some 50 ms."""
+NO_VALUE = 2**62
+"""In a table: no choice has this sum. Values are below 2**53, and at most 2**9 of them are added to it."""
+MOST_DECISIONS = 2**9
+MOST_TRIED = 8
+"""How many designs with the same figures are shown to the analysis."""
+
+Row: TypeAlias = npt.NDArray[np.int64]
+Choices: TypeAlias = tuple[tuple[int, int, int], ...]
+"""Of a decision, in the order of the file: the option, what it adds along the table, and what to the value."""
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least weighted sum of a table, and the point that has it."""
+
+    weighted: int
+    point: Bound
+
+
+class Knapsack:
+    """The table of one part: `rows[i][k]` is the least value that decisions from i on have where they add up to k.
+
+    Objective `axis` is `grid.start` + `grid.step` * k, the other one `base` + value.
+    """
+
+    def __init__(self, axis: int, grid: Grid, base: int, decisions: Sequence[Choices]) -> None:
+        self.axis, self.grid, self.base, self.decisions = axis, grid, base, decisions
+        size = _states(decisions)
+        row = np.full(size, NO_VALUE, dtype=np.int64)
+        row[0] = 0
+        self.rows = [row]
+        for choices in reversed(decisions):
+            self.rows.append(_before(self.rows[-1], choices))
+        self.rows.reverse()
+        reached = np.flatnonzero(self.rows[0] < NO_VALUE)
+        self._along = grid.start + grid.step * reached
+        self._values = base + self.rows[0][reached]
+
+    def least(self, weights: Sequence[int], region: Bound) -> Least | None:
+        """The least weighted sum in a region; None where the table has nothing there."""
+        axis = self.axis
+        held = (self._along < region[axis]) & (self._values < region[1 - axis])
+        if not held.any():
+            return None
+        along, values = self._along[held], self._values[held]
+        sums = weights[axis] * along + weights[1 - axis] * values
+        position = int(np.argmin(sums))
+        point = int(along[position]), int(values[position])
+        return Least(int(sums[position]), point if axis == 0 else point[::-1])
+
+    def value_beside(self, point: Bound) -> int | None:
+        """The least value of the other objective where the one along the table is that of a point."""
+        steps, left = divmod(point[self.axis] - self.grid.start, self.grid.step or 1)
+        if left or not 0 <= steps < len(self.rows[0]) or self.rows[0][steps] >= NO_VALUE:
+            return None
+        return self.base + int(self.rows[0][steps])
+
+    def designs(self, point: Bound) -> Iterator[Design]:
+        """What has a point of the table, in the order of the file."""
+        along = (point[self.axis] - self.grid.start) // (self.grid.step or 1)
+        waiting: list[tuple[Design, int, int]] = [((), along, point[1 - self.axis] - self.base)]
+        while waiting:
+            taken, along, value = waiting.pop()
+            if len(taken) == len(self.decisions):
+                yield taken
+                continue
+            row = self.rows[len(taken) + 1]
+            for option, step, added in reversed(self.decisions[len(taken)]):
+                if step <= along and row[along - step] == value - added:
+                    waiting.append(((*taken, option), along - step, value - added))
+
+
+class Knapsacks:
+    """The tables of all parts of a space, in their order."""
+
+    def __init__(self, encoded: EncodedSpace, tables: Sequence[Knapsack]) -> None:
+        assert encoded.space is not None
+        self.encoded, self.tables, self._space = encoded, tables, encoded.space
+
+    def design(self, number: int, point: Bound) -> Design | None:
+        """A design of a part with a point of its table that the analysis accepts, the first of them in order."""
+        return next(self._accepted(number, point), None)
+
+    def first(self, point: Bound) -> Design | None:
+        """The first design in the order of the file that has a point; None where the tables do not tell."""
+        found: list[Design] = []
+        for number, table in enumerate(self.tables):
+            value = table.value_beside(point)
+            if value is None or value > point[1 - table.axis]:
+                continue
+            design = self.design(number, point) if value == point[1 - table.axis] else None
+            if design is None:
+                return None
+            found.append(design)
+        return min(found, default=None)
+
+    def _accepted(self, number: int, point: Bound) -> Iterator[Design]:
+        for design in islice(self.tables[number].designs(point), MOST_TRIED):
+            if canonical(self._space, design) == design and self.encoded.weigh(design) == point:
+                yield design
+
+
+def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]]) -> Knapsacks | None:
+    """The tables of the parts that some literals tell apart.
+
+    None where an objective of a part is no sum over its decisions, or the tables would be too large.
+    """
+    if len(encoded.objectives) != 2 or encoded.contention is not None or encoded.open_terms:
+        return None
+    if encoded.space is None or len(encoded.options) > MOST_DECISIONS:
+        return None
+    every = {index for part in parts for index in part}
+    made = []
+    left = MOST_CELLS
+    for part in parts:
+        plan = _planned(encoded, part, every)
+        if plan is None:
+            return None
+        left -= _states(plan[3]) * sum(len(choices) > 1 for choices in plan[3])
+        if left < 0:
+            return None
+        made.append(plan)
+    return Knapsacks(encoded, [Knapsack(*plan) for plan in made])
+
+
+def _planned(
+    encoded: EncodedSpace, part: Sequence[int], every: set[int]
+) -> tuple[int, Grid, int, list[Choices]] | None:
+    """What the table of a part is made of; its axis is the objective that has fewer values."""
+    held = frozenset(part)
+    sums = [found for objective in encoded.objectives if (found := _sum_of(objective, held)) is not None]
+    decisions = [_options(encoded, decision, held) for decision in range(len(encoded.options))]
+    known = {index for pairs in decisions for _, index in pairs}
+    if len(sums) < 2 or any(not coefficients.keys() - every <= known for _, coefficients in sums):
+        return None
+    plans = []
+    for axis, grid in enumerate(grids_of(encoded.objectives, part, every.difference(part))):
+        start, along = sums[axis]
+        base, beside = sums[1 - axis]
+        listed: list[Choices] = []
+        for pairs in decisions:
+            steps = [along.get(index, 0) for _, index in pairs]
+            values = [beside.get(index, 0) for _, index in pairs]
+            start, base = start + min(steps), base + min(values)
+            counts = [(step - min(steps)) // (grid.step or 1) for step in steps]
+            options = [option for option, _ in pairs]
+            listed.append(tuple(zip(options, counts, (value - min(values) for value in values), strict=True)))
+        plans.append((axis, Grid(start, grid.step), base, listed))
+    return min(plans, key=lambda plan: _states(plan[3]))
+
+
+def _sum_of(objective: EncodedObjective, held: frozenset[int]) -> tuple[int, dict[int, int]] | None:
+    """The constant and the coefficients of an objective where some literals are true."""
+    for chosen, constant, coefficients in objective.branches:
+        if chosen <= held:
+            return constant, dict(coefficients)
+    return None
+
+
+def _options(encoded: EncodedSpace, decision: int, held: frozenset[int]) -> list[tuple[int, int]]:
+    """The options of a decision that a part leaves, with their literals, in the order of the file."""
+    unused = encoded.inactive[decision]
+    pairs = [] if unused is None else [(INACTIVE, unused.index)]
+    pairs += [(option, literal.index) for option, literal in enumerate(encoded.options[decision])]
+    taken = [pair for pair in pairs if pair[1] in held]
+    fixed = encoded.space.fixed.get(decision) if encoded.space is not None else None
+    return taken or [pair for pair in pairs if fixed is None or pair[0] in (fixed, INACTIVE)]
+
+
+def _states(decisions: Sequence[Choices]) -> int:
+    """How many values along the table there are."""
+    return 1 + sum(max(step for _, step, _ in choices) for choices in decisions)
+
+
+def _before(row: Row, choices: Choices) -> Row:
+    """The row of a decision, from that of the decisions after it."""
+    pairs = {(step, value) for _, step, value in choices}
+    if pairs == {(0, 0)}:
+        return row
+    found = np.full_like(row, NO_VALUE)
+    for step, value in sorted(pairs):
+        shifted = row[: len(row) - step] + value
+        np.minimum(found[step:], shifted, out=found[step:])
+    return np.minimum(found, NO_VALUE)

@@ -1,0 +1,209 @@
+"""Other cores for a solution whose threads wait longer than the model knew.
+
+Such a solution has cost a search with linear relaxation, and the rows that it teaches mostly only say that its threads
+should share other cores. With its options held the rest is easy for clause learning: threads are moved until a design
+is as good as it looked, or until no cores will do. Either way the model has learnt more than from one solution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.views import View
+from dse.encode.linear import set_domain
+from dse.encode.model import EncodedSpace
+from dse.encode.scheduling.roomy import least_used
+from dse.search.regions import Bound
+from dse.search.solver.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING, RELAXED, ROOMY_WORK
+from dse.search.solver_answer import Found, weighted
+from dse.space.model.space import Design, Space
+from dse.space.model.trees import at
+
+if TYPE_CHECKING:
+    from dse.search.solver.solver import Solver
+
+MOVING = 0.1
+"""Work to find other cores."""
+MOST_PACKINGS = 32
+"""So many refused designs are tried on other cores in a row, until one is known."""
+MOST_MOVES = 20
+"""So many times, each with what was learnt from the one before."""
+
+
+def moved(solver: Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
+    """The best design known, after threads of `design` were tried on other cores."""
+    space = solver.encoded.space
+    if space is None or not space.open_cores:
+        return best
+    return best_around(solver, design, {item.index for item in space.open_cores}, MOVING, best, most)
+
+
+def best_around(
+    solver: Solver,
+    design: Design,
+    free: Collection[int],
+    work: float,
+    best: Found | None,
+    most: int | None = None,
+) -> Found | None:
+    """The best design known, after decisions that are `free` had other options than a design, and all others the same.
+
+    Each of up to `MOST_MOVES` calls may do so much work, and ends with a lesson or an answer; `most` as in
+    `Solver.once`.
+    """
+    proved = solver.least
+    with all_but(solver.encoded, design, free):
+        for _ in range(MOST_MOVES):
+            answer, best = solver.once(BARE, work, best, most)
+            best = answer if isinstance(answer, Found) else best
+            if answer is not None:
+                break
+    solver.least = proved  # what was proved since is true of these options only
+    return best
+
+
+def packed(solver: Solver, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
+    """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
+
+    Each choice of everything but cores is tried once, as far as these are `MOST_PACKINGS`.
+    """
+    contention, space = solver.encoded.contention, solver.encoded.space
+    if contention is None or space is None or not space.open_cores or solver.weights is None:
+        return None
+    cores = {item.index for item in space.open_cores}
+    rest = tuple(option for index, option in enumerate(design) if index not in cores)
+    if rest in solver.packings or len(solver.packings) >= MOST_PACKINGS:
+        return None
+    solver.packings.add(rest)
+    weights = solver.weights
+    weighed = [(solver.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
+    found = [Found(exact, other) for exact, other in weighed if exact is not None and solver.is_wanted(exact, None)]
+    return min(found, key=lambda one: weighted(weights, one.point), default=None)
+
+
+def keep(solver: Solver, best: Found | None) -> None:
+    """Keep the best design that was come across, by what is minimised now: a search may be stopped at any moment."""
+    if best is not None and (weights := solver.weights) is not None:
+        found = [best] if solver.incumbent is None else [solver.incumbent, best]
+        solver.incumbent = min(found, key=lambda one: weighted(weights, one.point))
+
+
+def begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
+    """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
+    model.clear_hints()
+    model.proto.solution_hint.vars.extend(range(len(solution)))
+    model.proto.solution_hint.values.extend(solution)
+
+
+@contextmanager
+def all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Iterator[None]:
+    """All options of a design are given, but those of the decisions that are `free`."""
+    variables = encoded.model.proto.variables
+    held = {
+        literals[option].index: list(variables[literals[option].index].domain)
+        for number, (literals, option) in enumerate(zip(encoded.options, design, strict=True))
+        if option >= 0 and number not in free
+    }
+    for index in held:
+        set_domain(variables[index], 1, 1)
+    try:
+        yield
+    finally:
+        for index, (low, high) in held.items():
+            set_domain(variables[index], low, high)
+
+
+# A design made better where threads wait for each other: other options for the threads of a few cores at a time.
+#
+# A large-neighbourhood search (Shaw, "Using constraint programming and local search methods to solve vehicle routing
+# problems", CP 1998): what all other threads have is held, and clause learning finds the best of what is left, or that
+# there is nothing better, in a moment. Near the least value of what is minimised a question about all threads takes as
+# long with an answer as without one, so that the search should know a design there, and only ask once whether there is
+# a better one (decision record 42).
+
+
+def improved(solver: Solver, best: Found) -> Found:
+    """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
+
+    The threads of two cores have other options and cores as long as that makes something better, then those of three,
+    with `MOST_IMPROVING` work at most. The model learns from solutions that are none, and is left as it was else.
+    """
+    space, contention = solver.encoded.space, solver.encoded.contention
+    if space is None or contention is None or not space.open_cores or solver.weights is None:
+        return best
+    tried: set[frozenset[str]] = set()
+    end = solver.work + MOST_IMPROVING
+    with contention.any_numbers():
+        while solver.work < end and not solver.out_of_time():
+            free, work = next(_neighbourhoods(space, best.design, tried), (None, 0.0))
+            if free is None:
+                break
+            tried.add(free)
+            solver.work += READING * len(solver.encoded.model.proto.variables)
+            best = best_around(solver, best.design, _free_decisions(space, free), work, best) or best
+    return best
+
+
+def _neighbourhoods(space: Space, design: Design, tried: set[frozenset[str]]) -> Iterator[tuple[frozenset[str], float]]:
+    """The names of the threads of two cores, then of three, that were not tried together; and the work for them."""
+    on_core = _threads_by_core(space, design)
+    for size, work in IMPROVE_WORK:
+        for cores in combinations(sorted(on_core), size) if len(on_core) > size else ():
+            free = frozenset().union(*(on_core[core] for core in cores))
+            if free not in tried:
+                yield free, work
+
+
+def _threads_by_core(space: Space, design: Design) -> dict[tuple[int, int], set[str]]:
+    """The names, as stated in the file, of the threads whose core is a decision, by processor and option."""
+    view = View(design)
+    found: dict[tuple[int, int], set[str]] = {}
+    for item in space.open_cores:
+        if design[item.index] >= 0:
+            for number in item.threads:
+                component = space.components[number]
+                core = int(at(component.processor, view)), design[item.index]
+                found.setdefault(core, set()).add(component.stated_as)
+    return found
+
+
+def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
+    """The decisions of these threads, their cores, and what belongs to no thread."""
+    held = {item.stated_as for item in space.components if item.processor is not None} - free
+    is_held = {index: decision.component in held for index, decision in enumerate(space.decisions)}
+    for item in space.open_cores:  # which may be named for an executor, and are those of all its threads
+        is_held[item.index] = free.isdisjoint(space.components[number].stated_as for number in item.threads)
+    return {index for index, is_kept in is_held.items() if not is_kept}
+
+
+# Another design with the figures of a solution, for whose threads there are cores where there are none for its own.
+
+
+def roomier(solver: Solver, design: Design, point: Bound) -> Design | None:
+    """A design with the objectives `point` that leaves its processors so much room that cores are found for it.
+
+    None where none is found within some work, and where designs with the same figures are not all as good. `design` is
+    a solution of the solver's model.
+    """
+    encoded = solver.encoded
+    if encoded.contention is None or encoded.open_terms or not encoded.contention.may_move:
+        return None
+    model = least_used(encoded, design, point)
+    for work in ROOMY_WORK:
+        if solver.out_of_time():
+            return None
+        found = solver.limited(RELAXED, work)
+        status = solver.solved(found, model, RELAXED)
+        if status == cp_model.INFEASIBLE:
+            return None
+        if status != cp_model.UNKNOWN:
+            other = encoded.design(list(found.response_proto.solution))
+            settled = encoded.settled(other, found.value, is_best=False)
+            if settled is not None or status == cp_model.OPTIMAL:
+                return settled
+    return None

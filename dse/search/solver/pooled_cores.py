@@ -1,0 +1,213 @@
+"""The best design where cores are nearly full, by way of a model in which interchangeable cores are pooled.
+
+There (`dse.encode.scheduling.pooled_cores`, decision record 32) a bound takes a fraction of a second, as there is no
+symmetry of cores, and is mostly the truth. Of the solutions at the bound the one that leaves its pools most room tells
+rates and pools; what is left is to put the threads of each pool on its cores, which the search's own model does. What
+comes of that is a design like any other, which the analysis weighs; where it is at the bound nothing is better.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ortools.sat.python import cp_model
+
+from dse.encode.linear import set_domain
+from dse.encode.model import EncodedSpace
+from dse.encode.scheduling.neighbourhoods import unnumbered
+from dse.encode.scheduling.pooled_cores import Pool, add_pools, classes_of
+from dse.search.regions import valued
+from dse.search.solver.neighbours import Nearby, judged
+from dse.search.solver.settings import CUTTING, PLACE_WORK, POOL_WORK, RELAXED, ROOM_WORK
+from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+
+MOST_ROUNDS = 4
+"""How often kinds of cores are made finer for a question, at most."""
+MORE_STEPS = (0, 1, 3, 8)
+"""By how many steps of what is minimised the designs that are tried may be above the least one ..."""
+FINEST = 1000
+"""... of which none is finer than one part in so many of the value."""
+
+if TYPE_CHECKING:
+    from dse.search.solver.solver import Solver
+
+
+class Pools:
+    """The model of an encoded space in which the cores of the processors in `known` are pooled.
+
+    `tried` has the questions whose bound is known, and no design at it.
+    """
+
+    def __init__(self, encoded: EncodedSpace) -> None:
+        contention = encoded.contention
+        assert contention is not None and contention.without_rows is not None, "no core is full"
+        self.known = frozenset(contention.known)
+        self.tried: set[tuple[object, ...]] = set()
+        self._shared = len(contention.without_rows.proto.variables)  # so many it has in common with the space's own
+        self._base = contention.without_rows.clone()
+        self._base.clear_hints()
+        self._base.clear_objective()
+        self._classes = [
+            item for processor in sorted(self.known) for item in classes_of(self._base, contention, processor)
+        ]
+        self._build()
+
+    def _build(self) -> None:
+        self.model = self._base.clone()
+        self.all: list[Pool] = [pool for item in self._classes for pool in add_pools(self.model, item)]
+
+    def split(self, solution: Sequence[int]) -> bool:
+        """Make kinds of cores finer where a solution takes more room than there is; whether there were any."""
+        finer = False
+        for item in self._classes:
+            used = [pool for pool in self.all if pool.of is item and solution[pool.count.index]]
+            finer |= item.kinds.split({pool.kind: partial(pool.share, solution) for pool in used})
+        if finer:
+            self._build()
+        return finer
+
+    def follow(self, encoded: EncodedSpace, weights: Sequence[int]) -> None:
+        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has."""
+        mine, asked = self.model.proto, encoded.model.proto
+        for index in range(self._shared):  # whatever was fixed when the model was kept
+            known, wanted = mine.variables[index].domain, list(asked.variables[index].domain)
+            if list(known) != wanted:
+                known.clear()
+                known.extend(wanted)
+        for switch in encoded.regions:
+            for constraint in switch.constraints:
+                low, *_, high = asked.constraints[constraint].linear.domain
+                set_domain(mine.constraints[constraint].linear, low, high)
+        self.model.minimize(self._sum(encoded, weights))
+
+    def roomiest(self, encoded: EncodedSpace, weights: Sequence[int], most: int) -> cp_model.CpModel:
+        """The solutions with a weighted sum of at most `most`, those first that leave most room."""
+        model = self.model.clone()
+        model.add(self._sum(encoded, weights) <= most)
+        model.maximize(sum(pool.room for pool in self.all))
+        return model
+
+    def _sum(self, encoded: EncodedSpace, weights: Sequence[int]) -> cp_model.LinearExprT:
+        return cp_model.LinearExpr.weighted_sum([item.variable for item in encoded.objectives], list(weights))
+
+    def placing(self, encoded: EncodedSpace, solution: Sequence[int]) -> cp_model.CpModel:
+        """The space's own model, its decisions but for cores as in a solution, each thread on a core of its pool."""
+        contention = encoded.contention
+        assert contention is not None, "no core is full"
+        model = unnumbered(encoded)
+        model.clear_objective()
+        variables = model.proto.variables
+        for decision, option in enumerate(encoded.design(solution)):
+            if option >= 0 and decision not in contention.moved:
+                set_domain(variables[encoded.options[decision][option].index], 1, 1)
+        given: Counter[int] = Counter()  # how many cores of a class
+        true = contention.places.true
+        for pool in self.all:
+            start = given[id(pool.of)]
+            mine = pool.of.cores[start : start + solution[pool.count.index]]
+            given[id(pool.of)] += len(mine)
+            for number in pool.threads(solution):
+                columns = contention.places.threads[number].cores[pool.of.rows.processor]
+                for core, index in enumerate(columns, start=1):
+                    if core not in mine and index not in (true, -true - 1):
+                        set_domain(variables[index if index >= 0 else -index - 1], int(index < 0), int(index < 0))
+        return model
+
+
+def pooled(solver: Solver, best: Found | None) -> Answer:
+    """The best design of the model as it stands, if pooled cores tell; what is proved is a bound of the solver, too.
+
+    Better than `best`, which is the answer where nothing is.
+    """
+    encoded, weights = solver.encoded, solver.weights
+    contention = encoded.contention
+    if contention is None or contention.without_rows is None or weights is None or not contention.may_move:
+        return Unfinished(best=best)
+    if solver.pools is None or solver.pools.known != contention.known:
+        solver.pools = Pools(encoded)
+    pools = solver.pools
+    question = (tuple(weights), solver.within, solver.least, solver.most(best))
+    if not pools.all or question in pools.tried:
+        return Unfinished(solver.least, best)
+    for _ in range(MOST_ROUNDS):
+        pools.follow(encoded, weights)
+        solution, is_refuted = _least(solver, pools, best)
+        if is_refuted:
+            return best or NoSuchDesign()
+        if solution is None or solver.out_of_time():
+            return Unfinished(solver.least, best)
+        least = _value(encoded, weights, solution)
+        solution = _sketched(solver, pools.roomiest(encoded, weights, least), ROOM_WORK) or solution
+        if least > (solver.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
+            break
+    else:
+        pools.follow(encoded, weights)
+        solution = None
+    found = _placed(solver, pools, least, solution, best)
+    if found is None or weighted(weights, found.point) > (solver.least or 0):
+        pools.tried.add((tuple(weights), solver.within, solver.least, solver.most(found or best)))
+        return Unfinished(solver.least, found or best)
+    return found
+
+
+def _placed(solver: Solver, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
+    """A design whose threads are put on the cores of their pools, with the least value if there is one, else one near.
+
+    The more its value may be above the least, the more room there is; `known` is the solution that leaves most at it.
+    """
+    encoded, weights, top = solver.encoded, solver.weights, solver.most(best)
+    assert weights is not None, "nothing is minimised"
+    step = max(solver.above(least) - least, least // FINEST)
+    for more in MORE_STEPS:
+        most = least + more * step
+        if solver.out_of_time() or (top is not None and most > top):
+            return None
+        solution, known = known or _sketched(solver, pools.roomiest(encoded, weights, most), ROOM_WORK), None
+        placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), PLACE_WORK)
+        found = None if placed is None else judged(encoded, placed)
+        if placed is not None and found is not None and solver.is_wanted(found.point, best):
+            solver.nearby[solver.within] = Nearby(placed)
+            return found
+    return None
+
+
+def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
+    """The best solution of the pools that is better than `best`, and whether it is proved that there is none.
+
+    A solver with presolve, in which solutions may be lost, finds one; one without proves that no better one is left.
+    """
+    assert solver.weights is not None, "nothing is minimised"
+    top = solver.most(best)
+    if top is not None and top < (solver.least or 0):
+        return None, True
+    with valued(pools.model, solver.least, top):
+        solution = _sketched(solver, pools.model, POOL_WORK)
+    if solution is not None:
+        top = solver.below(_value(solver.encoded, solver.weights, solution))
+    if top is not None and top < (solver.least or 0):
+        return solution, solution is None
+    proof = solver.limited(RELAXED, POOL_WORK)
+    with valued(pools.model, solver.least, top):
+        status = solver.solved(proof, pools.model, RELAXED)
+    if status == cp_model.INFEASIBLE:
+        if solution is not None and top is not None:
+            solver.raise_least(top + 1)
+        return solution, solution is None
+    solver.raise_least(proof.response_proto.inner_objective_lower_bound)
+    return (solution if status == cp_model.UNKNOWN else list(proof.response_proto.solution)), False
+
+
+def _sketched(solver: Solver, model: cp_model.CpModel, work: float) -> list[int] | None:
+    """A good solution of a model, of which nothing is believed but that it is one."""
+    run = solver.limited(CUTTING, work)
+    run.parameters.cp_model_presolve = True
+    status = solver.solved(run, model, CUTTING)
+    return list(run.response_proto.solution) if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) else None
+
+
+def _value(encoded: EncodedSpace, weights: Sequence[int], solution: Sequence[int]) -> int:
+    """The weighted sum of the objectives of a solution."""
+    return weighted(weights, [solution[objective.variable.index] for objective in encoded.objectives])

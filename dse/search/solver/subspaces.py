@@ -1,0 +1,329 @@
+"""The parts of a space: one for each combination of options of the decisions that most sums hang on.
+
+With these given, sums of execution times and loads are plain sums, whose linear relaxation is tight; and what is proved
+of a part stays true in later questions: many parts need not be asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from functools import cached_property
+from itertools import product, repeat
+from math import prod
+from typing import TYPE_CHECKING
+
+from dse.encode.model import EncodedSpace
+from dse.search.regions import Bound, RefutedRegions, strictly_inside
+from dse.search.solver.knapsack import Knapsacks, knapsacks_of
+from dse.search.solver.settings import (
+    BARE,
+    BRIEF,
+    BUILDING,
+    CUTTING,
+    LOWEST,
+    NARROWING,
+    OPTIONS_FIRST,
+    READING,
+    RELAXED,
+    WHOLE_BRIEFLY,
+    Settings,
+)
+from dse.search.solver.value_grid import EVERY, Grid, grids_of
+from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.space.model.space import Design
+
+if TYPE_CHECKING:
+    from dse.search.solver.solver import Solver
+
+MOST_PARTS = 64
+TABLES_AFTER = 0.1
+"""Work from which on what the sums have without the limits is looked up in tables, which have to be made first."""
+
+
+class Part:
+    """One combination of shared options, and what is known of it.
+
+    `literals` are the variables that are true in it, `grids` the values that each objective may have, `refuted` the
+    regions without a design of this part, `found` some of its designs. Its hardest question so far was answered in
+    `round`: where threads wait for each other the next one is given as much work at once.
+    """
+
+    def __init__(self, literals: tuple[int, ...], grids: tuple[Grid, ...] = ()) -> None:
+        self.literals, self.grids = literals, grids
+        self.refuted = RefutedRegions()
+        self.found: list[Found] = []
+        self.round = 0
+
+    def open(self, regions: Iterable[Bound]) -> list[Bound]:
+        """The regions in which the part may have a design."""
+        return [region for region in regions if not self.refuted.cover(region)]
+
+    def floor(self, regions: Sequence[Bound]) -> Bound:
+        """For each objective the least value that a design of this part may have in one of the regions."""
+        return tuple(map(min, zip(*map(self.refuted.floor, regions), strict=True)))
+
+    def learn(self, answer: Answer, weights: Sequence[int], regions: Iterable[Bound], better_than: int | None) -> None:
+        """What the answer to a question tells about later ones.
+
+        The question was for the design in one of the `regions` with the least weighted sum, below `better_than`.
+        """
+        if isinstance(answer, Found):
+            least: int | None = weighted(weights, answer.point)
+            self.found.append(answer)
+        elif isinstance(answer, Unfinished):
+            least = answer.bound
+            self.found += [answer.best] if answer.best is not None else []
+        else:
+            least = better_than
+        for region in regions:
+            if isinstance(answer, NoSuchDesign) and better_than is None:
+                self.refuted.add(region)
+            elif least is not None:
+                for axis, bound in enumerate(_below(least, weights, region, self.grids)):
+                    if bound > 0:
+                        self.refuted.add((*region[:axis], bound, *region[axis + 1 :]))
+
+    def forget(self, design: Design) -> None:
+        """The design is not wanted any more."""
+        self.found = [known for known in self.found if known.design != design]
+
+
+def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Grid]) -> list[int]:
+    """For each axis a bound below which nothing in the region has a weighted sum of `least` or more.
+
+    Whatever the other objectives are within the region, as far as their `grids` go:
+    weight[axis] * value + the most of the others < least.
+    """
+    tops = [bound - 1 for bound in region]
+    most = [weight * grid.down(top) for weight, grid, top in zip(weights, grids or repeat(EVERY), tops, strict=False)]
+    bounds = []
+    for axis, (weight, bound) in enumerate(zip(weights, region, strict=True)):
+        others = sum(most) - most[axis]
+        bounds.append(min(bound, max(0, -((others - least) // weight))) if weight else 0)
+    return bounds
+
+
+class Parts:
+    """All parts of a space, in the order of the file; one alone where nothing is shared."""
+
+    def __init__(self, encoded: EncodedSpace) -> None:
+        combinations = _combinations(encoded)
+        every = {index for one in combinations for index in one}
+        self.all = [Part(one, grids_of(encoded.objectives, one, every.difference(one))) for one in combinations]
+        self._encoded: EncodedSpace | None = encoded
+
+    def __len__(self) -> int:
+        return len(self.all)
+
+    def forget(self, design: Design) -> None:
+        """The design is not wanted any more."""
+        for part in self.all:
+            part.forget(design)
+        self._encoded, self.knapsacks = None, None
+
+    @cached_property
+    def knapsacks(self) -> Knapsacks | None:
+        """The tables of the parts without what is forbidden; None where there are none, or designs are not wanted."""
+        return None if self._encoded is None else knapsacks_of(self._encoded, [part.literals for part in self.all])
+
+    def bounded(
+        self, weights: Sequence[int], regions: Sequence[Bound], work: float
+    ) -> tuple[Answer | None, int | None]:
+        """What the tables tell of the least weighted sum in a region: an answer, or a bound (and the parts learn).
+
+        Nothing before a search has done so much `work` that making them pays.
+        """
+        if work < TABLES_AFTER or len(regions) > 1 or not any(weights) or self.knapsacks is None:
+            return None, None
+        [region] = regions
+        bounds = [table.least(weights, region) for table in self.knapsacks.tables]
+        known = [(least.weighted, number, least.point) for number, least in enumerate(bounds) if least is not None]
+        if not known:
+            return NoSuchDesign(), None
+        least, number, point = min(known)
+        design = self.knapsacks.design(number, point)
+        if design is not None:
+            return Found(point, design), None
+        for part, bound in zip(self.all, bounds, strict=True):
+            if bound is None:
+                part.refuted.add(region)
+            else:
+                part.learn(Unfinished(bound.weighted), weights, [region], None)
+        return None, least
+
+    def first(self, point: Bound) -> Design | None:
+        """The first design in the order of the file that has a point, where the tables tell."""
+        return None if self.knapsacks is None else self.knapsacks.first(point)
+
+    def best(self, weights: Sequence[int], regions: Collection[Bound]) -> Found | None:
+        """The known design in one of the regions that has the least weighted sum."""
+        known = [
+            found
+            for part in self.all
+            for found in part.found
+            if any(strictly_inside(found.point, region) for region in regions)
+        ]
+        return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
+
+
+def _combinations(encoded: EncodedSpace) -> list[tuple[int, ...]]:
+    """The literals of each combination, of as many shared decisions as make no more than `MOST_PARTS`."""
+    shared = [decision for decision in encoded.shared if len(encoded.options[decision]) > 1]
+    if encoded.is_loose and encoded.space is not None:  # most of what is proved there is the same on any bus
+        types = {slot.type_decision for slot in encoded.space.processors}
+        shared = [decision for decision in shared if decision in types]
+    choices = [[literal.index for literal in encoded.options[decision]] for decision in shared]
+    while prod(map(len, choices)) > MOST_PARTS:
+        choices.pop()
+    return list(product(*choices))
+
+
+# A question asked part by part, where it is too hard as a whole.
+
+
+APART_WAYS = (CUTTING, RELAXED, BARE)
+"""The settings for parts for which that was not enough, in turn ..."""
+PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
+"""... where threads have to end in time on cores that they share, ..."""
+FULL_WAYS = (BUILDING, OPTIONS_FIRST)
+"""... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
+APART_WORK = 1.5
+"""... and designs are missing; with so much work in the first round, and twice as much in each further one."""
+ALONE_WORK = 24.0
+"""The same where threads wait for each other and no other part is left: nothing is won by asking anew."""
+APART_CHEAP = 0.1
+"""A part for which linear relaxation has needed less than this is asked with it at once the next time."""
+MOST_MISSED_BRIEFLY = 4
+"""A part that bare settings have left open so many times in a row is asked with linear relaxation at once."""
+APART = 4
+"""The factor by which questions are asked longer part by part than as a whole."""
+
+WHOLE = -1
+"""Stands for all parts together where misses are counted."""
+MANY_PARTS = 12
+"""With fewer parts than this reading them is not what a question costs."""
+MANY_LEFT = 3
+"""So many parts that no settings were tried on are asked for something better than a known design at once."""
+MOST_MISSED_WHOLE = 2
+"""Where the model has rows of cores, questions are asked part by part at once after so many misses as a whole."""
+
+
+def as_a_whole(solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
+    """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
+    if len(solver.parts) < MANY_PARTS or solver.missed_briefly[WHOLE] >= MOST_MISSED_WHOLE:
+        return None
+    answer = solver.solve_in(regions, *WHOLE_BRIEFLY)
+    if isinstance(answer, Unfinished):
+        solver.missed_briefly[WHOLE] += 1
+        return None
+    solver.missed_briefly[WHOLE] = 0
+    return answer
+
+
+class Apart:
+    """A question asked part by part: in rounds, those first whose bound leaves most room for something better.
+
+    What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
+    """
+
+    def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
+        self.solver = solver
+        self.weights = weights
+        self.regions = regions
+        self.best = solver.parts.best(weights, regions)
+        self._has_asked_rest = False
+
+    @cached_property
+    def waiting(self) -> list[tuple[int, int, int]]:
+        """Turn, bound and number of each part that may hold something; most questions are answered as a whole."""
+        return [
+            (int(number in self.solver.relaxed_first), weighted(self.weights, part.floor(open_regions)), number)
+            for number, part in enumerate(self.solver.parts.all)
+            if (open_regions := part.open(self.regions))
+        ]
+
+    def attempt(self, work: float) -> Answer:
+        """Go on for so much work, and more: what was done is not lost; with rows of cores to the end."""
+        solver = self.solver
+        end = solver.work + APART * work
+        while self.waiting:
+            turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
+            if self.best is not None and bound >= weighted(self.weights, self.best.point):
+                continue
+            if turn == 0 and self._is_rest_worth_it() and self._ask_rest():
+                break
+            was_full = self._is_full
+            answer = self._ask(number, turn, bound)
+            solver.work += READING * len(solver.encoded.model.proto.variables)
+            if isinstance(answer, Found):
+                self.best = answer
+            elif isinstance(answer, Unfinished):
+                self.best = answer.best or self.best
+                self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
+                if self._is_full and not was_full:  # other settings are better from now on: their turns begin
+                    self.waiting = [(min(turn, 1), bound, number) for turn, bound, number in self.waiting]
+            if self.waiting and (solver.out_of_time() or (solver.work >= end and not self._is_full)):
+                return Unfinished(best=self.best)
+        return self.best or NoSuchDesign()
+
+    def _is_rest_worth_it(self) -> bool:
+        """Whether what is known limits parts that nothing was tried on, which are read once then, not one by one."""
+        if self.best is None or self._has_asked_rest or self.solver.encoded.contention is not None:
+            return False
+        return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= MANY_LEFT
+
+    def _ask_rest(self) -> bool:
+        """Ask for something better than the best design wherever it is; whether that gave an answer."""
+        self._has_asked_rest = True
+        solver, everywhere = self.solver, Part((), tuple(EVERY for _ in self.weights))
+        answer = solver.solve_part(everywhere, BRIEF, self.weights, self.regions, self.best)
+        solver.work += READING * len(solver.encoded.model.proto.variables)
+        if isinstance(answer, Unfinished):
+            self.best = answer.best or self.best
+            return False
+        self.best = answer if isinstance(answer, Found) else self.best
+        assert self.best is not None
+        least = weighted(self.weights, self.best.point)
+        for part in solver.parts.all:
+            part.learn(Unfinished(least), self.weights, part.open(self.regions), None)
+        return True
+
+    @property
+    def _is_full(self) -> bool:
+        """Whether the model has rows of cores."""
+        return self.solver.encoded.contention is not None and bool(self.solver.encoded.contention.known)
+
+    def _ways(self) -> Sequence[Settings]:
+        if self.solver.encoded.contention is None:
+            return APART_WAYS
+        return FULL_WAYS if self._is_full else PACKING_WAYS
+
+    def _ask(self, number: int, turn: int, least: int) -> Answer:
+        """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double.
+
+        No design of it has a weighted sum below `least`.
+        """
+        solver, part = self.solver, self.solver.parts.all[number]
+        if turn == 0:
+            attempt = BRIEF
+        else:
+            ways = self._ways()
+            rounds, way = divmod(turn - 1, len(ways))
+            attempt = ways[way], APART_WORK * 2**rounds
+            if solver.encoded.is_loose:
+                first = APART_WORK if self.waiting else ALONE_WORK
+                attempt = NARROWING, first * 2 ** (max(turn, part.round) - 1)
+        before = solver.work
+        answer = solver.solve_part(part, attempt, self.weights, self.regions, self.best, least)
+        if turn and not isinstance(answer, Unfinished):
+            part.round = max(turn, part.round)
+        if turn == 0 and isinstance(answer, Unfinished):
+            solver.missed_briefly[number] += 1
+        elif turn == 0:
+            solver.missed_briefly[number] = 0
+        is_hard = solver.encoded.contention is None and solver.missed_briefly[number] >= MOST_MISSED_BRIEFLY
+        if is_hard or (turn == 1 and solver.work - before <= APART_CHEAP):
+            solver.relaxed_first.add(number)
+        else:
+            solver.relaxed_first.discard(number)
+        return answer

@@ -1,0 +1,45 @@
+"""Flows, and the steps that they are of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True)
+class StepFigures:
+    """Time ranges in ns that a component has in one flow; those of execution and response where it is not periodic."""
+
+    latency_ns: tuple[Exact, Exact] | None = None
+    execution_ns: tuple[Exact, Exact] | None = None
+    response_ns: tuple[Exact, Exact] | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
+
+    Where a problem speaks of clocks `since` are the elements before it, which may share its clock. One that
+    `only_reads` counts until it reads: what it does with that does not. `unlinked` is an element of a flow that is
+    part of another one: there OSATE has lost the connection that leads to it.
+    """
+
+    kind: Literal["component", "connection"]
+    index: int
+    via: int | None = None
+    sender: int | None = None
+    since: tuple[Step, ...] = field(default=(), hash=False)  # which have their own
+    figures: StepFigures | None = field(default=None, hash=False)
+    only_reads: bool = False
+    unlinked: bool = False
+
+
+@dataclass(frozen=True)
+class Flow:
+    """An end-to-end flow; `required_ns` is AADL's stated latency range, if any."""
+
+    name: str
+    steps: tuple[Step, ...]
+    required_ns: tuple[Exact, Exact] | None

@@ -1,0 +1,93 @@
+"""The kinds of metrics: their names, their dimensions, and what those made of others are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from dse.space.model.criteria import Metric
+from dse.space.model.space import Space
+from dse.support.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity
+
+
+class MetricKind(NamedTuple):
+    """What a metric is of (a flow, processor, bus, component or thread; "" for the whole system), and its dimension.
+
+    A count has no dimension.
+    """
+
+    of: str
+    dimension: Dimension | None
+
+
+FLOW_METRICS = ("latency", "min latency", "jitter")
+CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
+"""Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
+INPUT_METRICS = ("oldest input", "newest input")
+"""How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
+KINDS: Mapping[str, MetricKind] = {
+    **dict.fromkeys((*FLOW_METRICS, *CHAIN_METRICS), MetricKind("flow", TIME)),
+    "disparity": MetricKind("component", TIME),
+    "utilisation": MetricKind("processor", DIMENSIONLESS),
+    "load": MetricKind("bus", DATA_RATE),
+    "busy": MetricKind("bus", DIMENSIONLESS),
+    "response time": MetricKind("thread", TIME),
+    "price": MetricKind("", MONEY),
+    "power": MetricKind("", POWER),
+    "changes": MetricKind("", None),
+}
+"""The metrics that a file may ask for, by name, besides those that it makes itself; how a design has them is a formula
+of `dse.analysis.measures`."""
+INNER = {**dict.fromkeys(INPUT_METRICS, KINDS["latency"]), "core utilisation": KINDS["utilisation"]}
+"""Those that are asked for in other words."""
+BUILT_IN = tuple(KINDS)
+SHARES = tuple(name for name, kind in {**KINDS, **INNER}.items() if kind.dimension == DIMENSIONLESS)
+SYSTEM_METRICS = ("price", "power")
+"""Figures that every part may have."""
+RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
+
+
+def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
+    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count."""
+    parts = parts_of(space, metric)
+    if parts:
+        coefficient, inner = parts[0]
+        inner_dimension = metric_dimension(space, inner)
+        if inner_dimension is None or coefficient.dimension is None:
+            return None
+        return coefficient.dimension.times(inner_dimension)
+    kind = KINDS.get(metric.kind) or INNER.get(metric.kind)
+    return kind.dimension if kind is not None else None
+
+
+def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
+    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others."""
+    if metric.kind == "derived":
+        return space.derived[metric.index or 0].terms
+    return [part for operand in metric.operands for part in operand]
+
+
+def flows_in(space: Space, metric: Metric) -> frozenset[str]:
+    """The flows of which a metric is, or of which some are that it is made of."""
+    if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS, *INPUT_METRICS):
+        return frozenset({space.flows[metric.index or 0].name})
+    return frozenset(name for _, inner in parts_of(space, metric) for name in flows_in(space, inner))
+
+
+def counts_changes(space: Space, metric: Metric) -> bool:
+    """Whether a metric counts, or is made of what counts, changes against the baseline."""
+    return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))
+
+
+def asks_for_changes(space: Space) -> bool:
+    """Whether a requirement, an objective or a derived metric counts changes against the baseline."""
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    derived = [inner for item in space.derived for _, inner in item.terms]
+    return any(counts_changes(space, metric) for metric in (*asked, *derived))
+
+
+def total_unit(space: Space, metric: Metric) -> str:
+    """The unit of a declared total, or of a metric made of such; a count has none."""
+    while parts := parts_of(space, metric):
+        metric = parts[0][1]
+    return space.totals.get(metric.key, "")

@@ -1,0 +1,116 @@
+"""How a question is to be read: settings that go by one name in the file, in `Space`, in `Changes` and in results.
+
+Which deadlines are requirements is decided here (`deadline_requirements`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from dse.space.model.criteria import Metric, Requirement
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import leaves
+from dse.space.question.implied import with_implied
+from dse.support.units import TIME, Quantity
+
+SETTINGS: Mapping[str, tuple[str, ...]] = {
+    "profile": ("dse", "osate-2.2", "osate-2.19"),
+    "worst_case": ("execution_time", "deadline"),
+    "system": ("asynchronous", "synchronous"),
+    "partition_output": ("major_frame", "partition_end"),
+    "best_case": ("empty_queue", "full_queue"),
+    "bus_queuing": ("counted", "not_counted"),
+    "processing": ("execution_time", "response_time"),
+    "deadlines": ("stated", "all", "none"),
+    "overload": ("forbidden", "allowed"),
+}
+"""Every setting with its values: they change the answer, so that results state all of them."""
+OSATE_WORDS = {
+    "AS": ("system", "asynchronous"), "SS": ("system", "synchronous"),
+    "MF": ("partition_output", "major_frame"), "PE": ("partition_output", "partition_end"),
+    "ET": ("worst_case", "execution_time"), "DL": ("worst_case", "deadline"),
+    "EQ": ("best_case", "empty_queue"), "FQ": ("best_case", "full_queue"),
+    "EQL": ("bus_queuing", "counted"), "DQL": ("bus_queuing", "not_counted"),
+}  # fmt: skip
+"""OSATE's abbreviations, of which the names of its reports are made, such as ``AS-MF-DL-EQ-EQL``."""
+OSATE_SETTINGS = tuple(dict.fromkeys(name for name, _ in OSATE_WORDS.values()))
+"""The settings that the profile `dse` does not look at."""
+ORIGIN = "command line"
+
+
+def default_deadlines(profile: str) -> str:
+    """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit."""
+    return "stated" if profile == "dse" else "none"
+
+
+def osate_settings(text: str) -> dict[str, str]:
+    """The settings that a text of OSATE's abbreviations asks for; those that it leaves out stay as they are.
+
+    Raises
+    ------
+    ValueError
+        for a word that is none of them, or two of one kind.
+
+    Examples
+    --------
+    >>> osate_settings("SS-DL")
+    {'system': 'synchronous', 'worst_case': 'deadline'}
+    """
+    found: dict[str, str] = {}
+    for word in text.upper().split("-"):
+        name, value = OSATE_WORDS.get(word, ("", ""))
+        if not name or name in found:
+            known = ", ".join(OSATE_WORDS)
+            raise ValueError(f"expected OSATE's settings such as AS-MF-DL-EQ-EQL, got {text!r}: one each of {known}")
+        found[name] = value
+    return found
+
+
+def settings_of(space: Space) -> dict[str, str]:
+    """The settings of a question, by name."""
+    return {name: getattr(space, name) for name in SETTINGS}
+
+
+def with_settings(space: Space, given: Mapping[str, str | None], *, states_deadlines: bool) -> Space:
+    """The space under other settings, its deadlines required as these say.
+
+    `states_deadlines` tells whether the file says which deadlines count; else they follow the profile.
+    """
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if "profile" in chosen and not states_deadlines:
+        chosen.setdefault("deadlines", default_deadlines(chosen["profile"]))
+    changed = replace(space, **chosen)
+    if changed.overload != space.overload:
+        changed = with_implied(changed)
+    return changed if changed.deadlines == space.deadlines else with_deadlines(changed, lambda _: ORIGIN)
+
+
+def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
+    """The space with the deadlines that its settings require among its requirements, after the flows' own latencies.
+
+    They take the place of those that were there; `origin` says where each comes from.
+    """
+    found = deadline_requirements(space, origin)
+    others = [item for item in space.requirements if item.metric.key != "deadline"]
+    first = sum(flow.required_ns is not None for flow in space.flows)
+    return replace(space, requirements=(*others[:first], *found, *others[first:]))
+
+
+def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> list[Requirement]:
+    """That each thread on a processor ends by its deadline, as far as `Space.deadlines` says.
+
+    With ``all`` one without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
+    """
+    found = []
+    for number, component in enumerate(space.components) if space.deadlines != "none" else ():
+        trees = (component.deadline_ns, component.period_ns)[: 2 if space.deadlines == "all" else 1]
+        times = [leaf for tree in trees for leaf in leaves(tree) if leaf is not None]
+        if component.processor is not None and times and space.is_last_piece(number):
+            metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
+            limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
+            text = f"response time of {component.name} <= its deadline"
+            found.append(Requirement(text, metric, "<=", limit, origin(component)))
+    return found

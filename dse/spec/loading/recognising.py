@@ -1,0 +1,46 @@
+"""Whether a file is a problem file, told from its beginning: nothing is read into a problem for that."""
+
+from __future__ import annotations
+
+import re
+
+from dse.spec.loading.reader import Node
+from dse.support.errors import Diagnostic, ProblemError
+
+_YAML = re.compile(r"""^["']?dse["']?\s*:""", re.MULTILINE)
+_JSON = re.compile(r'[{,]\s*"dse"\s*:\s*\d')
+NO_PROBLEM = "this is what a command of dse has written, not a problem file"
+ANSWER_HINT = "name the problem file; an alternative of a result is --design RESULT.json#ID, its question --resume"
+_ANSWER = re.compile(r'\{\s*"format"\s*:\s*"dse-')
+
+
+def is_problem(text: str) -> bool:
+    r"""Whether a text says ``dse: 1`` of itself, as YAML or JSON; what a command has written as JSON does not.
+
+    Examples
+    --------
+    >>> is_problem("name: Pump\ndse: 1\n"), is_problem('{"name": "Pump", "dse": 1}'), is_problem("rate: 2")
+    (True, True, False)
+    >>> is_problem('{"format": "dse-result/1", "source": {"dse": 1}}')
+    False
+    """
+    if text.lstrip().startswith("{"):
+        return _ANSWER.match(text.lstrip()) is None and _JSON.search(text) is not None
+    return _YAML.search(text) is not None
+
+
+def no_answer(root: Node, file: str) -> Node:
+    """The tree of a file, where that is not one of the formats that commands write.
+
+    Raises
+    ------
+    ProblemError
+        when it is, with the place that says so.
+    """
+    form = root.at(["format"]).value if isinstance(root.value, dict) else None
+    if isinstance(form, str) and form.startswith("dse-"):
+        place = root.place(["format"])
+        raise ProblemError(
+            [Diagnostic(NO_PROBLEM, "format", place.file or file, place.line, place.column, ANSWER_HINT)]
+        )
+    return root

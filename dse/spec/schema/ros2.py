@@ -1,0 +1,110 @@
+"""Names that ROS 2 has for what a problem file names: `ros2` in the file, for `dse export`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from dse.spec.loading.reader import PathPart
+from dse.spec.schema.model import Ros2, Spec
+from dse.support.units import PARAMETER_RATES as RATES
+from dse.support.units import PARAMETER_TIMES_NS as UNITS
+from dse.support.units import shown
+
+FIELDS = ("period", "rate", "offset")
+_PARAMETER = re.compile(r"(?P<name>[A-Za-z_][\w./-]*)(\s*\[\s*(?P<whole>int\s+)?(?P<unit>\w+)\s*\])?")
+_NODE = re.compile(r"(/[A-Za-z_]\w*)+")
+HOLE = re.compile(r"\{([^{}]*)\}")
+"""Where the period of a thread stands in the id of a callback group."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that holds the `field` (period, rate or offset) of a thread, in `unit`; `is_whole`: as an integer."""
+
+    thread: str
+    field: str
+    name: str
+    unit: str
+    is_whole: bool
+
+    def value(self, period_ns: Fraction, rate_hz: Fraction, offset_ns: Fraction) -> Fraction:
+        """The figure in the unit of the parameter."""
+        if self.field == "rate":
+            return _stated_rate(rate_hz, period_ns) / RATES[self.unit]
+        return (period_ns if self.field == "period" else offset_ns) / UNITS[self.unit]
+
+
+def _stated_rate(rate_hz: Fraction, period_ns: Fraction) -> Fraction:
+    """The rate, or that in thousandths of which the period is what is left in whole nanoseconds: 30 Hz, 33333333 ns."""
+    near = Fraction(round(rate_hz * 1000), 1000)
+    is_it = near > 0 and period_ns.denominator == 1 and round(10**9 / near) == period_ns
+    return near if is_it else rate_hz
+
+
+def read_parameter(key: str, text: str) -> Parameter | str:
+    """The parameter that an entry of `parameters` states, or what is wrong with it.
+
+    >>> read_parameter("cam.grab.period", "grab.period_ms [int ms]")
+    Parameter(thread='cam.grab', field='period', name='grab.period_ms', unit='ms', is_whole=True)
+    >>> read_parameter("cam.grab.rate", "fps").unit
+    'Hz'
+    """
+    thread, _, field = key.rpartition(".")
+    if field not in FIELDS or not thread:
+        return "expected THREAD.period, THREAD.rate or THREAD.offset"
+    found = _PARAMETER.fullmatch(text.strip())
+    known = RATES if field == "rate" else UNITS
+    if found is None or (found["unit"] is not None and found["unit"] not in known):
+        units = ", ".join(known)
+        return (
+            f"expected the name of a parameter, and its unit in brackets where it is not {next(iter(known))} ({units})"
+        )
+    return Parameter(thread, field, found["name"], found["unit"] or next(iter(known)), found["whole"] is not None)
+
+
+def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
+    """What is wrong with the names that a problem states, each with its path."""
+    stated = spec.ros2
+    if stated is None:
+        return
+    processes = {name for thread in spec.threads.values() for name in thread.process or ()}
+    nodes = {*processes, *spec.executors, *spec.threads}
+    first: dict[str, str] = {}
+    for name, text in stated.nodes.items():
+        if first.setdefault(text, name) != name and not _share(spec, first[text], name):
+            yield ("ros2", "nodes", name), f"{shown(first[text])} has this name too"
+        if name not in nodes:
+            yield ("ros2", "nodes", name), f"there is no process, executor or thread {shown(name)}"
+        if not _NODE.fullmatch(text):
+            yield ("ros2", "nodes", name), f'expected the full name of a node such as "/ns/cam", got {shown(text)}'
+    for key, text in stated.parameters.items():
+        found = read_parameter(key, text)
+        if isinstance(found, str):
+            yield ("ros2", "parameters", key), found
+        elif found.thread not in spec.threads:
+            yield ("ros2", "parameters", key), f"there is no thread {shown(found.thread)}"
+    yield from _groups(spec, stated)
+
+
+def _share(spec: Spec, first: str, second: str) -> bool:
+    """Whether two names are threads of one process, which may be those of one node in it."""
+    both = [spec.threads[name].process for name in (first, second) if name in spec.threads]
+    return len(both) == 2 and both[0] is not None and both[0] == both[1]
+
+
+def _groups(spec: Spec, stated: Ros2) -> Iterator[tuple[tuple[PathPart, ...], str]]:
+    for name, text in stated.callback_groups.items():
+        path = ("ros2", "callback_groups", name)
+        if name not in spec.executors and name not in spec.threads:
+            yield path, f"there is no executor or thread {shown(name)}"
+        if not text.startswith("/") or "@" not in text:
+            yield path, f'expected an id such as "/cam@Timer({{grab}})", got {shown(text)}'
+        for thread in HOLE.findall(text):
+            if thread not in spec.threads:
+                yield path, f"there is no thread {shown(thread)}, whose period would stand there"
+
+
+__all__ = ["HOLE", "Parameter", "mistakes", "read_parameter"]

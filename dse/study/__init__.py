@@ -1,1 +1,0 @@
-"""How the answer moves when limits and inputs move: sweeps, margins, uncertain inputs, robust fronts."""

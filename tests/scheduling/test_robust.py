@@ -1,0 +1,132 @@
+"""Deadlines that hold for all execution times that are stated, against looking at every design at every corner."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import count, product
+from math import prod
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.validity import canonical
+from dse.encode.scheduling import waiting_forms
+from dse.questions.problem import load
+from dse.questions.robust.corner_demands import RobustQuestion
+from dse.questions.robust.robust import solve_robust
+from dse.questions.robust.worst_case import Box
+from dse.questions.sensitivity.inputs import InputSpace
+from dse.questions.sensitivity.uncertainty import read_uncertainties
+from dse.search.front import search_front
+from tests.helpers.effort import cases
+from tests.helpers.support import counted_down, dominates
+from tests.helpers.thread_systems import KINDS, draw, text_of
+
+OBJECTIVES = (
+    ("minimise price", "minimise latency of f"),
+    ("minimise price", "minimise jitter of f"),
+    ("minimise price", "maximise latency of f", "minimise min latency of f"),
+)
+MOST_DESIGNS = 200
+FACTORS = ("1 .. 1.3", "0.7 .. 1.2", "0.5 .. 2")
+
+
+def places(inputs: InputSpace, box: Box) -> Iterator[list[Fraction]]:
+    """The values of all inputs at every corner, and at three places inside."""
+    for corner in product((0, 1), repeat=len(box.ends)):
+        yield box.values(inputs.nominal, corner)
+    source = random.Random(0)
+    for _ in range(3):
+        values = list(inputs.nominal)
+        for item, (low, high) in zip(box.uncertain, box.ends, strict=True):
+            item.set(values, low + (high - low) * Fraction(source.randrange(1001), 1000))
+        yield values
+
+
+def expected(problem: dse.Problem) -> set[tuple[int, ...]]:
+    """The vectors of designs that are in time at the figures of the file, at every corner and at places inside."""
+    inputs = InputSpace(problem)
+    box = Box(read_uncertainties(problem, inputs))
+    evaluators = [Evaluator(space) for space in (problem.space, *map(inputs.at, places(inputs, box)))]
+    found = set()
+    raws = product(*(range(len(item.options)) for item in problem.space.decisions))
+    for raw in {canonical(problem.space, raw): raw for raw in raws}.values():
+        judged = [item.evaluate(raw) for item in evaluators]
+        if all(item.is_feasible for item in judged):
+            found.add(judged[0].objectives)
+    points = {vector: counted_down(problem.space, vector) for vector in found}
+    return {vector for vector in found if not any(dominates(other, points[vector]) for other in points.values())}
+
+
+def drawn(seed: int, kind: str, file: Path) -> Iterator[dse.Problem]:
+    """Problems of a kind, two of whose threads may take longer or less."""
+    for number in count(1_000 * seed):
+        rng = random.Random(f"robust {number} {kind}")
+        stated = [f"'threads.t{item}.compute_execution_time': {{factor: {rng.choice(FACTORS)}}}" for item in (0, 1)]
+        counted = "deadlines: all\nprocessing: response_time" if rng.random() < 0.8 else "deadlines: all"
+        text = text_of(draw(number, kind=kind), rng.choice(OBJECTIVES)).replace("deadlines: all", counted)
+        file.write_text(f"{text}uncertainty: {{{', '.join(stated)}}}\n", "utf-8")
+        yield load(file)
+
+
+def designs(problem: dse.Problem) -> int:
+    """How many combinations of options there are."""
+    return prod(len(item.options) for item in problem.space.decisions)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", cases(3))
+def test_no_design_is_lost_that_is_in_time_at_every_corner(
+    kind: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Limits at corners are of other figures: what the search learns of them names all that they hang on."""
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
+    problem = next(item for item in drawn(seed, kind, tmp_path / "drawn.yaml") if designs(item) <= MOST_DESIGNS)
+    wanted = expected(problem)
+    result = solve_robust(problem)
+    assert {tuple(point.objectives.values()) for point in result.robust.front} == wanted
+    question = RobustQuestion(problem)
+    for point in result.robust.front:
+        question.expect(point.design)
+    again = search_front(question.evaluator())
+    assert again.is_complete
+    assert wanted <= set(again.points) or not wanted
+    if kind in ("chained", "mixed"):
+        assert dse.verify(result).status == "verified"
+
+
+BOUND_AT_SHORTER_TIMES_ONLY = """
+dse: 1
+name: no bound as stated
+overload: allowed
+deadlines: all
+processor_types:
+  slow: {cores: 1, price: 10 EUR}
+  fast: {cores: 1, price: 30 EUR}
+processors: {c: {type: [slow, fast]}}
+devices: {sensor: {period: 3 ms}}
+threads:
+  t0: {processor: c, compute_execution_time: {slow: 4 ms, fast: 2 ms}, period: 10 ms}
+  t1: {processor: c, compute_execution_time: {slow: 4 ms, fast: 3 ms}, dispatch_protocol: [periodic, aperiodic],
+       period: 10 ms}
+  t2: {processor: c, compute_execution_time: {slow: 2 ms, fast: 1 ms}, period: 8 ms}
+connections: {w: {from: sensor, to: t0}, w1: {from: t0, to: t1}, w2: {from: t1, to: t2}}
+flows: {f: {path: [sensor, t0, t1, t2]}}
+objectives: [minimise price, maximise latency of f, minimise min latency of f]
+uncertainty:
+  threads.t0.compute_execution_time: {factor: 0.7 .. 1.2}
+  threads.t1.compute_execution_time: {factor: 1 .. 1.3}
+"""
+
+
+def test_what_has_no_bound_as_stated_and_one_elsewhere_is_judged() -> None:
+    """Before, the robust search gave up: expressions made where nothing is bounded were held against places beside."""
+    problem = dse.loads(BOUND_AT_SHORTER_TIMES_ONLY)
+    found = solve_robust(problem)
+    assert {tuple(point.objectives.values()) for point in found.robust.front} == expected(problem) != set()
+    assert dse.verify(found, problem=problem).status == "verified"

@@ -1,0 +1,126 @@
+"""Threads on other cores, where the response times of a solution were longer than its model knew."""
+
+from __future__ import annotations
+
+from itertools import product
+from random import Random
+from types import SimpleNamespace
+
+import pytest
+
+from dse.analysis.evaluate import Evaluator
+from dse.encode.model import encode
+from dse.encode.scheduling import waiting_forms
+from dse.search.front import _in_time
+from dse.search.solver.large_neighbourhood import moved
+from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, Settings
+from dse.search.solver.solver import Solver
+from dse.search.solver_answer import Answer, Unfinished
+from dse.space.model.space import Design
+from dse.support.timelimit import OutOfTime
+from tests.helpers.effort import cases
+from tests.helpers.support import space_of
+from tests.helpers.thread_systems import draw, text_of
+
+
+def with_options_of(evaluator: Evaluator, design: Design) -> list[Design]:
+    """The design on all cores."""
+    cores = {item.index for item in evaluator.space.open_cores}
+    decisions = enumerate(evaluator.space.decisions)
+    return list(product(*(range(len(one.options)) if at in cores else [design[at]] for at, one in decisions)))
+
+
+@pytest.mark.parametrize("seed", cases(6))
+def test_the_best_cores_for_given_options_are_found(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And nothing that is true of these options only is left behind: no bound, and no option that is held."""
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
+    text = text_of(draw(seed)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+    evaluator = Evaluator(space_of(text))
+    encoded, rng = encode(evaluator), Random(seed)
+    assert encoded.is_loose
+    solver = Solver(encoded)
+    latency = len(encoded.objectives) - 1
+    solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
+    encoded.model.minimize(encoded.objectives[latency].variable)
+    domains = [list(variable.domain) for variable in encoded.model.proto.variables]
+    for _ in range(5):
+        design = tuple(rng.randrange(len(decision.options)) for decision in evaluator.space.decisions)
+        known = [encoded.weigh(other) for other in with_options_of(evaluator, design)]
+        best = min((point[latency] for point in known if point is not None), default=None)
+        best = best if evaluator.space.open_cores else None  # with one core there is nothing to move
+        found = moved(solver, design, None, None)
+        assert (found and found.point[latency]) == best
+        assert solver.least is None
+        assert [list(variable.domain) for variable in encoded.model.proto.variables][: len(domains)] == domains
+
+
+@pytest.mark.parametrize(("settings", "begins"), [(CUTTING_IN_ORDER, False), (CUTTING, True)])
+def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
+    settings: Settings, begins: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hint is tried before the order of the file: the design that it leads to was taken for the first one."""
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
+    hinted, learnt = False, 0
+    for seed in cases(12):
+        text = text_of(draw(seed, kind="reserved"))
+        text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")
+        encoded = encode(Evaluator(space_of(text)))
+        solver, latency = Solver(encoded), len(encoded.objectives) - 1
+        solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
+        encoded.model.minimize(encoded.objectives[latency].variable)
+        known = len(encoded.model.proto.constraints)
+        solver.run(settings, 10.0)
+        hinted |= bool(encoded.model.proto.solution_hint.vars)
+        learnt += len(encoded.model.proto.constraints) > known
+    assert learnt and hinted == begins
+
+
+ENGINE = """
+dse: 1
+name: periods from 0.7 ms to a second, three cores 88 % full
+deadlines: all
+processing: response_time
+processor_types: {tc3: {cores: 3, price: 15 EUR, context_switch: 2 us}}
+processors: {ecu: {type: tc3}}
+threads:
+WORK
+connections: {a: {from: t18, to: t15}, b: {from: t15, to: t12}}
+flows: {chain: {path: [t18, t15, t12]}}
+objectives: [minimise latency of chain]
+"""
+TIMES = (
+    (9500, 20), (9500, 30), (9500, 30), (1500, 40), (900, 30), (1100, 40), (4900, 50), (1700, 60), (6000, 80),
+    (700, 20), (5000, 70), (1000, 450), (2000, 500), (5000, 900), (6660, 3200), (10000, 6200), (20000, 6500),
+    (50000, 1500), (100000, 7700), (200000, 150), (1000000, 140),
+)  # fmt: skip
+"""Period and execution time in us, of the order of an engine control's (the WATERS 2017 industrial challenge)."""
+
+
+def test_a_search_that_is_stopped_has_the_design_that_it_came_across() -> None:
+    """The first solution of the model is late; on other cores nobody is, whatever the objective is there."""
+    work = [
+        f"  t{number}: {{processor: ecu, period: {period} us, compute_execution_time: {time} us}}"
+        for number, (period, time) in enumerate(TIMES)
+    ]
+    evaluator = Evaluator(space_of(ENGINE.replace("WORK", "\n".join(work))))
+    solver = Solver(encode(evaluator))
+    everything = [tuple(1 << 40 for _ in evaluator.objectives)]
+    calls: list[int] = []
+
+    def stopped() -> bool:
+        calls.append(1)
+        return len(calls) > 3
+
+    solver.out_of_time = stopped  # type: ignore[method-assign]
+    solver.minimise([1], everything)
+    assert solver.incumbent is not None
+    assert evaluator.evaluate(solver.incumbent.design).is_feasible
+
+    def over() -> Answer:
+        raise OutOfTime("")
+
+    answer = _in_time(SimpleNamespace(evaluator=evaluator), solver, over)  # type: ignore[arg-type]
+    assert isinstance(answer, Unfinished)
+    assert answer.best is solver.incumbent
