@@ -8,7 +8,7 @@ Read `response_time.py` first (theory over plain tasks), then `scheduling.py` (a
 * `responding.py`: the response time of one task, on the resource where it runs.
 * `holistic.py`, `growth.py`: the fixed point of response times and jitter; linear growth in one step.
 * `scheduling.py`: the response times of a design, by core and priority.
-* `waiting.py`: the parts of a response time: own work, interference, blocking.
+* `waiting.py`, `parts.py`: the parts of a response time: own work, interference, blocking.
 * `subsets.py`: remembered response times of groups of threads.
 * `servers/`: executors, reservations, accelerators.
 

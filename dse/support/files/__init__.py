@@ -6,8 +6,9 @@ another output.
 * `guard.py`: the inputs and outputs of one run.
 * `reading.py`: bytes and text of a regular file, up to a size.
 * `writing.py`: files and folders, each file whole or not at all.
-* `plain_json.py`: strict reading of JSON.
+* `plain_json.py`, `xml.py`: strict reading of JSON; XML with the lines of its elements.
+* `foreign.py`: errors of a library as a mistake in the file that it reads.
 
-Not allowed here: the content of a format, JSON aside. Inputs and outputs of a run pass through this folder; only the
-store of sweeps is an SQLite file of its own.
+Not allowed here: the content of a format, JSON and XML aside. Inputs and outputs of a run pass through this folder;
+only the store of sweeps is an SQLite file of its own.
 """
