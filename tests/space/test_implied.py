@@ -197,7 +197,7 @@ def test_a_result_of_the_other_question_is_not_its_result(tmp_path: Path) -> Non
     assert dse.verify(data, problem=file).status == "rejected"
     data["semantics"] = 3
     out.write_text(json.dumps(data), encoding="utf-8")
-    with pytest.raises(UsageError, match="semantics 3, here 14"):
+    with pytest.raises(UsageError, match="semantics 3, here 1"):
         dse.resume(out, problem=file)
 
 
@@ -309,7 +309,7 @@ objectives: [minimise busy of line]
 
 
 SETTINGS_BY_SEMANTICS = {
-    14: "profile worst_case system partition_output best_case bus_queuing processing deadlines overload",
+    1: "profile worst_case system partition_output best_case bus_queuing processing deadlines overload",
 }
 
 

@@ -34,7 +34,7 @@ partition_output: partition_end
 best_case: full_queue
 bus_queuing: not_counted
 processing: response_time
-deadlines: true
+deadlines: all
 overload: allowed
 offset_grid: 1 ms
 ros2: {source: launch files}

@@ -248,9 +248,9 @@ def test_what_does_not_belong_together_is_refused(
         with pytest.raises(UsageError, match=r"do not belong together|is not a whole result: (robust|objectives): "):
             dse.resume(out, problem=file)
         assert dse.verify(edited, problem=file).status == "rejected"
-    older = {**nominal, "semantics": 1}
+    older = {**nominal, "semantics": 99}
     out.write_text(json.dumps(older), encoding="utf-8")
-    with pytest.raises(UsageError, match=r"semantics 1, here \d"):
+    with pytest.raises(UsageError, match=r"semantics 99, here \d"):
         dse.resume(out, problem=file)
     wider = tmp_path / "wider.yaml"
     wider.write_text(PROBLEM.replace("0.8 .. 1.2", "0.8 .. 1.3"), encoding="utf-8")

@@ -12,7 +12,6 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import counted_decisions
 from dse.analysis.validity import slot_users
 from dse.answers.base import Answer
-from dse.questions.changed_meanings import changed_meanings
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Question
 from dse.space.architecture.activation import exclusions
@@ -137,9 +136,8 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     remarks = (
         *_lists_for_ranges(space),
         *_in_time(_remarks(space), unfinished, "what else there is to remark"),
-        *_setting_remarks(asked, space),
+        *_setting_remarks(space),
         *_costs_of_nothing(asked),
-        *changed_meanings(asked),
         *_rounded(asked),
     )
     return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), found, *sums)
@@ -157,14 +155,8 @@ def _in_time(items: Iterator[T], unfinished: list[str], what: str) -> tuple[T, .
     return tuple(found)
 
 
-def _setting_remarks(problem: Problem, space: Space) -> Iterator[str]:
+def _setting_remarks(space: Space) -> Iterator[str]:
     """What the settings make of what is stated."""
-    written = problem.loaded.sources[0].node.to_data().get("deadlines")
-    if isinstance(written, bool):
-        word = "all" if written else "none"
-        yield f"deadlines: {str(written).lower()} is the former word for `{word}`" + (
-            "; a stated deadline is required by default (`stated`)" if not written else ""
-        )
     there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
     idle = [item.name for item in there if item.processor is None]
     if idle and space.profile == "dse":

@@ -309,16 +309,7 @@ class Uncertainty(Model):
     source: Line | None = None
 
 
-def _deadlines(value: Any) -> Any:
-    """``true`` and ``false``, as the file had it once, for ``all`` and ``none``."""
-    return ("all" if value else "none") if isinstance(value, bool) else value
-
-
-Deadlines: TypeAlias = Annotated[
-    Literal["stated", "all", "none"],
-    BeforeValidator(_deadlines),
-    WithJsonSchema({"anyOf": [{"enum": ["stated", "all", "none"], "type": "string"}, {"type": "boolean"}]}),
-]
+Deadlines: TypeAlias = Literal["stated", "all", "none"]
 
 
 class Catalogue(Model):

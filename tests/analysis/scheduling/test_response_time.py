@@ -334,7 +334,7 @@ connections: {a: {from: a1, to: a2}, b: {from: b1, to: b2}}
 DECISIONS = """
 dse: 1
 name: decisions
-deadlines: true
+deadlines: all
 processing: response_time
 processor_types: {cpu: {cores: [1, 2], price: [5 EUR, 9 EUR]}, fast: {price: 20 EUR}}
 processors: {p: {type: [cpu, fast]}}

@@ -142,7 +142,7 @@ def test_command_and_the_short_form_after_solve(tmp_path: Path, capfd: pytest.Ca
 LATE = """
 dse: 1
 name: late
-deadlines: true
+deadlines: all
 processor_types: {cpu: {}}
 processors: {one: {type: cpu}}
 threads:
