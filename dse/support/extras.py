@@ -11,7 +11,6 @@ from dse.support.errors import UsageError
 EXTRAS = {
     "can": ("cantools", "cantools"),
     "cluster": ("Dask", "distributed"),
-    "graphs": ("networkx", "networkx"),
     "plots": ("vl-convert", "vl_convert"),
     "ros": ("rosbags", "rosbags"),
     "sensitivity": ("SciPy", "scipy"),
@@ -27,7 +26,7 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
     Parameters
     ----------
     what
-        what was asked for, as a beginning of a sentence: ``GraphML``.
+        what was asked for, as a beginning of a sentence: ``A plot as SVG``.
     extra
         one of `EXTRAS`.
 
@@ -38,10 +37,10 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
 
     Examples
     --------
-    >>> with needed_for("GraphML", "graphs"):
+    >>> with needed_for("A plot as SVG", "plots"):
     ...     import a_library_that_is_not_installed
     Traceback (most recent call last):
-    dse.support.errors.UsageError: GraphML needs networkx, the extra `graphs`: pip install 'dse-pareto[graphs]', ...
+    dse.support.errors.UsageError: A plot as SVG needs vl-convert, the extra `plots`: pip install 'dse-pareto[plots]', ...
     """
     try:
         yield

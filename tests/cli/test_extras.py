@@ -44,8 +44,6 @@ def uncertain(text: str) -> str:
     ("arguments", "extra"),
     [
         (["sensitivity", "u.yaml"], "sensitivity"),
-        (["export", "r.json", "--alternative", "1", "--format", "graphml"], "graphs"),
-        (["export", "r.json", "--alternative", "1", "--format", "dot"], "graphs"),
         (["report", "r.json", "--figures", "svg"], "plots"),
         (["sweep", "p.yaml", "--vary", "price=50EUR..90EUR", "--scheduler", "tcp://127.0.0.1:9"], "cluster"),
     ],

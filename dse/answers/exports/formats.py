@@ -20,7 +20,6 @@ from dse.spec.loading.writing import yaml_text
 from dse.spec.schema.model import Ros2
 from dse.spec.schema.ros2 import Parameter, read_parameter
 from dse.support.errors import UsageError
-from dse.support.extras import needed_for
 
 
 def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None = None) -> str:
@@ -204,8 +203,7 @@ def _dot(text: str) -> str:
 
 def graphml(space: Space, design: Design) -> str:
     """The architecture as GraphML; the buses of a connection are one text."""
-    with needed_for("GraphML", "graphs"):
-        import networkx
+    import networkx
 
     graph = architecture_graph(space, design)
     for _, _, facts in graph.edges(data=True):

@@ -9,7 +9,6 @@ from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.views import View
 from dse.space.model.space import EMPTY, Design, Space, at_home
 from dse.space.model.trees import at
-from dse.support.extras import needed_for
 
 if TYPE_CHECKING:
     import networkx
@@ -42,8 +41,7 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
     >>> sorted(architecture_graph(result.space, result.front[0].design))[:3]
     ['can0', 'computer', 'control']
     """
-    with needed_for("The architecture as a graph", "graphs"):
-        import networkx
+    import networkx
 
     graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=space.name)
     view = View(design)
