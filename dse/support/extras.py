@@ -26,7 +26,7 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
     Parameters
     ----------
     what
-        what was asked for, as a beginning of a sentence: ``A plot as SVG``.
+        what was asked for, as a beginning of a sentence: ``A plot``.
     extra
         one of `EXTRAS`.
 
@@ -37,10 +37,10 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
 
     Examples
     --------
-    >>> with needed_for("A plot as SVG", "plots"):
+    >>> with needed_for("A plot", "plots"):
     ...     import a_library_that_is_not_installed
     Traceback (most recent call last):
-    dse.support.errors.UsageError: A plot as SVG needs vl-convert, the extra `plots`: pip install 'dse-pareto[plots]', ...
+    dse.support.errors.UsageError: A plot needs vl-convert, the extra `plots`: pip install 'dse-pareto[plots]', ...
     """
     try:
         yield
