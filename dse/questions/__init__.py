@@ -8,7 +8,6 @@ Read `problem.py` first (load and ask), then `verbs/solve.py`.
 * `complete_design.py`, `named_design.py`: a whole design from some decisions; a design as a caller names it.
 * `reopen.py`, `result_problem.py`, `result_question.py`: a result file as a result; its problem; its question.
 * `stopped_search.py`, `resume.py`: the state of a stopped search; its continuation.
-* `changed_meanings.py`: figures of a file that an earlier version counted differently.
 
 Not allowed here: printing, options of a command, the solver (only `encode`, `search` and `verification` import it),
 formulas of metrics.
