@@ -334,9 +334,9 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
     """Part by part, with the lowest values first: the points of every design, one after the other."""
     asked = []
 
-    def counted(solver: Solver, work: float, *, builds: bool) -> Answer:
+    def counted(solver: Solver, work: float, *, pools: bool) -> Answer:
         asked.append(work)
-        return lowest(solver, work, builds=builds)
+        return lowest(solver, work, pools=pools)
 
     monkeypatch.setattr(sums, "SHARED_BY", 1)
     monkeypatch.setattr(subproblem, "lowest", counted)

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 from dse.encode.linear import EXACT_LIMIT
 from dse.search.regions import Bound
 from dse.search.solver.large_neighbourhood import improved
-from dse.search.solver.neighbours import neighbour
 from dse.search.solver.pooled_cores import pooled
-from dse.search.solver.settings import BARE, BUILD_WORK, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
+from dse.search.solver.settings import BARE, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ QUICK = 1.2
 MOST_QUICK, LEAST_QUICK = 2.4, 0.075
 """... and at most, twice as much after each answer; half as much after each miss, down to nothing."""
 AT_ONCE = 0.1
-"""Work in which a range of values should be refuted or have a design, before one is built."""
+"""Work in which a range of values should be refuted or have a design, before pooled cores are asked."""
 
 
 @dataclass
@@ -154,12 +153,12 @@ def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
     )
 
 
-def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:
+def lowest(solver: Solver, work: float, *, pools: bool = False) -> Answer:
     """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
 
     Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
-    there are none. Where it `builds`, what it does not find at once is looked for near other designs first
-    (`dse.search.solver.neighbours`), and what is left is less.
+    there are none. Where it `pools`, what it does not find at once is asked of pooled cores first
+    (`dse.search.solver.pooled_cores`), and what is left is less.
     """
     end, width = solver.work + work, 0
     best: Found | None = None
@@ -170,15 +169,14 @@ def lowest(solver: Solver, work: float, *, builds: bool = False) -> Answer:
         most = EXACT_LIMIT if known is None else known  # no sum is beyond it
         middle = min(most, least + width)
         limit = max(0.0, end - solver.work)
-        answer = solver.run(RELAXED, min(limit, AT_ONCE) if builds else limit, None, middle)
-        if isinstance(answer, Unfinished) and builds:
-            builds, before = False, solver.work
+        answer = solver.run(RELAXED, min(limit, AT_ONCE) if pools else limit, None, middle)
+        if isinstance(answer, Unfinished) and pools:
+            pools, before = False, solver.work
             told = pooled(solver, answer.best or best)
             if not isinstance(told, Unfinished):
                 return told
-            answer = Unfinished(told.bound, told.best or answer.best)
-            near = neighbour(solver, solver.raise_least(answer.bound or 0), BUILD_WORK)
-            best = near if near is not None and solver.is_wanted(near.point, answer.best) else answer.best
+            solver.raise_least(told.bound or 0)
+            best = told.best or answer.best
             end += solver.work - before
             continue
         if isinstance(answer, Unfinished):

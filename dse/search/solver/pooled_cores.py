@@ -17,10 +17,8 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
-from dse.encode.scheduling.neighbourhoods import unnumbered
 from dse.encode.scheduling.pooled_cores import Pool, add_pools, classes_of
 from dse.search.regions import valued
-from dse.search.solver.neighbours import Nearby, judged
 from dse.search.solver.settings import CUTTING, PLACE_WORK, POOL_WORK, RELAXED, ROOM_WORK
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 
@@ -169,9 +167,30 @@ def _placed(solver: Solver, pools: Pools, least: int, known: Sequence[int] | Non
         placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), PLACE_WORK)
         found = None if placed is None else judged(encoded, placed)
         if placed is not None and found is not None and solver.is_wanted(found.point, best):
-            solver.nearby[solver.within] = Nearby(placed)
             return found
     return None
+
+
+def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
+    """The model as it stands, wherever its objectives lie, and with the cores of a processor in any order."""
+    assert encoded.contention is not None, "nothing is asked about response times"
+    model = encoded.model.clone()
+    model.clear_hints()
+    for clause in encoded.contention.numbering:
+        model.proto.constraints[clause].bool_or.literals.append(encoded.contention.places.true)
+    for objective in encoded.objectives:
+        set_domain(model.proto.variables[objective.variable.index], 0, objective.size)
+    for switch in encoded.regions:
+        for constraint, objective in zip(switch.constraints, encoded.objectives, strict=True):
+            set_domain(model.proto.constraints[constraint].linear, 0, objective.size)
+    return model
+
+
+def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
+    """The design of a solution with its figures, as the analysis accepts it."""
+    point = tuple(solution[objective.variable.index] for objective in encoded.objectives)
+    settled = encoded.settled(encoded.design(solution), lambda variable: solution[variable.index], is_best=False)
+    return None if settled is None else Found(point, settled)
 
 
 def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:

@@ -31,10 +31,10 @@ class Settings:
     depth first in the order of the model's decision strategy; with `options_first` it decides in that order, but starts
     anew and goes on as it likes where that says no more. With `from_below` it proves bounds of the objective, the least
     value first; it `narrows` where such bounds and good designs take turns (`dse.search.solver.bounding`), or asks for
-    the `lowest` values first, where it `builds` with a design made before. Long calls get simpler clauses on the way
-    where it `simplifies`; a model is probed as it is read where it `probes`. With `any_value` the first solution is the
-    answer, whatever its value in the range that is asked for. With `only_finds` the solver presolves and repairs the
-    hint: what it finds counts, that there is none does not (see `sound_solver`).
+    the `lowest` values first, where it `pools` with a question to pooled cores in between. Long calls get simpler
+    clauses on the way where it `simplifies`; a model is probed as it is read where it `probes`. With `any_value` the
+    first solution is the answer, whatever its value in the range that is asked for. With `only_finds` the solver
+    presolves and repairs the hint: what it finds counts, that there is none does not (see `sound_solver`).
     """
 
     linearization_level: int
@@ -46,7 +46,7 @@ class Settings:
     from_below: bool = False
     narrows: bool = False
     lowest: bool = False
-    builds: bool = False
+    pools: bool = False
     simplifies: bool = True
     only_finds: bool = False
     any_value: bool = False
@@ -81,8 +81,8 @@ RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 """A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
 LOWEST = Settings(2, has_cuts=False, weight=1.8, lowest=True)
 """The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
-BUILDING = Settings(2, has_cuts=False, weight=1.8, lowest=True, builds=True)
-"""The same, which builds a design where it does not find one at once."""
+POOLING = Settings(2, has_cuts=False, weight=1.8, lowest=True, pools=True)
+"""The same, which asks pooled cores where it does not find a design at once."""
 OPTIONS_FIRST = Settings(2, has_cuts=False, weight=1.8, options_first=True)
 """The same, rates before cores: where cores are so full that few rates are left, each of these is soon refuted."""
 CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
@@ -132,20 +132,14 @@ def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], .
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 
-START_WORK = 0.5
-"""Work to find a design to start from, whatever its objectives, where cores are nearly full."""
-NEIGHBOUR_WORK = ((2, 0.2), (3, 0.8))
-"""Work to make a design better by other rates and cores for the threads of two cores; then for those of three."""
 IMPROVE_WORK = ((2, 0.15), (3, 0.45))
-"""The same where threads wait for each other, of a design that is known."""
+"""Work to make a design better by other options for the threads of two cores; then for those of three."""
 READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
 MOST_IMPROVING = 5.0
 """Work for all that is tried near a design, reading the model for each of it included."""
 POOL_WORK, ROOM_WORK, PLACE_WORK = 2.0, 0.7, 1.5
 """Work for the best solution of pooled cores and its proof, each; for one that leaves room; to put threads on cores."""
-BUILD_WORK = 12.0
-"""Work for all of these together, at most."""
 ROOMY_WORK = (0.05, 0.5)
 """Work to look for a design with given figures that leaves more room on its cores, with linear relaxation."""
 BARE_FIRST = 0.25

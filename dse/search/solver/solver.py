@@ -19,7 +19,6 @@ from dse.encode.search_order import searched_by
 from dse.search.regions import Bound, held, restrict, strictly_inside, valued
 from dse.search.solver.bounding import Narrowing, lowest, narrowed
 from dse.search.solver.large_neighbourhood import begin_from, keep, moved, packed, roomier
-from dse.search.solver.neighbours import Nearby
 from dse.search.solver.pooled_cores import Pools
 from dse.search.solver.portfolio import PATIENCE, Attempt, Portfolio
 from dse.search.solver.settings import (
@@ -68,7 +67,6 @@ class Solver:
         self._ceiling: int | None = None
         self.within: tuple[int, ...] = ()  # the literals of the part that is asked about, ...
         self.start: Found | None = None  # ... and the design that is to be bettered there, maybe one of another part
-        self.nearby: dict[tuple[int, ...], Nearby] = {}  # what was built, by these literals
         self.pools: Pools | None = None  # where cores are full
         self.least: int | None = None  # of the values on the grid
         self._grid = EVERY
@@ -96,7 +94,6 @@ class Solver:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
         self.encoded.model.add_bool_or([*self.encoded.differs_from(design), *unless])
         self.parts.forget(design)
-        self.nearby.clear()
         self.incumbent = None
 
     def minimise(self, weights: Sequence[int], regions: Sequence[Bound], hint: Design | None = None) -> Answer:
@@ -242,7 +239,7 @@ class Solver:
         if settings.narrows and self.weights is not None:
             return narrowed(self, work)
         if settings.lowest and self.weights is not None:
-            return lowest(self, work, builds=settings.builds)
+            return lowest(self, work, pools=settings.pools)
         known, start = self._rows(), best
         while True:
             answer, best = self.once(settings, work, best, most)

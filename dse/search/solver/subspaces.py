@@ -18,11 +18,11 @@ from dse.search.solver.knapsack import Knapsacks, knapsacks_of
 from dse.search.solver.settings import (
     BARE,
     BRIEF,
-    BUILDING,
     CUTTING,
     LOWEST,
     NARROWING,
     OPTIONS_FIRST,
+    POOLING,
     READING,
     RELAXED,
     WHOLE_BRIEFLY,
@@ -185,7 +185,7 @@ APART_WAYS = (CUTTING, RELAXED, BARE)
 """The settings for parts for which that was not enough, in turn ..."""
 PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
 """... where threads have to end in time on cores that they share, ..."""
-FULL_WAYS = (BUILDING, OPTIONS_FIRST)
+FULL_WAYS = (POOLING, OPTIONS_FIRST)
 """... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
 APART_WORK = 1.5
 """... and designs are missing; with so much work in the first round, and twice as much in each further one."""
