@@ -9,7 +9,7 @@ import pytest
 from dse.encode import model, sums
 from dse.search import front, lexicographic
 from dse.search.front import Budget, FrontSearch, search_front
-from dse.search.solver import portfolio, subspaces
+from dse.search.solver import subspaces
 from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver.subspaces import Part
@@ -53,7 +53,6 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     changed.setattr(
         lexicographic, "EXACT_LIMIT", draw.choice([1, lexicographic.EXACT_LIMIT, lexicographic.EXACT_LIMIT])
     )
-    changed.setattr(portfolio, "LOOK_AFTER", draw.randint(1, 8))
     changed.setattr(subspaces, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver.run_within

@@ -78,9 +78,9 @@ def test_solvers_are_made_where_their_limits_are_set() -> None:
         if "= sound_solver(" in line or "= other_solver(" in line or ".CpSolver()" in line
     }
     assert {item.split(":")[0] for item in made} == {
-        "pareto/settings.py",
-        "pareto/subproblem.py",
-        "pareto/conflicts.py",
-        "verification/calls.py",
+        "search/solver/settings.py",
+        "search/solver/solver.py",
+        "search/feasibility/conflicts.py",
+        "verification/solver_calls.py",
     }
     assert len(made) == 5

@@ -47,16 +47,6 @@ def test_many_questions_cost_little_more_than_with_the_best_settings(costs: tupl
     assert simulated.work <= 300 * min(costs) * 1.15 + 10 * min(costs) + 1
 
 
-def test_what_becomes_better_on_the_way_is_noticed() -> None:
-    asked, simulated = Portfolio([0.0, 0.0]), Simulated()
-    for _ in range(50):
-        simulated.ask(asked, (0.02, 0.5))
-    for _ in range(300):
-        simulated.ask(asked, (0.5, 0.02))
-    assert simulated.won[-1] == 1
-    assert simulated.work < 300 * 0.02 + 20
-
-
 def test_each_question_is_answered_however_long_it_takes() -> None:
     """By the only attempt that can, at a cost that is a multiple of the least."""
     for able in range(3):
@@ -66,15 +56,7 @@ def test_each_question_is_answered_however_long_it_takes() -> None:
         assert simulated.work <= 50 * 3 * 4
 
 
-def test_one_hard_question_does_not_change_the_favourite_for_good() -> None:
-    asked, simulated = Portfolio([0.0, 0.0]), Simulated()
-    for number in range(100):
-        simulated.ask(asked, (5.0, 1.0) if number == 20 else (0.01, 0.1))
-    assert asked.favourite == 0
-    assert simulated.won[-1] == 0
-
-
-def test_questions_that_cost_nothing_are_not_looked_at_twice() -> None:
+def test_questions_that_cost_nothing_tell_nothing() -> None:
     asked, simulated = Portfolio([0.0, 0.0]), Simulated()
     for _ in range(100):
         simulated.ask(asked, (portfolio.TRIVIAL / 2, portfolio.TRIVIAL / 2))
@@ -88,24 +70,10 @@ def test_the_end_of_time_is_an_unfinished_answer() -> None:
     assert isinstance(answer, Unfinished)
 
 
-class Lenient(Simulated):
-    """Attempts that may go on beyond their limit, as those part by part do."""
-
-    def attempt(self, position: int, limit: float) -> Answer:
-        return super().attempt(position, limit * 4)
-
-
-def test_a_look_that_ends_beyond_its_limit_was_not_quicker() -> None:
-    asked, simulated = Portfolio([0.0, 0.25]), Lenient()
-    for number in range(100):
-        simulated.ask(asked, (3.0, 1.0) if number == 0 else (0.09, 0.15))
-    assert simulated.won.count(1) <= 12  # the first and the looks, which become rare
-
-
 def test_what_fails_before_the_answer_costs_that_too() -> None:
     """Where the first attempt fails at every question, the one that answers comes first, although it is dearer."""
     asked, simulated = Portfolio([0.04, 0.25]), Simulated()
     for _ in range(50):
         simulated.ask(asked, (NEVER, 0.9))
-    assert asked.favourite == 1
+    assert simulated.won[-1] == 1
     assert simulated.work <= 50 * 0.9 * 1.15 + 2

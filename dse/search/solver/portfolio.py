@@ -8,7 +8,8 @@ by settings (`dse.search.solver.settings`), never in seconds: the same problem a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
 from dse.search.solver_answer import Answer, Found, Unfinished
@@ -17,7 +18,7 @@ Attempt: TypeAlias = Callable[[float], Answer]
 """Tries to answer a question with so much work."""
 
 FIRST_LIMIT = 0.05
-"""Work; no limit is lower but that of a look."""
+"""Work; no limit is lower."""
 PATIENCE = 6
 """The favourite may take so many times what its answers cost on the average before others are tried."""
 GATE = 8
@@ -26,12 +27,6 @@ TRIVIAL = 0.0005
 """Answers that cost less than this tell nothing of the attempts: propagation alone gives them."""
 NEWEST = 0.25
 """The weight of the newest cost in an average."""
-LOOK_AFTER = 2
-"""After so many questions another attempt is given the chance to be quicker ..."""
-LOOK_AT_MOST_AFTER = 64
-"""... after twice as many where it was not, up to so many."""
-LOOK_FROM = 0.004
-"""Where the favourite costs less than this on the average, nothing can be gained."""
 
 
 class Portfolio:
@@ -45,10 +40,6 @@ class Portfolio:
         self._expected = expected
         self._answers: list[float | None] = [None for _ in expected]
         self._is_measured = [False for _ in expected]
-        self._questions = 0
-        self._interval = LOOK_AFTER
-        self._next_look = LOOK_AFTER
-        self._looked_at = 0
 
     @property
     def favourite(self) -> int:
@@ -60,45 +51,28 @@ class Portfolio:
 
         `work` tells how much was done so far.
         """
-        race = self.race()
         best: Found | None = None
-        for position, limit in race:
+        lost: defaultdict[int, float] = defaultdict(float)  # the limits of attempts in vain
+        for position, limit in self.limits():
             before = work()
             answer = attempts[position](limit)
             if not isinstance(answer, Unfinished):
-                race.won(position, work() - before)
+                self._won(position, work() - before, lost)
                 return answer
             best = answer.best or best
             if is_over():
                 return Unfinished(answer.bound, best)
-            race.lost(position, limit)
-        raise AssertionError("a race has no end")
+            self.learn(position, 2 * limit, is_answer=False)  # it would have cost twice its limit, say
+            lost[position] += limit
+        raise AssertionError("the attempts have no end")
 
-    def race(self) -> Race:
-        """The attempts at one more question."""
-        self._questions += 1
-        return Race(self)
-
-    def look(self) -> tuple[int, float] | None:
-        """An attempt that may be quicker than the favourite by now, and how much work that would be: half as much."""
-        favourite, *others = self._order()
-        cost = self.costs[favourite]
-        if not others or cost < LOOK_FROM or self._questions < self._next_look:
-            return None
-        self._next_look = self._questions + self._interval
-        position = sorted(others)[self._looked_at % len(others)]
-        if self.costs[position] > cost and not self._is_measured[position]:
-            return None
-        return position, cost / 2
-
-    def looked(self, *, was_quicker: bool) -> None:
-        """What came of a look: where it was good the next one is soon and at the same attempt, else later."""
-        if was_quicker:
-            self._interval = 1
-            self._next_look = self._questions + 1
-        else:
-            self._looked_at += 1
-            self._interval = min(max(LOOK_AFTER, 2 * self._interval), LOOK_AT_MOST_AFTER)
+    def _won(self, position: int, work: float, lost: Mapping[int, float]) -> None:
+        """An attempt has answered a question; those that were tried before it would have cost as much and more."""
+        if work > TRIVIAL:
+            self.learn(position, work, is_answer=True)
+        for other, spent in lost.items():
+            if other != position:
+                self.learn(other, spent + work, is_answer=False)
 
     def learn(self, position: int, cost: float, *, is_answer: bool) -> None:
         """What an attempt has cost, or would have cost at least."""
@@ -132,43 +106,6 @@ class Portfolio:
         """How much work an attempt is worth at first."""
         answers = self._answers[position]
         return max(FIRST_LIMIT, PATIENCE * (self._expected[position] if answers is None else answers))
-
-
-class Race:
-    """The attempts at one question: pairs of an attempt and how much work it may do, without an end."""
-
-    def __init__(self, portfolio: Portfolio) -> None:
-        self._portfolio = portfolio
-        self._look = portfolio.look()
-        self._lost: dict[int, float] = {}
-        self._steps = portfolio.limits()
-
-    def __iter__(self) -> Iterator[tuple[int, float]]:
-        return self
-
-    def __next__(self) -> tuple[int, float]:
-        """The next attempt, and its limit."""
-        return self._look if self._look is not None else next(self._steps)
-
-    def won(self, position: int, work: float) -> None:
-        """The attempt has answered the question."""
-        if work > TRIVIAL:
-            self._portfolio.learn(position, work, is_answer=True)
-        for other, spent in self._lost.items():
-            if other != position:
-                self._portfolio.learn(other, spent + work, is_answer=False)
-        self._end_look(was_quicker=self._look is not None and work <= self._look[1])
-
-    def lost(self, position: int, limit: float) -> None:
-        """The attempt was stopped at its limit: it would have cost twice that, say."""
-        self._portfolio.learn(position, 2 * limit, is_answer=False)
-        self._lost[position] = self._lost.get(position, 0.0) + limit
-        self._end_look(was_quicker=False)
-
-    def _end_look(self, *, was_quicker: bool) -> None:
-        if self._look is not None:
-            self._look = None
-            self._portfolio.looked(was_quicker=was_quicker)
 
 
 def _blended(average: float | None, cost: float) -> float:
