@@ -12,6 +12,8 @@ from typing import Any, TypeAlias, TypeVar
 from ortools.sat.python import cp_model
 
 from dse.analysis.views import Case, View, tabulate
+from dse.encode import tuning as tuned
+from dse.encode.tuning import ModelTuning
 from dse.space.model.criteria import Objective, Requirement
 from dse.space.model.space import Space
 from dse.space.model.trees import Choice, Tree
@@ -89,8 +91,9 @@ class Model(cp_model.CpModel):
 class Board:
     """A CP-SAT model under construction, the literal of every option, and every derived literal made once."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: Space, tuning: ModelTuning | None = None) -> None:
         self.space = space
+        self.tuning = tuning or tuned.MODEL
         self.model = Model()
         self.options: list[list[cp_model.IntVar]] = []
         self.inactive: list[cp_model.IntVar | None] = []

@@ -29,14 +29,10 @@ from dse.encode.scheduling.core_limits import CoreLimits, core_limits_of
 from dse.encode.scheduling.waiting_forms import is_better_shorter, is_upward, may_fall, may_wait
 from dse.encode.search_order import strategy_in_order
 from dse.encode.sums import measure_branches
+from dse.encode.tuning import ModelTuning, RegionUnions
 from dse.space.model.criteria import Objective
 from dse.space.model.space import INACTIVE, Design, Space
 from dse.support.errors import TooLargeError
-
-MOST_REGIONS = 4
-"""How many regions of the objective space a question can be about (decision record 9)."""
-FEWEST_OBJECTIVES = 3
-"""With fewer, regions do not overlap, and nearly every question finds a point."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +214,7 @@ def _chosen(indices: Sequence[int], solution: Sequence[int]) -> int:
     return INACTIVE
 
 
-def encode(evaluator: Evaluator) -> EncodedSpace:
+def encode(evaluator: Evaluator, tuning: ModelTuning | None = None) -> EncodedSpace:
     """The whole model of a space.
 
     Raises
@@ -227,7 +223,7 @@ def encode(evaluator: Evaluator) -> EncodedSpace:
         when a sum would leave the range of exact arithmetic, naming what it is a sum of.
     """
     try:
-        return _encode(evaluator)
+        return _encode(evaluator, tuning)
     except OverflowError as error:
         raise _too_large(error) from error
 
@@ -302,9 +298,9 @@ def _too_large(error: OverflowError) -> TooLargeError:
     return TooLargeError(f"too large to search exactly: {error}")
 
 
-def _structure(evaluator: Evaluator) -> Board:
+def _structure(evaluator: Evaluator, tuning: ModelTuning | None = None) -> Board:
     """The designs that there are, whatever is demanded of them."""
-    board = Board(evaluator.space)
+    board = Board(evaluator.space, tuning)
     add_decisions(board)
     add_activity(board)
     add_validity(board, evaluator.rulebook)
@@ -312,10 +308,10 @@ def _structure(evaluator: Evaluator) -> Board:
     return board
 
 
-def _encode(evaluator: Evaluator) -> EncodedSpace:
+def _encode(evaluator: Evaluator, tuning: ModelTuning | None) -> EncodedSpace:
     """The contents page."""
     space = evaluator.space
-    board = _structure(evaluator)
+    board = _structure(evaluator, tuning)
     rates = RateVariables(board)
     for rule in space.rules:
         add_rule(board, rule)
@@ -329,7 +325,7 @@ def _encode(evaluator: Evaluator) -> EncodedSpace:
         contention.add_waiting(board)
         if board.open_terms:
             contention.number_cores()
-    regions = add_region_switches(board.model, objectives)
+    regions = add_region_switches(board.model, objectives, board.tuning.region_unions)
     problem = board.model.validate()
     assert not problem, problem
     weigh = partial(_weigh, evaluator, objectives)
@@ -348,15 +344,17 @@ def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design:
     )
 
 
-def add_region_switches(model: cp_model.CpModel, objectives: Sequence[EncodedObjective]) -> list[RegionSwitch]:
+def add_region_switches(
+    model: cp_model.CpModel, objectives: Sequence[EncodedObjective], tuning: RegionUnions
+) -> list[RegionSwitch]:
     """Switch z: variable[i] <= bound[z, i] for each objective i, the bounds as yet those of the variables; one is on.
 
-    With fewer than three objectives questions are about one region.
+    None where questions are about one region each.
     """
-    if len(objectives) < FEWEST_OBJECTIVES:
+    if not tuning.is_on or len(objectives) < tuning.fewest_objectives:
         return []
     switches = []
-    for _ in range(MOST_REGIONS):
+    for _ in range(tuning.most):
         literal = model.new_bool_var("")
         limits = [model.add(item.variable <= item.size).only_enforce_if(literal) for item in objectives]
         switches.append(RegionSwitch(literal, tuple(limit.index for limit in limits)))

@@ -19,12 +19,6 @@ from dse.encode.scheduling.clock_reads import phased_form, sum_of
 from dse.encode.scheduling.waiting_forms import scheduled_form
 from dse.encode.table_parts import additive_parts
 
-SHARED_BY = 3
-"""A decision on which the coefficients of so many products hang is worth a form for each of its options."""
-
-MOST_BRANCHES = 16
-"""The greatest number of forms of one sum."""
-
 PAIR_LIMIT = 1_000
 """Products of more coefficients and rates than this are left to a rate variable."""
 
@@ -73,6 +67,9 @@ def measure_branches(
 
 def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term]) -> list[int]:
     """The decisions on which the coefficients of several products hang, as far as they have few options together."""
+    tuning = board.tuning.shared_forms
+    if not tuning.is_on:
+        return []
     counts: Counter[int] = Counter()
     for term in terms:
         if term.coefficient is None or term.rate is None or term.ends is not None:
@@ -85,7 +82,9 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
     branches = 1
     for decision, users in counts.most_common():
         options = len(allowed_options(board.space, decision))
-        if users >= SHARED_BY and board.inactive[decision] is None and branches * options <= MOST_BRANCHES:
+        if users < tuning.shared_by or board.inactive[decision] is not None:
+            continue
+        if branches * options <= tuning.most_branches:
             shared.append(decision)
             branches *= options
             board.branched[decision] += users
@@ -108,7 +107,7 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, below: bool
     if term.coefficient is None or term.rate is None:
         cases = board.cases(term.value, given)
         form = Form()
-        for part in [cases] if measure.rounded else additive_parts(board.space, cases):
+        for part in [cases] if measure.rounded else additive_parts(board.space, cases, board.tuning.additive_tables):
             form.add(board.form(counted(board.named(part, given))))
         return form
     coefficients, values = board.table(term.coefficient, given), rates.tables.table(term.rate)

@@ -16,16 +16,13 @@ import numpy.typing as npt
 
 from dse.analysis.validity import has_conditional_home
 from dse.analysis.views import Case, allowed_options
+from dse.encode.tuning import AdditiveTables
 from dse.space.model.space import Space
 
-MOST_CELLS = 20_000
-"""Tables over more combinations of options than this are left whole."""
 MOST_VALUE = 2**60
-MOST_PAIRS = 250_000
-"""So many pairs of cases are looked at before a table is left whole."""
 
 
-def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[Case[Fraction]]]:
+def additive_parts(space: Space, cases: Sequence[Case[Fraction]], tuning: AdditiveTables) -> list[list[Case[Fraction]]]:
     """Tables over disjoint sets of decisions whose sum is the given table; the table itself where there are none.
 
     Two decisions belong together when the difference that one makes depends on the other (their mixed second
@@ -35,7 +32,7 @@ def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[C
     decisions = sorted({decision for case in cases for decision, _ in case.conditions})
     may_be_unused = {index for index in decisions if has_conditional_home(space.decisions[index], index)}
     options = {decision: list(allowed_options(space, decision)) for decision in decisions}
-    values = _values(options, cases)
+    values = _values(options, cases, tuning.most_cells) if tuning.is_on else None
     groups = _groups(decisions, values) if values is not None else []
     if len(groups) < 2:
         return [list(cases)]
@@ -48,21 +45,23 @@ def additive_parts(space: Space, cases: Sequence[Case[Fraction]]) -> list[list[C
             for case in cases
             if all(item[0] in members or item in first for item in case.conditions)
         ]
-        if not _have_a_case(cases, part, may_be_unused & members):
+        if not _have_a_case(cases, part, may_be_unused & members, tuning.most_pairs):
             return [list(cases)]
         if any(case.value for case in part):
             parts.append(part)
     return parts
 
 
-def _have_a_case(cases: Sequence[Case[Fraction]], part: Sequence[Case[Fraction]], may_be_unused: Set[int]) -> bool:
+def _have_a_case(
+    cases: Sequence[Case[Fraction]], part: Sequence[Case[Fraction]], may_be_unused: Set[int], most_pairs: int
+) -> bool:
     """Whether each design, which has one of the `cases`, has one in a table over some of their decisions.
 
     What a case leaves out a design may leave undecided, where it `may_be_unused`: what fits the case must not ask it.
     """
     if all(may_be_unused <= {decision for decision, _ in case.conditions} for case in cases):
         return True
-    if len(cases) * len(part) > MOST_PAIRS:
+    if len(cases) * len(part) > most_pairs:
         return False
     asked = [(dict(one.conditions), [pair for pair in one.conditions if pair[0] in may_be_unused]) for one in part]
     for case in cases:
@@ -74,13 +73,15 @@ def _have_a_case(cases: Sequence[Case[Fraction]], part: Sequence[Case[Fraction]]
     return True
 
 
-def _values(options: Mapping[int, Sequence[int]], cases: Sequence[Case[Fraction]]) -> npt.NDArray[np.int64] | None:
+def _values(
+    options: Mapping[int, Sequence[int]], cases: Sequence[Case[Fraction]], most_cells: int
+) -> npt.NDArray[np.int64] | None:
     """The table as an array with an axis for each decision, in a common denominator.
 
     None where that is no use: one decision, too many cells or too large numbers, or a combination without a value.
     """
     shape = tuple(len(listed) for listed in options.values())
-    if len(shape) < 2 or prod(shape) > MOST_CELLS:
+    if len(shape) < 2 or prod(shape) > most_cells:
         return None
     scale = lcm(*(case.value.denominator for case in cases))
     counts = [int(case.value * scale) for case in cases]

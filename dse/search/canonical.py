@@ -16,13 +16,10 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.search.regions import Bound
-from dse.search.solver.settings import BRIEF, ORDERED_SEARCH, ORDERED_TO_THE_END, Settings, ways_to_any
+from dse.search.solver.settings import BRIEF, Settings, ways_to_any
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.space.model.space import Design
-
-FEW_VARIABLES = 1_000
-"""In larger models the linear relaxation costs more than it helps a depth-first search."""
 
 
 @dataclass
@@ -45,7 +42,7 @@ class InOrder:
         longer. The settings with which a design has cost least come first; those that missed too often in a row are not
         tried any more.
         """
-        attempts = list(ORDERED_TO_THE_END) if to_the_end else self._promising(solver)
+        attempts = list(solver.tuning.first_designs.ways_to_the_end) if to_the_end else self._promising(solver)
         solver.calls += bool(attempts)
         for settings, work in attempts:
             before = solver.work
@@ -60,10 +57,11 @@ class InOrder:
 
     def _promising(self, solver: Solver) -> list[tuple[Settings, float]]:
         """Settings and work of the attempts that are worth it."""
-        is_large = len(solver.encoded.model.proto.variables) > FEW_VARIABLES
+        tuning = solver.tuning.first_designs
+        is_large = len(solver.encoded.model.proto.variables) > tuning.few_variables
         attempts = [
             (settings, work)
-            for settings, work, most_missed in ORDERED_SEARCH
+            for settings, work, most_missed in tuning.ways
             if self.missed[settings] < most_missed and not (is_large and settings.linearization_level)
         ]
         return sorted(attempts, key=self._price)

@@ -17,6 +17,7 @@ from dse.analysis.bounds import best_possible
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
 from dse.encode.model import EncodedSpace, encode
+from dse.search import tuning as tuned
 from dse.search.canonical import InOrder, canonical_design
 from dse.search.certificate import ANYTHING, Frame, FrontSearch
 from dse.search.lexicographic import claimed_by, counted, minimise_in, signed
@@ -33,6 +34,7 @@ from dse.search.regions import (
 from dse.search.solver.bounding import waiting_axes
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
+from dse.search.tuning import Tuning
 from dse.search.workers import Pace, SolverPool, stop_on_interrupt
 from dse.space.model.space import Design
 from dse.support.timelimit import NEVER, OutOfTime, TimeLimit, until
@@ -59,11 +61,12 @@ class Progress:
 
 @dataclass(frozen=True)
 class Budget:
-    """Until when, with which seed, and on how many regions at the same time."""
+    """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default)."""
 
     limit: TimeLimit = NEVER
     seed: int = 0
     workers: int = 1
+    tuning: Tuning | None = None
 
 
 @dataclass(frozen=True)
@@ -208,6 +211,7 @@ def search_front(
         when there was no time to look at the points of `earlier`.
     """
     budget, watch = budget or Budget(), watch or Watch()
+    tuning = budget.tuning or tuned.DEFAULT
     started = time.monotonic()
     with until(budget.limit):
         if earlier is not None:
@@ -216,7 +220,7 @@ def search_front(
             with suppress(OutOfTime):  # before the model is made: it is what there is where the time is too short
                 evaluator.weigh(start)
         with suppress(OutOfTime):
-            encoded = encoded if encoded is not None else encode(evaluator)
+            encoded = encoded if encoded is not None else encode(evaluator, tuning.model)
     if encoded is None:
         known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
         return replace(started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
@@ -227,7 +231,7 @@ def search_front(
             state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)
-    state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline))
+    state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline, tuning=tuning))
     keep = _keeping(state, watch)
     with stop_on_interrupt(state.interrupt):
         _explore(state, budget, watch, keep)
@@ -289,7 +293,9 @@ def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer
 
 def _another(solver: Solver) -> Solver:
     """A solver of the same model, as it stands, that shares what is known of its parts."""
-    return Solver(solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts)
+    return Solver(
+        solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts, tuning=solver.tuning
+    )
 
 
 def _make_canonical(state: _State, keep: Callable[[], None]) -> None:

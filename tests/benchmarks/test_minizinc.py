@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-
 import pytest
 from ortools.sat.python import cp_model
 
@@ -14,7 +12,7 @@ from tests.helpers.support import PROBLEMS, brute_front, counted_down, load_spac
 
 from .asking import Ask, OutOfTime, by_cp_sat
 from .minizinc import MiniZinc, NotTranslatable, answer, installed, translated
-from .textbook import peers_model, plain_model, textbook_front
+from .textbook import OURS, PLAIN, textbook_front
 
 needs_minizinc = pytest.mark.skipif(installed() is None, reason="MiniZinc with a free solver is not installed")
 
@@ -93,8 +91,7 @@ def test_only_proofs_count() -> None:
 def test_the_peers_models_have_no_switches_of_ours(plain: bool) -> None:
     evaluator = Evaluator(_space("types"))
     assert encode(evaluator).regions
-    with peers_model(), plain_model() if plain else nullcontext():
-        assert not encode(evaluator).regions
+    assert not encode(evaluator, PLAIN if plain else OURS).regions
 
 
 @pytest.mark.parametrize("name", ["rules", "types", "buses"])

@@ -18,31 +18,17 @@ its fronts would be wrong.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
 from typing import Any
-from unittest.mock import patch
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import model as encoding
-from dse.encode import sums, table_parts
 from dse.encode.model import EncodedSpace, encode
+from dse.encode.tuning import AdditiveTables, ModelTuning, RegionUnions, SharedForms
 
 from .asking import Ask, OutOfTime, Vector
 
-
-@contextmanager
-def peers_model() -> Iterator[None]:
-    """Within it, the encoder leaves out the switches with which our search asks about several regions at once."""
-    with patch.object(encoding, "FEWEST_OBJECTIVES", 10**9):
-        yield
-
-
-@contextmanager
-def plain_model() -> Iterator[None]:
-    """Within it, the encoder makes the plain model."""
-    with patch.object(sums, "SHARED_BY", 10**9), patch.object(table_parts, "MOST_CELLS", 0):
-        yield
+PLAIN = ModelTuning(SharedForms(is_on=False), AdditiveTables(is_on=False), RegionUnions(is_on=False))
+OURS = ModelTuning(region_unions=RegionUnions(is_on=False))
 
 
 def textbook_front(
@@ -57,8 +43,7 @@ def textbook_front(
     `also` may add to the model, and to how it is asked.
     """
     started = time.perf_counter()
-    with peers_model(), plain_model() if model == "plain" else nullcontext():
-        encoded = encode(evaluator)
+    encoded = encode(evaluator, PLAIN if model == "plain" else OURS)
     ask = also(ask, encoded)
     variables = [objective.variable for objective in encoded.objectives]
     points: list[Vector] = []

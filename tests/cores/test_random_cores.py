@@ -16,12 +16,12 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, keeps_cores, too_many
 from dse.analysis.views import View
-from dse.encode.scheduling import core_limits
 from dse.questions.verify.insisting import open_options
 from dse.search.front import Budget, search_front
 from dse.search.insist import Insistence
 from dse.space.model.trees import at
 from tests.helpers.effort import cases
+from tests.helpers.tuned import tune
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import Pair
 from tests.properties.test_against_oracle import figures_agree, fronts_agree
@@ -62,7 +62,7 @@ def crowded(seed: int, *, limit: str = "", objectives: str = "minimise utilisati
 @pytest.mark.parametrize("seed", cases(50))
 def test_the_front_is_that_of_exhaustion(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether the search learns of full cores by clauses, by rows, or by one after the other."""
-    monkeypatch.setattr(core_limits, "MOST_CLAUSES", (0, 2, 16)[seed // 2 % 3])
+    tune(monkeypatch, core_limit_clauses={"most": (0, 2, 16)[seed // 2 % 3]})
     pair = Pair(crowded(seed))
     figures_agree(pair)
     found = search_front(pair.evaluator)

@@ -20,6 +20,7 @@ from dse.space.model.space import INACTIVE, Design, Space
 from dse.support.errors import TooLargeError
 from tests.helpers.effort import LONG
 from tests.helpers.support import PROBLEMS, counted_down, evaluated, load_space, space_of
+from tests.helpers.tuned import tune
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
@@ -127,7 +128,7 @@ def test_rates_apart_give_the_same(name: str, pair_limit: int, shared_by: int, m
     """Products by pairs of coefficient and rate, or with a rate variable; for each shared option, or at once."""
     used = []
     product_form, times = RateVariables.product_form, RateTables.times
-    monkeypatch.setattr(sums, "SHARED_BY", shared_by)
+    tune(monkeypatch, shared_forms={"shared_by": shared_by})
     monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
     monkeypatch.setattr(RateTables, "times", lambda *given: used.append(given) or times(*given))
     monkeypatch.setattr(RateVariables, "product_form", lambda *given: used.append(given) or product_form(*given))
@@ -144,7 +145,7 @@ def test_rounded_measures_lose_no_design(
 ) -> None:
     """With a unit that is too coarse, constraints are relaxed and objectives rounded as the analysis rounds them."""
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
-    monkeypatch.setattr(sums, "SHARED_BY", shared_by)
+    tune(monkeypatch, shared_forms={"shared_by": shared_by})
     monkeypatch.setattr(sums, "PAIR_LIMIT", pair_limit)
     space = load_space(BY_NAME[name])
     evaluator = Evaluator(space)

@@ -12,9 +12,10 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.ranking.core_numbering import numbered_like
-from dse.encode.scheduling import core_limits
+from dse.encode.tuning import CoreLimitClauses
 from dse.questions.problem import Problem
 from dse.support.units import is_unbounded
+from tests.helpers.tuned import tune
 
 LACKING_THE_FIRST = """
 dse: 1
@@ -106,10 +107,10 @@ def front_of_all(problem: Problem) -> set[tuple[int, ...]]:
     }
 
 
-@pytest.mark.parametrize("clauses", [0, core_limits.MOST_CLAUSES])
+@pytest.mark.parametrize("clauses", [0, CoreLimitClauses.most])
 @pytest.mark.parametrize("name", FRONTS)
 def test_the_front_is_that_of_all_designs(name: str, clauses: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(core_limits, "MOST_CLAUSES", clauses)
+    tune(monkeypatch, core_limit_clauses={"most": clauses})
     problem = dse.loads(FRONTS[name])
     found = dse.solve(problem)
     signs = [1 if item.sense == "minimise" else -1 for item in problem.space.objectives]

@@ -1,22 +1,26 @@
-"""The same front and designs in whatever way it is searched: parts, regions at once, settings, workers, two stages."""
+"""The same front and designs in whatever way it is searched: with and without each heuristic, and with other limits."""
 
 from __future__ import annotations
 
 import random
+from functools import cache
+from typing import Any
 
 import pytest
 
-from dse.encode import model, sums
+from dse.analysis.evaluate import Evaluator
 from dse.search import front, lexicographic
 from dse.search.front import Budget, FrontSearch, search_front
-from dse.search.solver import subspaces
 from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver.subspaces import Part
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import TooLargeError
+from tests.benchmarks.cases import nearly_full
 from tests.helpers.effort import cases
-from tests.helpers.support import brute_front
+from tests.helpers.support import brute_front, space_of
+from tests.helpers.thread_systems import draw, text_of
+from tests.helpers.tuned import HEURISTICS, tune, tuning_with
 from tests.oracle.generator import random_problem
 from tests.properties.pair import Pair
 
@@ -24,6 +28,52 @@ WAYS = 3
 MOST_COMBINATIONS = 1500
 LIGHT = 1.0
 """So much work may be drawn to have been too little."""
+HURRIED = 1e-6
+"""Work in which nothing is answered: what comes after the first attempts has its turn."""
+SOON: dict[str, dict[str, Any]] = {
+    "shared_forms": {"shared_by": 1},
+    "subspaces": {"first_work": HURRIED, "brief": (BARE, HURRIED)},
+    "lowest_first": {"at_once": HURRIED},
+    "knapsack_tables": {"after": 0.0},
+    "briefly_whole": {"fewest": 1},
+}
+"""Constants with which each heuristic has its turn in problems that are small."""
+
+
+def drawn(seed: int) -> list[str]:
+    """Problems of all kinds: full cores, threads that wait, and what the generator draws."""
+    waiting = text_of(draw(seed, kind=("plain", "chained", "reserved")[seed % 3]))
+    return [
+        nearly_full(4, 2, 0.9, seed),
+        waiting,
+        waiting.replace("deadlines: all", "deadlines: all\nprocessing: response_time"),
+        *(random_problem(2 * seed + number, "tiny") for number in range(2)),
+    ]
+
+
+@cache
+def evaluators(seed: int) -> list[Evaluator]:
+    """What is known of the drawn problems, one for all heuristics."""
+    return [Evaluator(space_of(text)) for text in drawn(seed)]
+
+
+@cache
+def expected(seed: int, number: int) -> FrontSearch:
+    """The search with all heuristics on."""
+    return search_front(evaluators(seed)[number])
+
+
+@pytest.mark.parametrize("soon", [False, True])
+@pytest.mark.parametrize("heuristic", HEURISTICS)
+def test_each_heuristic_off_and_on_finds_the_same_front(heuristic: str, soon: bool) -> None:
+    """With its usual limits, and with limits at which heuristics have their turn in small problems."""
+    given = {name: dict(changes) for name, changes in SOON.items()} if soon else {}
+    given[heuristic] = {**given.get(heuristic, {}), "is_on": False}
+    for seed in cases(2):
+        for number, evaluator in enumerate(evaluators(seed)):
+            found = search_front(evaluator, Budget(tuning=tuning_with(**given)))
+            assert found.is_complete
+            assert found.points.keys() == expected(seed, number).points.keys()
 
 
 @pytest.mark.parametrize("seed", cases(30))
@@ -45,15 +95,18 @@ def test_every_way_finds_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> FrontSearch:
-    """A search with drawn limits; what is too hard for some settings is drawn too."""
-    changed.setattr(sums, "SHARED_BY", draw.choice([1, 2, sums.SHARED_BY]))
-    changed.setattr(model, "MOST_REGIONS", draw.randint(1, 6))
-    changed.setattr(model, "FEWEST_OBJECTIVES", draw.choice([1, 2, 3]))
+    """A search with drawn heuristics and limits; what is too hard for some settings is drawn too."""
+    tune(changed, **{name: {"is_on": False} for name in HEURISTICS if draw.random() < 0.25})
+    tune(
+        changed,
+        shared_forms={"shared_by": draw.choice([1, 2, 3])},
+        region_unions={"most": draw.randint(1, 6), "fewest_objectives": draw.choice([1, 2, 3])},
+        subspaces={"ways": tuple(draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))},
+    )
     changed.setattr(front, "HELP_AFTER_S", draw.choice([0.0, front.HELP_AFTER_S]))
     changed.setattr(
         lexicographic, "EXACT_LIMIT", draw.choice([1, lexicographic.EXACT_LIMIT, lexicographic.EXACT_LIMIT])
     )
-    changed.setattr(subspaces, "APART_WAYS", draw.sample((CUTTING, RELAXED, LOWEST, BARE), 3))
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
     whole, within = Solver._solve_whole, Solver.run_within
 

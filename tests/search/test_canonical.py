@@ -12,14 +12,13 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
-from dse.encode.scheduling import core_limits
-from dse.search import canonical
 from dse.search.canonical import InOrder
 from dse.search.solver.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
+from tests.helpers.tuned import tune
 
 CROWD = """
 dse: 1
@@ -93,7 +92,7 @@ def test_the_settings_with_which_a_design_costs_least_come_first() -> None:
 
 
 def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(core_limits, "MOST_CLAUSES", 0)
+    tune(monkeypatch, core_limit_clauses={"is_on": False})
     encoded = encode(Evaluator(space_of(CROWD)))
     assert len(encoded.in_order()) == 1, "there is nothing to pack"
     limits = encoded.core_limits
@@ -133,7 +132,7 @@ def test_first_designs_by_relaxation_where_threads_wait(
     seed: int, settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rows that a solution teaches change nothing of the order: threads are not moved to whatever cores will do."""
-    monkeypatch.setattr(canonical, "ORDERED_SEARCH", ((settings, 5.0, 99),))
+    tune(monkeypatch, first_designs={"ways": ((settings, 5.0, 99),)})
     problem = dse.loads(waiting(seed))
     found = dse.solve(problem, workers=1)
     assert dse.verify(found, problem=problem, method="exhaustion").status == "verified"

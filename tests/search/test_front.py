@@ -19,7 +19,6 @@ from dse.encode.model import encode
 from dse.search import canonical, front, lexicographic, workers
 from dse.search.canonical import InOrder, canonical_design
 from dse.search.front import Budget, FrontSearch, Progress, Watch, search_front
-from dse.search.solver import subspaces
 from dse.search.solver.settings import CUTTING, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
@@ -28,6 +27,7 @@ from dse.space.question.reading import read_requirements
 from dse.support.errors import RefereeError
 from dse.support.timelimit import TimeLimit
 from tests.helpers.support import PROBLEMS, brute_front, counted_down, dominates, evaluated, load_space, space_of
+from tests.helpers.tuned import tune
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 each_problem = pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: path.stem)
@@ -287,7 +287,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the depth-first search takes too long: the same designs with other hints, orders and workers."""
-    monkeypatch.setattr(subspaces, "knapsacks_of", lambda *_: None)
+    tune(monkeypatch, knapsack_tables={"is_on": False})
     evaluator = Evaluator(load_space(BY_NAME[name]))
     monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)

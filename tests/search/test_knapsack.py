@@ -9,11 +9,10 @@ from dataclasses import replace
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import sums
 from dse.encode.model import encode
+from dse.search import tuning
 from dse.search.canonical import any_solution
 from dse.search.front import search_front
-from dse.search.solver import knapsack, subspaces
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
 from dse.search.solver.settings import CUTTING, RELAXED, Settings
 from dse.search.solver.solver import Solver
@@ -21,6 +20,7 @@ from dse.search.solver.subspaces import Parts
 from dse.search.solver_answer import Answer, Found, Unfinished
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front, space_of
+from tests.helpers.tuned import tune
 
 
 def drawn(seed: int) -> str:
@@ -69,8 +69,7 @@ def told(monkeypatch: pytest.MonkeyPatch, name: str) -> list[bool]:
 
 
 def test_fronts_and_designs_are_those_of_exhaustion(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subspaces, "TABLES_AFTER", 0.0)
-    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    tune(monkeypatch, knapsack_tables={"after": 0.0}, shared_forms={"shared_by": 1})
     found, first = told(monkeypatch, "design"), told(monkeypatch, "first")
     for seed in cases(150):
         evaluator = Evaluator(space_of(drawn(seed)))
@@ -83,12 +82,12 @@ def test_fronts_and_designs_are_those_of_exhaustion(monkeypatch: pytest.MonkeyPa
 
 def test_tables_bound_every_design(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a table has beside a value along it is no more than any design of its part has; regions likewise."""
-    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    tune(monkeypatch, shared_forms={"shared_by": 1})
     compared = 0
     for seed in cases(50):
         evaluator = Evaluator(space_of(drawn(seed)))
         encoded = encode(evaluator)
-        divided = Parts(encoded)
+        divided = Parts(encoded, tuning.DEFAULT)
         tables = divided.knapsacks
         if tables is None:
             continue
@@ -135,25 +134,25 @@ def test_what_the_tables_tell_no_call_is_made_for(monkeypatch: pytest.MonkeyPatc
         return run(self, *given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Solver, "solved", counted)
-    monkeypatch.setattr(subspaces, "TABLES_AFTER", 0.0)
+    tune(monkeypatch, knapsack_tables={"after": 0.0})
     evaluator = Evaluator(space_of(MANY))
     search = search_front(evaluator)
     assert search.is_complete
     assert len(search.points) > 20
     assert not runs
     assert not search.not_first
-    monkeypatch.setattr(subspaces, "knapsacks_of", lambda *_: None)
+    tune(monkeypatch, knapsack_tables={"is_on": False})
     plain = search_front(evaluator)
     assert plain.points == search.points
     assert runs > len(search.points)
 
 
 def test_where_limits_bind_the_solver_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subspaces, "TABLES_AFTER", 0.0)
+    tune(monkeypatch, knapsack_tables={"after": 0.0})
     evaluator = Evaluator(space_of(MANY.replace("f <= 600 ms", "f <= 200 ms")))
     found = told(monkeypatch, "design")
     search = search_front(evaluator)
-    monkeypatch.setattr(subspaces, "knapsacks_of", lambda *_: None)
+    tune(monkeypatch, knapsack_tables={"is_on": False})
     assert search_front(evaluator).points == search.points
     assert set(found) == {True, False}
 
@@ -175,17 +174,16 @@ def test_fixed_options_are_kept() -> None:
     space = space_of(MANY)
     decision = next(index for index, item in enumerate(space.decisions) if len(item.options) > 1)
     encoded = encode(Evaluator(replace(space, fixed={decision: 2})))
-    tables = knapsacks_of(encoded, [()])
+    tables = knapsacks_of(encoded, [()], tuning.KnapsackTables())
     assert tables is not None
     least = tables.tables[0].least((1, 1), encoded.everywhere)
     assert least is not None
     assert [design[decision] for design in tables.tables[0].designs(least.point)][:1] == [2]
 
 
-def test_large_tables_are_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_tables_are_not_made() -> None:
     encoded = encode(Evaluator(space_of(MANY)))
-    monkeypatch.setattr(knapsack, "MOST_CELLS", 100)
-    assert knapsacks_of(encoded, [()]) is None
+    assert knapsacks_of(encoded, [()], tuning.KnapsackTables(most_cells=100)) is None
 
 
 def test_another_relaxation_has_its_turn_before_one_is_asked_for_long(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dse.analysis.evaluate import Evaluator
-from dse.encode import sums
 from dse.encode.model import EncodedSpace, encode
 from dse.questions.problem import loads
+from dse.search import tuning
 from dse.search.front import search_front
 from dse.search.lexicographic import signed
 from dse.search.regions import Bound, strictly_inside
@@ -31,15 +31,16 @@ from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, we
 from tests.benchmarks.cases import nearly_full
 from tests.helpers.effort import cases
 from tests.helpers.support import PROBLEMS, load_space, raw_designs
+from tests.helpers.tuned import tune
 
 BY_NAME = {path.stem: path for path in PROBLEMS}
 Point = tuple[int, ...]
 
 
 def evaluator_with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Evaluator:
-    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(load_space(BY_NAME[name]))
-    assert len(Parts(encode(evaluator))) > 1
+    assert len(Parts(encode(evaluator), tuning.DEFAULT)) > 1
     return evaluator
 
 
@@ -310,10 +311,10 @@ objectives: [minimise price, minimise latency of f]
 
 def test_what_a_design_has_is_on_the_grid_of_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the type given the latency grows in steps of 5 ms, over both types in less."""
-    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(loads(STEPS).space)
     encoded = encode(evaluator)
-    parts, seen = Parts(encoded).all, set()
+    parts, seen = Parts(encoded, tuning.DEFAULT).all, set()
     for options in product(*(range(len(item.options)) for item in evaluator.space.decisions)):
         found = evaluator.evaluate(options)
         if not found.is_feasible:
@@ -338,10 +339,9 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
         asked.append(work)
         return lowest(solver, work, pools=pools)
 
-    monkeypatch.setattr(sums, "SHARED_BY", 1)
+    tune(monkeypatch, shared_forms={"shared_by": 1})
     monkeypatch.setattr(subproblem, "lowest", counted)
-    monkeypatch.setattr(subspaces, "PACKING_WAYS", (LOWEST,))
-    monkeypatch.setattr(subspaces, "BRIEF", (BARE, 0.0))
+    tune(monkeypatch, subspaces={"sharing_ways": (LOWEST,), "brief": (BARE, 0.0)})
     too_hard_as_a_whole(monkeypatch)
     evaluator = Evaluator(loads(nearly_full(3, 2, 0.9, seed)).space)
     search = search_front(evaluator)
@@ -360,7 +360,7 @@ def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(sha
     class Stub(SimpleNamespace):
         def solve_part(self, part: Part, attempt: tuple[Settings, float], *_: Any) -> Answer:
             asked.append(attempt[0])
-            self.work += 2 * subspaces.APART_CHEAP
+            self.work += 2 * tuning.Subspaces.cheap
             return Unfinished() if attempt[0] is BARE else Found((0,), (0,))
 
     model = SimpleNamespace(proto=SimpleNamespace(variables=[]))
@@ -373,8 +373,9 @@ def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(sha
         missed_briefly=Counter(),
         out_of_time=lambda: False,
         work=0.0,
+        tuning=tuning.DEFAULT,
     )
     for _ in range(8):
         assert isinstance(Apart(solver, (1,), [(5,)]).attempt(1.0), Found)
-    assert asked.count(BARE) == (8 if shares_cores else subspaces.MOST_MISSED_BRIEFLY)
+    assert asked.count(BARE) == (8 if shares_cores else tuning.Subspaces.most_missed)
     assert asked.count(CUTTING) == 8

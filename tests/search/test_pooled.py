@@ -12,10 +12,9 @@ from ortools.sat.python import cp_model
 from dse.analysis.evaluate import Evaluator
 from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace, encode
-from dse.encode.scheduling import pooled_cores as encoded_pools
+from dse.search import tuning
 from dse.search.front import search_front
-from dse.search.solver import bounding, pooled_cores, subspaces
-from dse.search.solver import solver as subproblem
+from dse.search.solver import bounding, pooled_cores
 from dse.search.solver.pooled_cores import Pools
 from dse.search.solver.settings import BARE, RELAXED, Settings, sound_solver
 from dse.search.solver.solver import Solver
@@ -24,6 +23,7 @@ from tests.benchmarks.cases import GRID_MS, SPEEDS, nearly_full
 from tests.helpers.effort import cases
 from tests.helpers.support import evaluated, space_of
 from tests.helpers.thread_systems import KINDS, draw, front, text_of
+from tests.helpers.tuned import tune
 
 MOST_DESIGNS = 12
 HURRIED = 1e-6
@@ -38,7 +38,7 @@ def pools_of(encoded: EncodedSpace) -> Pools:
     for processor in range(len(contention.space.processors)):
         if processor not in contention.known:
             contention._add_rows(processor)
-    return Pools(encoded)
+    return Pools(encoded, tuning.DEFAULT.pooled_cores)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -157,16 +157,17 @@ def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
         return answer
 
     monkeypatch.setattr(Solver, "once", hurried)
-    monkeypatch.setattr(bounding, "AT_ONCE", HURRIED)
+    tune(
+        monkeypatch,
+        lowest_first={"at_once": HURRIED},
+        subspaces={"first_work": HURRIED, "brief": (BARE, HURRIED), "sharing_ways": (RELAXED,)},
+    )
     monkeypatch.setattr(bounding, "pooled", noted)
-    monkeypatch.setattr(subproblem, "BARE_FIRST", HURRIED)
-    monkeypatch.setattr(subspaces, "BRIEF", (BARE, HURRIED))
-    monkeypatch.setattr(subspaces, "PACKING_WAYS", (RELAXED,))
     return said
 
 
 @pytest.mark.parametrize(("threads", "cores", "load"), [(6, 2, 0.8), (7, 3, 0.8), (5, 1, 0.7)])
-@pytest.mark.parametrize("few", [0, encoded_pools.FEW_KINDS])
+@pytest.mark.parametrize("few", [0, tuning.PooledCores.few_kinds])
 @pytest.mark.parametrize("seed", cases(3, 1))
 def test_the_least_latencies_are_those_of_looking_at_every_partition(
     threads: int,
@@ -178,7 +179,7 @@ def test_the_least_latencies_are_those_of_looking_at_every_partition(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With kinds of cores that are there from the start, and with one that is split as solutions need it."""
-    monkeypatch.setattr(encoded_pools, "FEW_KINDS", few)
+    tune(monkeypatch, pooled_cores={"few_kinds": few})
     expected = least_latency_ms(threads, cores, load, seed)
     evaluator = Evaluator(space_of(nearly_full(threads, cores, load, seed)))
     found = {point[0] // 100: point[1] / 1e6 for point in search_front(evaluator).points}
@@ -199,7 +200,7 @@ def test_fronts_are_those_of_looking_at_every_design(kind: str, seed: int, asked
 
 def test_a_kind_of_cores_is_split_where_a_solution_keeps_none_of_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Until then it stands for all cores; afterwards each of the finer kinds keeps one of the rows."""
-    monkeypatch.setattr(encoded_pools, "FEW_KINDS", 0)
+    tune(monkeypatch, pooled_cores={"few_kinds": 0})
     evaluator = Evaluator(space_of(nearly_full(8, 2, 0.8, 1)))
     [item] = pools_of(encode(evaluator))._classes
     [coarse] = item.kinds.kinds

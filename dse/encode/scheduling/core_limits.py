@@ -36,14 +36,13 @@ from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
 from dse.encode.linear import Board, greatest
 from dse.encode.search_order import strategy_of_places
+from dse.encode.tuning import CoreLimitClauses
 from dse.space.core_symmetry import interchangeable_cores
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import Choice, Tree, at, leaves
 
 SHARED = 256
 """The number of verdicts on a processor that are shared by the designs that agree in what it carries."""
-MOST_CLAUSES = 16
-"""After so many clauses about one processor it gets rows: they make each call longer, clauses but few."""
 MOST_CASES = 2_000
 """A thread whose use depends on more combinations of options has no rows."""
 
@@ -59,8 +58,16 @@ class CoreLimit:
 class CoreLimits:
     """The limits on cores of one model, and what has been added to it for their sake."""
 
-    def __init__(self, space: Space, model: cp_model.CpModel, literals: Literals, limits: Sequence[CoreLimit]) -> None:
+    def __init__(
+        self,
+        space: Space,
+        model: cp_model.CpModel,
+        literals: Literals,
+        limits: Sequence[CoreLimit],
+        tuning: CoreLimitClauses,
+    ) -> None:
         self.space, self.model, self.literals, self.limits = space, model, literals, limits
+        self.tuning = tuning
         self.known: set[int] = set()
         self.tables: dict[tuple[int, str], list[Case[int]] | None] = {}
         """What each thread uses, by limit and name, as its options are; with every copy."""
@@ -73,7 +80,7 @@ class CoreLimits:
 
     def copy(self, model: cp_model.CpModel) -> CoreLimits:
         """The same for a copy of the model."""
-        other = CoreLimits(self.space, model, self.literals, self.limits)
+        other = CoreLimits(self.space, model, self.literals, self.limits, self.tuning)
         other.known, other.places = set(self.known), list(self.places)
         other.tables, other._kept, other.clauses = self.tables, self._kept, Counter(self.clauses)
         return other
@@ -100,7 +107,7 @@ class CoreLimits:
                 self._forbid(number, design)
             elif is_best:
                 rows = _Rows(self, number, item)
-                if rows.is_free and self.clauses[number] < MOST_CLAUSES:
+                if rows.is_free and self.tuning.is_on and self.clauses[number] < self.tuning.most:
                     self._forbid(number, design)
                 else:
                     self.known.add(number)
@@ -253,6 +260,8 @@ def core_limits_of(board: Board) -> CoreLimits | None:
     if board.cores is None:
         options = [[literal.index for literal in literals] for literals in board.options]
         inactive = [literal.index if literal is not None else None for literal in board.inactive]
-        board.cores = CoreLimits(board.space, board.model, Literals(options, inactive), board.core_limits)
+        board.cores = CoreLimits(
+            board.space, board.model, Literals(options, inactive), board.core_limits, board.tuning.core_limit_clauses
+        )
     found: CoreLimits = board.cores
     return found

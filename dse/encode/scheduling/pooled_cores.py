@@ -86,13 +86,18 @@ class Pool:
         return Fraction(taken, row.most * cores)
 
 
-def classes_of(model: cp_model.CpModel, contention: Contention, processor: int) -> list[CoreClass]:
-    """The classes of a processor's cores, in a model that knows nothing of its cores."""
+def classes_of(
+    model: cp_model.CpModel, contention: Contention, processor: int, *, few: int, most: int
+) -> list[CoreClass]:
+    """The classes of a processor's cores, in a model that knows nothing of its cores.
+
+    `few` and `most` limit the number of kinds of cores (`CoreKinds`).
+    """
     space, places = contention.space, contention.places
     classes = interchangeable_cores(space, processor, fixable=places.fixable)
     rows = Rows(space, model, _by_class(model, places, processor, classes), processor, contention.deadlines)
     return [
-        CoreClass(rows, column, cores, CoreKinds(*_rows_of(rows, column)))
+        CoreClass(rows, column, cores, CoreKinds(*_rows_of(rows, column), few=few, most=most))
         for column, cores in enumerate(classes[: rows.cores])
     ]
 
@@ -223,11 +228,6 @@ def _literal(model: cp_model.CpModel, index: int) -> Any:
 # a row is missed that none of their alternatives keeps.
 
 
-FEW_KINDS = 6
-"""At first a list of alternatives that would make more kinds than this is left out."""
-MOST_KINDS = 30
-"""With more kinds than this none is split."""
-
 Key: TypeAlias = tuple[int, int]
 """A thread, and a literal of its being somewhere at a rate, which may be one of other threads, too."""
 Entries: TypeAlias = dict[Key, tuple[Thread, int, Fraction | None]]
@@ -262,10 +262,12 @@ def _weights(rows: Sequence[CoreRow]) -> list[tuple[int, ...]]:
 class CoreKinds:
     """The kinds of the cores of a class.
 
-    Each core keeps the rows `always`, and one row at least of each list of `choices`.
+    Each core keeps the rows `always`, and one row at least of each list of `choices`. A list that would make more than
+    a `few` kinds is left out at first; kinds are not split into more than `most`.
     """
 
-    def __init__(self, always: Sequence[CoreRow], choices: Iterable[Sequence[CoreRow]]) -> None:
+    def __init__(self, always: Sequence[CoreRow], choices: Iterable[Sequence[CoreRow]], *, few: int, most: int) -> None:
+        self._most = most
         self.rows = list(always)
         self.choices: list[range] = []
         for listed in choices:
@@ -278,7 +280,7 @@ class CoreKinds:
         self.kinds: list[Kind] = [self._reduced(range(len(always)))]
         for alternatives in self.choices:
             finer = self._undominated(self._reduced({*kind, place}) for kind in self.kinds for place in alternatives)
-            if len(finer) <= max(FEW_KINDS, len(self.kinds)):
+            if len(finer) <= max(few, len(self.kinds)):
                 self.kinds = finer
 
     def split(self, used: Mapping[Kind, Callable[[int], Fraction]]) -> bool:
@@ -296,7 +298,7 @@ class CoreKinds:
             else:
                 finer += [self._reduced({*kind, place}) for place in self.choices[least.index(worst)]]
         found = self._undominated(finer)
-        if found == self.kinds or len(found) > MOST_KINDS:
+        if found == self.kinds or len(found) > self._most:
             return False
         self.kinds = found
         return True

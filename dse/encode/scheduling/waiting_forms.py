@@ -147,7 +147,7 @@ def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.
     assert ends is not None
     form = Form()
     cases = board.cases(lambda view: ends(view)[0])
-    for part in additive_parts(board.space, cases):
+    for part in additive_parts(board.space, cases, board.tuning.additive_tables):
         form.add(board.form((literal, int(low * measure.scale)) for literal, low in board.named(part)))
     form.add(Form(0, {waiting.index: times}, 0, times * UNBOUNDED_NS * board.wait_scale))
     return form

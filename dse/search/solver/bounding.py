@@ -23,25 +23,6 @@ if TYPE_CHECKING:
     from dse.encode.model import EncodedSpace
     from dse.search.solver.solver import Solver
 
-BELOW = 6
-"""One part in so many of the work is for bounds, ..."""
-MOST_BELOW = 0.5
-"""... and no more than this: what is left is refuted from a design that is good, not from below."""
-LEAST = 4
-"""With less than one part in so many nothing more is asked."""
-CHANGE = 4
-"""By how much the next one is narrower where there was no answer, and wider where there was."""
-WIDEST, NARROWEST = 1, 256
-"""One part in so many of the gap is asked for at once: the narrower the easier, and all of it once that is not hard."""
-FIRST = 16
-"""The same at first."""
-QUICK = 1.2
-"""Work at first in which a range of values is asked for without relaxation, which takes longer than it counts, ..."""
-MOST_QUICK, LEAST_QUICK = 2.4, 0.075
-"""... and at most, twice as much after each answer; half as much after each miss, down to nothing."""
-AT_ONCE = 0.1
-"""Work in which a range of values should be refuted or have a design, before pooled cores are asked."""
-
 
 @dataclass
 class Narrowing:
@@ -52,8 +33,8 @@ class Narrowing:
     something better was looked for in a part.
     """
 
-    slices: int = FIRST
-    quick: float = QUICK
+    slices: int
+    quick: float
     bounded: set[tuple[int, ...]] = field(default_factory=set)
     improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
 
@@ -65,12 +46,12 @@ class Narrowing:
 
 def narrowed(solver: Solver, work: float) -> Answer:
     """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
-    end = solver.work + work
+    end, tuning = solver.work + work, solver.tuning.bounding
     known, is_single = solver.narrowing, _counts_one(solver)
     first = solver.raise_least(0)
     answer: Answer = Unfinished(first)
     if is_single and solver.within not in known.bounded:
-        answer = solver.run(FROM_BELOW, min(MOST_BELOW, work / BELOW))
+        answer = solver.run(FROM_BELOW, min(tuning.most_below, work / tuning.below))
         if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
             known.bounded.add(solver.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
@@ -78,7 +59,7 @@ def narrowed(solver: Solver, work: float) -> Answer:
         best = _bettered(solver, answer.best)
         end += solver.work - before
         left = end - solver.work
-        if left < work / LEAST or solver.out_of_time():
+        if left < work / tuning.least or solver.out_of_time():
             return Unfinished(least, best)
         solver.raise_least(least)
         most = solver.most(best)
@@ -91,14 +72,15 @@ def narrowed(solver: Solver, work: float) -> Answer:
         middle = least + (most - least) // known.slices if is_single else most
         answer = _in_range(solver, left, best, middle)
         if isinstance(answer, NoSuchDesign):
-            known.slices = WIDEST if _counts_options(solver) else max(WIDEST, known.slices // CHANGE)
+            narrower = known.slices // tuning.change
+            known.slices = tuning.widest if _counts_options(solver) else max(tuning.widest, narrower)
             if middle >= most:
                 return best or answer
             answer = Unfinished(middle + 1, best)
         elif isinstance(answer, Unfinished):
             least = max(least, answer.bound or 0)
             if answer.best is best:
-                known.slices = min(NARROWEST, known.slices * CHANGE)
+                known.slices = min(tuning.narrowest, known.slices * tuning.change)
                 return Unfinished(least, best)
             answer = Unfinished(least, answer.best)
     return answer
@@ -106,11 +88,11 @@ def narrowed(solver: Solver, work: float) -> Answer:
 
 def _in_range(solver: Solver, work: float, best: Found | None, most: int) -> Answer:
     """The best design in a range of values, or that there is none; unfinished with any that is better than `best`."""
-    known = solver.narrowing
+    known, tuning = solver.narrowing, solver.tuning.bounding
     answer: Answer = Unfinished(best=best)
-    if known.quick >= LEAST_QUICK:
+    if known.quick >= tuning.least_quick:
         answer = solver.run(BARE, min(work, known.quick), best, most)
-        known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(MOST_QUICK, 2 * known.quick)
+        known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(tuning.most_quick, 2 * known.quick)
     if isinstance(answer, Unfinished) and answer.best is best:
         answer = solver.run(CLOSING_RANGE, work, best, most)
     return answer
@@ -169,7 +151,7 @@ def lowest(solver: Solver, work: float, *, pools: bool = False) -> Answer:
         most = EXACT_LIMIT if known is None else known  # no sum is beyond it
         middle = min(most, least + width)
         limit = max(0.0, end - solver.work)
-        answer = solver.run(RELAXED, min(limit, AT_ONCE) if pools else limit, None, middle)
+        answer = solver.run(RELAXED, min(limit, solver.tuning.lowest_first.at_once) if pools else limit, None, middle)
         if isinstance(answer, Unfinished) and pools:
             pools, before = False, solver.work
             told = pooled(solver, answer.best or best)

@@ -21,15 +21,11 @@ from dse.analysis.validity import canonical
 from dse.encode.model import EncodedObjective, EncodedSpace
 from dse.search.regions import Bound
 from dse.search.solver.value_grid import Grid, grids_of
+from dse.search.tuning import KnapsackTables
 from dse.space.model.space import INACTIVE, Design
 
-MOST_CELLS = 2_000_000
-"""Larger tables of a whole space are not made: they take 16 MB, and some 50 ms."""
 NO_VALUE = 2**62
 """In a table: no choice has this sum. Values are below 2**53, and at most 2**9 of them are added to it."""
-MOST_DECISIONS = 2**9
-MOST_TRIED = 8
-"""How many designs with the same figures are shown to the analysis."""
 
 Row: TypeAlias = npt.NDArray[np.int64]
 Choices: TypeAlias = tuple[tuple[int, int, int], ...]
@@ -100,9 +96,9 @@ class Knapsack:
 class Knapsacks:
     """The tables of all parts of a space, in their order."""
 
-    def __init__(self, encoded: EncodedSpace, tables: Sequence[Knapsack]) -> None:
+    def __init__(self, encoded: EncodedSpace, tables: Sequence[Knapsack], most_tried: int) -> None:
         assert encoded.space is not None
-        self.encoded, self.tables, self._space = encoded, tables, encoded.space
+        self.encoded, self.tables, self._space, self._most_tried = encoded, tables, encoded.space, most_tried
 
     def design(self, number: int, point: Bound) -> Design | None:
         """A design of a part with a point of its table that the analysis accepts, the first of them in order."""
@@ -122,23 +118,23 @@ class Knapsacks:
         return min(found, default=None)
 
     def _accepted(self, number: int, point: Bound) -> Iterator[Design]:
-        for design in islice(self.tables[number].designs(point), MOST_TRIED):
+        for design in islice(self.tables[number].designs(point), self._most_tried):
             if canonical(self._space, design) == design and self.encoded.weigh(design) == point:
                 yield design
 
 
-def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]]) -> Knapsacks | None:
+def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]], tuning: KnapsackTables) -> Knapsacks | None:
     """The tables of the parts that some literals tell apart.
 
     None where an objective of a part is no sum over its decisions, or the tables would be too large.
     """
-    if len(encoded.objectives) != 2 or encoded.contention is not None or encoded.open_terms:
+    if not tuning.is_on or len(encoded.objectives) != 2 or encoded.contention is not None or encoded.open_terms:
         return None
-    if encoded.space is None or len(encoded.options) > MOST_DECISIONS:
+    if encoded.space is None or len(encoded.options) > tuning.most_decisions:
         return None
     every = {index for part in parts for index in part}
     made = []
-    left = MOST_CELLS
+    left = tuning.most_cells
     for part in parts:
         plan = _planned(encoded, part, every)
         if plan is None:
@@ -147,7 +143,7 @@ def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]]) -> Knaps
         if left < 0:
             return None
         made.append(plan)
-    return Knapsacks(encoded, [Knapsack(*plan) for plan in made])
+    return Knapsacks(encoded, [Knapsack(*plan) for plan in made], tuning.most_tried)
 
 
 def _planned(

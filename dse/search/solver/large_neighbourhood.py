@@ -19,7 +19,7 @@ from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.roomy import least_used
 from dse.search.regions import Bound
-from dse.search.solver.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING, RELAXED, ROOMY_WORK
+from dse.search.solver.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING, RELAXED
 from dse.search.solver_answer import Found, weighted
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 MOVING = 0.1
 """Work to find other cores."""
-MOST_PACKINGS = 32
-"""So many refused designs are tried on other cores in a row, until one is known."""
 MOST_MOVES = 20
 """So many times, each with what was learnt from the one before."""
 
@@ -70,14 +68,14 @@ def best_around(
 def packed(solver: Solver, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
     """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
 
-    Each choice of everything but cores is tried once, as far as these are `MOST_PACKINGS`.
+    Each choice of everything but cores is tried once.
     """
-    contention, space = solver.encoded.contention, solver.encoded.space
-    if contention is None or space is None or not space.open_cores or solver.weights is None:
+    contention, space, tuning = solver.encoded.contention, solver.encoded.space, solver.tuning.other_cores
+    if not tuning.is_on or contention is None or space is None or not space.open_cores or solver.weights is None:
         return None
     cores = {item.index for item in space.open_cores}
     rest = tuple(option for index, option in enumerate(design) if index not in cores)
-    if rest in solver.packings or len(solver.packings) >= MOST_PACKINGS:
+    if rest in solver.packings or len(solver.packings) >= tuning.most:
         return None
     solver.packings.add(rest)
     weights = solver.weights
@@ -190,11 +188,11 @@ def roomier(solver: Solver, design: Design, point: Bound) -> Design | None:
     None where none is found within some work, and where designs with the same figures are not all as good. `design` is
     a solution of the solver's model.
     """
-    encoded = solver.encoded
-    if encoded.contention is None or encoded.open_terms or not encoded.contention.may_move:
+    encoded, tuning = solver.encoded, solver.tuning.least_used
+    if not tuning.is_on or encoded.contention is None or encoded.open_terms or not encoded.contention.may_move:
         return None
     model = least_used(encoded, design, point)
-    for work in ROOMY_WORK:
+    for work in tuning.work:
         if solver.out_of_time():
             return None
         found = solver.limited(RELAXED, work)

@@ -19,15 +19,9 @@ from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.pooled_cores import Pool, add_pools, classes_of
 from dse.search.regions import valued
-from dse.search.solver.settings import CUTTING, PLACE_WORK, POOL_WORK, RELAXED, ROOM_WORK
+from dse.search.solver.settings import CUTTING, RELAXED
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
-
-MOST_ROUNDS = 4
-"""How often kinds of cores are made finer for a question, at most."""
-MORE_STEPS = (0, 1, 3, 8)
-"""By how many steps of what is minimised the designs that are tried may be above the least one ..."""
-FINEST = 1000
-"""... of which none is finer than one part in so many of the value."""
+from dse.search.tuning import PooledCores
 
 if TYPE_CHECKING:
     from dse.search.solver.solver import Solver
@@ -39,7 +33,7 @@ class Pools:
     `tried` has the questions whose bound is known, and no design at it.
     """
 
-    def __init__(self, encoded: EncodedSpace) -> None:
+    def __init__(self, encoded: EncodedSpace, tuning: PooledCores) -> None:
         contention = encoded.contention
         assert contention is not None and contention.without_rows is not None, "no core is full"
         self.known = frozenset(contention.known)
@@ -49,7 +43,9 @@ class Pools:
         self._base.clear_hints()
         self._base.clear_objective()
         self._classes = [
-            item for processor in sorted(self.known) for item in classes_of(self._base, contention, processor)
+            item
+            for processor in sorted(self.known)
+            for item in classes_of(self._base, contention, processor, few=tuning.few_kinds, most=tuning.most_kinds)
         ]
         self._build()
 
@@ -120,17 +116,19 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
 
     Better than `best`, which is the answer where nothing is.
     """
-    encoded, weights = solver.encoded, solver.weights
+    encoded, weights, tuning = solver.encoded, solver.weights, solver.tuning.pooled_cores
     contention = encoded.contention
-    if contention is None or contention.without_rows is None or weights is None or not contention.may_move:
+    if not tuning.is_on or contention is None or contention.without_rows is None or weights is None:
+        return Unfinished(best=best)
+    if not contention.may_move:
         return Unfinished(best=best)
     if solver.pools is None or solver.pools.known != contention.known:
-        solver.pools = Pools(encoded)
+        solver.pools = Pools(encoded, tuning)
     pools = solver.pools
     question = (tuple(weights), solver.within, solver.least, solver.most(best))
     if not pools.all or question in pools.tried:
         return Unfinished(solver.least, best)
-    for _ in range(MOST_ROUNDS):
+    for _ in range(tuning.most_rounds):
         pools.follow(encoded, weights)
         solution, is_refuted = _least(solver, pools, best)
         if is_refuted:
@@ -138,7 +136,7 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
         if solution is None or solver.out_of_time():
             return Unfinished(solver.least, best)
         least = _value(encoded, weights, solution)
-        solution = _sketched(solver, pools.roomiest(encoded, weights, least), ROOM_WORK) or solution
+        solution = _sketched(solver, pools.roomiest(encoded, weights, least), tuning.room_work) or solution
         if least > (solver.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
             break
     else:
@@ -156,15 +154,15 @@ def _placed(solver: Solver, pools: Pools, least: int, known: Sequence[int] | Non
 
     The more its value may be above the least, the more room there is; `known` is the solution that leaves most at it.
     """
-    encoded, weights, top = solver.encoded, solver.weights, solver.most(best)
+    encoded, weights, top, tuning = solver.encoded, solver.weights, solver.most(best), solver.tuning.pooled_cores
     assert weights is not None, "nothing is minimised"
-    step = max(solver.above(least) - least, least // FINEST)
-    for more in MORE_STEPS:
+    step = max(solver.above(least) - least, least // tuning.finest)
+    for more in tuning.more_steps:
         most = least + more * step
         if solver.out_of_time() or (top is not None and most > top):
             return None
-        solution, known = known or _sketched(solver, pools.roomiest(encoded, weights, most), ROOM_WORK), None
-        placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), PLACE_WORK)
+        solution, known = known or _sketched(solver, pools.roomiest(encoded, weights, most), tuning.room_work), None
+        placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), tuning.place_work)
         found = None if placed is None else judged(encoded, placed)
         if placed is not None and found is not None and solver.is_wanted(found.point, best):
             return found
@@ -199,16 +197,16 @@ def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[i
     A solver with presolve, in which solutions may be lost, finds one; one without proves that no better one is left.
     """
     assert solver.weights is not None, "nothing is minimised"
-    top = solver.most(best)
+    top, work = solver.most(best), solver.tuning.pooled_cores.solve_work
     if top is not None and top < (solver.least or 0):
         return None, True
     with valued(pools.model, solver.least, top):
-        solution = _sketched(solver, pools.model, POOL_WORK)
+        solution = _sketched(solver, pools.model, work)
     if solution is not None:
         top = solver.below(_value(solver.encoded, solver.weights, solution))
     if top is not None and top < (solver.least or 0):
         return solution, solution is None
-    proof = solver.limited(RELAXED, POOL_WORK)
+    proof = solver.limited(RELAXED, work)
     with valued(pools.model, solver.least, top):
         status = solver.solved(proof, pools.model, RELAXED)
     if status == cp_model.INFEASIBLE:

@@ -12,21 +12,11 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
+from dse.search import tuning as tuned
 from dse.search.solver_answer import Answer, Found, Unfinished
 
 Attempt: TypeAlias = Callable[[float], Answer]
 """Tries to answer a question with so much work."""
-
-FIRST_LIMIT = 0.05
-"""Work; no limit is lower."""
-PATIENCE = 6
-"""The favourite may take so many times what its answers cost on the average before others are tried."""
-GATE = 8
-"""An attempt that costs so many times the limit of the favourite is not worth it yet."""
-TRIVIAL = 0.0005
-"""Answers that cost less than this tell nothing of the attempts: propagation alone gives them."""
-NEWEST = 0.25
-"""The weight of the newest cost in an average."""
 
 
 class Portfolio:
@@ -35,7 +25,8 @@ class Portfolio:
     `expected` is what each may cost at least, before anything is known of it.
     """
 
-    def __init__(self, expected: Sequence[float]) -> None:
+    def __init__(self, expected: Sequence[float], tuning: tuned.Portfolio) -> None:
+        self._tuning = tuning
         self.costs = list(expected)
         self._expected = expected
         self._answers: list[float | None] = [None for _ in expected]
@@ -68,7 +59,7 @@ class Portfolio:
 
     def _won(self, position: int, work: float, lost: Mapping[int, float]) -> None:
         """An attempt has answered a question; those that were tried before it would have cost as much and more."""
-        if work > TRIVIAL:
+        if work > self._tuning.trivial:
             self.learn(position, work, is_answer=True)
         for other, spent in lost.items():
             if other != position:
@@ -79,13 +70,15 @@ class Portfolio:
         known = self.costs[position]
         if not is_answer and known >= cost:
             return
-        self.costs[position] = cost if self._answers[position] is None else _blended(known, cost)
+        self.costs[position] = cost if self._answers[position] is None else self._blended(known, cost)
         if is_answer:
-            self._answers[position] = _blended(self._answers[position], cost)
+            self._answers[position] = self._blended(self._answers[position], cost)
         self._is_measured[position] = True
 
     def _order(self) -> list[int]:
         """The cheapest first."""
+        if not self._tuning.is_on:
+            return list(range(len(self.costs)))
         return sorted(range(len(self.costs)), key=lambda position: (self.costs[position], position))
 
     def limits(self) -> Iterator[tuple[int, float]]:
@@ -98,16 +91,17 @@ class Portfolio:
             order = self._order()
             first = factor * self._limit(order[0])
             for position in order:
-                if not self._is_measured[position] or self.costs[position] <= GATE * first:
+                if not self._is_measured[position] or self.costs[position] <= self._tuning.gate * first:
                     yield position, max(first, factor * self._limit(position))
             factor *= 2
 
     def _limit(self, position: int) -> float:
         """How much work an attempt is worth at first."""
         answers = self._answers[position]
-        return max(FIRST_LIMIT, PATIENCE * (self._expected[position] if answers is None else answers))
+        return max(
+            self._tuning.first_limit, self._tuning.patience * (self._expected[position] if answers is None else answers)
+        )
 
-
-def _blended(average: float | None, cost: float) -> float:
-    """The average with one more cost, the newest weighing most."""
-    return cost if average is None else average + NEWEST * (cost - average)
+    def _blended(self, average: float | None, cost: float) -> float:
+        """The average with one more cost, the newest weighing most."""
+        return cost if average is None else average + self._tuning.newest * (cost - average)

@@ -102,20 +102,8 @@ WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
 BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
 CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
-ORDERED_SEARCH = ((BARE_IN_ORDER, 0.01, 2), (RELAXED_IN_ORDER, 0.05, 1), (CUTTING_IN_ORDER, 0.05, 1))
-"""The attempts to find a canonical design: settings, work, and after how many failures in a row they are given up.
-
-Where relaxation helps it helps at every point; where it does not a miss costs as much as ten designs (decision record
-23).
-"""
-ORDERED_TO_THE_END = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
-"""The same where nothing else tells one design from the others."""
-FIRST_DESIGN = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
-"""The same for any design at all, where the first attempt at a question has found none: first in the file's order."""
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
-WHOLE_BRIEFLY = (BARE, 0.02)
-"""The first attempt at a question about cores as a whole: small ones are answered sooner than their parts are read."""
 ANY = (BRIEF, (FINDING, 1.0), (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
 """The same for a design that is not the first: fixed, so that it does not depend on what was asked before.
 
@@ -138,12 +126,6 @@ READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
 MOST_IMPROVING = 5.0
 """Work for all that is tried near a design, reading the model for each of it included."""
-POOL_WORK, ROOM_WORK, PLACE_WORK = 2.0, 0.7, 1.5
-"""Work for the best solution of pooled cores and its proof, each; for one that leaves room; to put threads on cores."""
-ROOMY_WORK = (0.05, 0.5)
-"""Work to look for a design with given figures that leaves more room on its cores, with linear relaxation."""
-BARE_FIRST = 0.25
-"""Work for bare settings at the first question, which is harder than those after it, before its parts are asked."""
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:

@@ -16,26 +16,18 @@ from ortools.sat.python import cp_model
 from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import EncodedSpace
 from dse.encode.search_order import searched_by
+from dse.search import tuning as tuned
 from dse.search.regions import Bound, held, restrict, strictly_inside, valued
 from dse.search.solver.bounding import Narrowing, lowest, narrowed
 from dse.search.solver.large_neighbourhood import begin_from, keep, moved, packed, roomier
 from dse.search.solver.pooled_cores import Pools
-from dse.search.solver.portfolio import PATIENCE, Attempt, Portfolio
-from dse.search.solver.settings import (
-    BARE_FIRST,
-    FIRST_DESIGN,
-    WAYS,
-    WAYS_WITH_WAITING,
-    Settings,
-    sound_solver,
-)
+from dse.search.solver.portfolio import Attempt, Portfolio
+from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, Settings, sound_solver
 from dse.search.solver.subspaces import Apart, Part, Parts, as_a_whole
 from dse.search.solver.value_grid import EVERY, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.search.tuning import Tuning
 from dse.space.model.space import Design
-
-MOST_RELAXED_REGIONS = 2
-"""How many regions a question should be about where linear relaxation is what helps."""
 
 
 class Solver:
@@ -48,16 +40,26 @@ class Solver:
     """
 
     def __init__(
-        self, encoded: EncodedSpace, *, seed: int = 0, deadline: float | None = None, parts: Parts | None = None
+        self,
+        encoded: EncodedSpace,
+        *,
+        seed: int = 0,
+        deadline: float | None = None,
+        parts: Parts | None = None,
+        tuning: Tuning | None = None,
     ) -> None:
+        self.tuning = tuning = tuning or tuned.DEFAULT
         self.encoded, self.seed, self.deadline = encoded, seed, deadline
-        self.parts = parts if parts is not None else Parts(encoded)
+        self.parts = parts if parts is not None else Parts(encoded, tuning)
         self.calls, self.work = 0, 0.0
         self.stopped = False
-        self._ways = WAYS_WITH_WAITING if encoded.is_loose else WAYS
+        self._ways = WAYS_WITH_WAITING if encoded.is_loose and tuning.bounding.is_on else WAYS
         expected = [settings.least_work(encoded.model) for settings in self._ways]
-        self._whole = Portfolio(expected if len(self.parts) == 1 else [BARE_FIRST / PATIENCE, BARE_FIRST])
-        self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS])
+        first = tuning.subspaces.first_work
+        self._whole = Portfolio(
+            expected if len(self.parts) == 1 else [first / tuning.portfolio.patience, first], tuning.portfolio
+        )
+        self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS], tuning.portfolio)
         self._has_looked_for_any = False
         self._has_relaxed = False
         self.relaxed_first: set[int] = set()  # numbers of parts
@@ -70,7 +72,7 @@ class Solver:
         self.pools: Pools | None = None  # where cores are full
         self.least: int | None = None  # of the values on the grid
         self._grid = EVERY
-        self.narrowing = Narrowing()
+        self.narrowing = Narrowing(tuning.bounding.first, tuning.bounding.quick)
         self.incumbent: Found | None = None  # what a search that is stopped at any moment has come across
         self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.large_neighbourhood`)
         self._refused: Design = ()  # the last design whose figures were not those of its solution
@@ -88,7 +90,7 @@ class Solver:
         most = max(1, len(self.encoded.regions))
         if len(self.parts) > 1:
             return 1 if self._has_relaxed or self._whole.favourite else most
-        return most if self._whole.favourite == 0 else min(MOST_RELAXED_REGIONS, most)
+        return most if self._whole.favourite == 0 else min(self.tuning.model.region_unions.most_relaxed, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
         """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
@@ -149,9 +151,10 @@ class Solver:
         answer = self._solve_whole(settings, work)
         if self.encoded.is_loose and isinstance(answer, Unfinished):
             self.raise_least(answer.bound or 0)
-        if isinstance(answer, Unfinished) and answer.best is None and not self._has_looked_for_any:
+        is_first = self.tuning.any_design.is_on and not self._has_looked_for_any
+        if isinstance(answer, Unfinished) and answer.best is None and is_first:
             self._has_looked_for_any = True
-            found = self.any_design(FIRST_DESIGN)
+            found = self.any_design(self.tuning.any_design.ways)
             if not isinstance(found, Found):
                 return found if isinstance(found, NoSuchDesign) else answer
             self.hint(found.design)
@@ -238,7 +241,7 @@ class Solver:
         """
         if settings.narrows and self.weights is not None:
             return narrowed(self, work)
-        if settings.lowest and self.weights is not None:
+        if settings.lowest and self.weights is not None and self.tuning.lowest_first.is_on:
             return lowest(self, work, pools=settings.pools)
         known, start = self._rows(), best
         while True:

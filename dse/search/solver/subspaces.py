@@ -15,29 +15,14 @@ from typing import TYPE_CHECKING
 from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, RefutedRegions, strictly_inside
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
-from dse.search.solver.settings import (
-    BARE,
-    BRIEF,
-    CUTTING,
-    LOWEST,
-    NARROWING,
-    OPTIONS_FIRST,
-    POOLING,
-    READING,
-    RELAXED,
-    WHOLE_BRIEFLY,
-    Settings,
-)
+from dse.search.solver.settings import NARROWING, READING, Settings
 from dse.search.solver.value_grid import EVERY, Grid, grids_of
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
+from dse.search.tuning import Tuning
 from dse.space.model.space import Design
 
 if TYPE_CHECKING:
     from dse.search.solver.solver import Solver
-
-MOST_PARTS = 64
-TABLES_AFTER = 0.1
-"""Work from which on what the sums have without the limits is looked up in tables, which have to be made first."""
 
 
 class Part:
@@ -106,10 +91,19 @@ def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Gr
 class Parts:
     """All parts of a space, in the order of the file; one alone where nothing is shared."""
 
-    def __init__(self, encoded: EncodedSpace) -> None:
-        combinations = _combinations(encoded)
+    def __init__(self, encoded: EncodedSpace, tuning: Tuning) -> None:
+        combinations = _combinations(encoded, tuning.subspaces.most if tuning.subspaces.is_on else 1)
         every = {index for one in combinations for index in one}
-        self.all = [Part(one, grids_of(encoded.objectives, one, every.difference(one))) for one in combinations]
+        self._tuning = tuning.knapsack_tables
+        self.all = [
+            Part(
+                one,
+                grids_of(encoded.objectives, one, every.difference(one))
+                if tuning.value_grid.is_on
+                else tuple(EVERY for _ in encoded.objectives),
+            )
+            for one in combinations
+        ]
         self._encoded: EncodedSpace | None = encoded
 
     def __len__(self) -> int:
@@ -124,7 +118,11 @@ class Parts:
     @cached_property
     def knapsacks(self) -> Knapsacks | None:
         """The tables of the parts without what is forbidden; None where there are none, or designs are not wanted."""
-        return None if self._encoded is None else knapsacks_of(self._encoded, [part.literals for part in self.all])
+        return (
+            None
+            if self._encoded is None
+            else knapsacks_of(self._encoded, [part.literals for part in self.all], self._tuning)
+        )
 
     def bounded(
         self, weights: Sequence[int], regions: Sequence[Bound], work: float
@@ -133,7 +131,7 @@ class Parts:
 
         Nothing before a search has done so much `work` that making them pays.
         """
-        if work < TABLES_AFTER or len(regions) > 1 or not any(weights) or self.knapsacks is None:
+        if work < self._tuning.after or len(regions) > 1 or not any(weights) or self.knapsacks is None:
             return None, None
         [region] = regions
         bounds = [table.least(weights, region) for table in self.knapsacks.tables]
@@ -166,14 +164,14 @@ class Parts:
         return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
 
 
-def _combinations(encoded: EncodedSpace) -> list[tuple[int, ...]]:
-    """The literals of each combination, of as many shared decisions as make no more than `MOST_PARTS`."""
+def _combinations(encoded: EncodedSpace, most: int) -> list[tuple[int, ...]]:
+    """The literals of each combination, of as many shared decisions as make no more than `most`."""
     shared = [decision for decision in encoded.shared if len(encoded.options[decision]) > 1]
     if encoded.is_loose and encoded.space is not None:  # most of what is proved there is the same on any bus
         types = {slot.type_decision for slot in encoded.space.processors}
         shared = [decision for decision in shared if decision in types]
     choices = [[literal.index for literal in encoded.options[decision]] for decision in shared]
-    while prod(map(len, choices)) > MOST_PARTS:
+    while prod(map(len, choices)) > most:
         choices.pop()
     return list(product(*choices))
 
@@ -181,38 +179,16 @@ def _combinations(encoded: EncodedSpace) -> list[tuple[int, ...]]:
 # A question asked part by part, where it is too hard as a whole.
 
 
-APART_WAYS = (CUTTING, RELAXED, BARE)
-"""The settings for parts for which that was not enough, in turn ..."""
-PACKING_WAYS = (CUTTING, LOWEST, RELAXED)
-"""... where threads have to end in time on cores that they share, ..."""
-FULL_WAYS = (POOLING, OPTIONS_FIRST)
-"""... where these are so full that the model has rows of them: then its bounds are known to be good ..."""
-APART_WORK = 1.5
-"""... and designs are missing; with so much work in the first round, and twice as much in each further one."""
-ALONE_WORK = 24.0
-"""The same where threads wait for each other and no other part is left: nothing is won by asking anew."""
-APART_CHEAP = 0.1
-"""A part for which linear relaxation has needed less than this is asked with it at once the next time."""
-MOST_MISSED_BRIEFLY = 4
-"""A part that bare settings have left open so many times in a row is asked with linear relaxation at once."""
-APART = 4
-"""The factor by which questions are asked longer part by part than as a whole."""
-
 WHOLE = -1
 """Stands for all parts together where misses are counted."""
-MANY_PARTS = 12
-"""With fewer parts than this reading them is not what a question costs."""
-MANY_LEFT = 3
-"""So many parts that no settings were tried on are asked for something better than a known design at once."""
-MOST_MISSED_WHOLE = 2
-"""Where the model has rows of cores, questions are asked part by part at once after so many misses as a whole."""
 
 
 def as_a_whole(solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
     """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
-    if len(solver.parts) < MANY_PARTS or solver.missed_briefly[WHOLE] >= MOST_MISSED_WHOLE:
+    tuning, missed = solver.tuning.briefly_whole, solver.missed_briefly[WHOLE]
+    if not tuning.is_on or len(solver.parts) < tuning.fewest or missed >= tuning.most_missed:
         return None
-    answer = solver.solve_in(regions, *WHOLE_BRIEFLY)
+    answer = solver.solve_in(regions, *tuning.way)
     if isinstance(answer, Unfinished):
         solver.missed_briefly[WHOLE] += 1
         return None
@@ -228,6 +204,7 @@ class Apart:
 
     def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
         self.solver = solver
+        self.tuning = solver.tuning.subspaces
         self.weights = weights
         self.regions = regions
         self.best = solver.parts.best(weights, regions)
@@ -245,7 +222,7 @@ class Apart:
     def attempt(self, work: float) -> Answer:
         """Go on for so much work, and more: what was done is not lost; with rows of cores to the end."""
         solver = self.solver
-        end = solver.work + APART * work
+        end = solver.work + self.tuning.factor * work
         while self.waiting:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
@@ -268,15 +245,16 @@ class Apart:
 
     def _is_rest_worth_it(self) -> bool:
         """Whether what is known limits parts that nothing was tried on, which are read once then, not one by one."""
-        if self.best is None or self._has_asked_rest or self.solver.encoded.contention is not None:
+        tuning = self.solver.tuning.rest_at_once
+        if not tuning.is_on or self.best is None or self._has_asked_rest or self.solver.encoded.contention is not None:
             return False
-        return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= MANY_LEFT
+        return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= tuning.fewest
 
     def _ask_rest(self) -> bool:
         """Ask for something better than the best design wherever it is; whether that gave an answer."""
         self._has_asked_rest = True
         solver, everywhere = self.solver, Part((), tuple(EVERY for _ in self.weights))
-        answer = solver.solve_part(everywhere, BRIEF, self.weights, self.regions, self.best)
+        answer = solver.solve_part(everywhere, self.tuning.brief, self.weights, self.regions, self.best)
         solver.work += READING * len(solver.encoded.model.proto.variables)
         if isinstance(answer, Unfinished):
             self.best = answer.best or self.best
@@ -295,23 +273,23 @@ class Apart:
 
     def _ways(self) -> Sequence[Settings]:
         if self.solver.encoded.contention is None:
-            return APART_WAYS
-        return FULL_WAYS if self._is_full else PACKING_WAYS
+            return self.tuning.ways
+        return self.tuning.full_ways if self._is_full else self.tuning.sharing_ways
 
     def _ask(self, number: int, turn: int, least: int) -> Answer:
         """One attempt at a part: bare settings for a moment, then linear relaxation with limits that double.
 
         No design of it has a weighted sum below `least`.
         """
-        solver, part = self.solver, self.solver.parts.all[number]
+        solver, part, tuning = self.solver, self.solver.parts.all[number], self.tuning
         if turn == 0:
-            attempt = BRIEF
+            attempt = tuning.brief
         else:
             ways = self._ways()
             rounds, way = divmod(turn - 1, len(ways))
-            attempt = ways[way], APART_WORK * 2**rounds
-            if solver.encoded.is_loose:
-                first = APART_WORK if self.waiting else ALONE_WORK
+            attempt = ways[way], tuning.work * 2**rounds
+            if solver.encoded.is_loose and solver.tuning.bounding.is_on:
+                first = tuning.work if self.waiting else tuning.last_work
                 attempt = NARROWING, first * 2 ** (max(turn, part.round) - 1)
         before = solver.work
         answer = solver.solve_part(part, attempt, self.weights, self.regions, self.best, least)
@@ -321,8 +299,8 @@ class Apart:
             solver.missed_briefly[number] += 1
         elif turn == 0:
             solver.missed_briefly[number] = 0
-        is_hard = solver.encoded.contention is None and solver.missed_briefly[number] >= MOST_MISSED_BRIEFLY
-        if is_hard or (turn == 1 and solver.work - before <= APART_CHEAP):
+        is_hard = solver.encoded.contention is None and solver.missed_briefly[number] >= tuning.most_missed
+        if is_hard or (turn == 1 and solver.work - before <= tuning.cheap):
             solver.relaxed_first.add(number)
         else:
             solver.relaxed_first.discard(number)

@@ -1,0 +1,38 @@
+"""Other switches and tuning constants for the heuristics of the search."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import pytest
+
+from dse.encode import tuning as of_models
+from dse.encode.tuning import ModelTuning
+from dse.search import tuning as of_search
+from dse.search.tuning import DEFAULT, Tuning
+
+HEURISTICS = [
+    *(item.name for item in fields(ModelTuning)),
+    *(item.name for item in fields(Tuning) if hasattr(getattr(DEFAULT, item.name), "is_on")),
+]
+"""The names of all heuristics that have a switch."""
+
+
+def tuning_with(known: Tuning = DEFAULT, **groups: dict[str, Any]) -> Tuning:
+    """The tuning in which the constants of heuristics, given by name, are others."""
+    for name, changes in groups.items():
+        if hasattr(known.model, name):
+            model = replace(known.model, **{name: replace(getattr(known.model, name), **changes)})
+            known = replace(known, model=model)
+        else:
+            known = replace(known, **{name: replace(getattr(known, name), **changes)})
+    return known
+
+
+def tune(monkeypatch: pytest.MonkeyPatch, **groups: dict[str, Any]) -> Tuning:
+    """Make other constants those of every search, beside those that were changed before."""
+    found = tuning_with(of_search.DEFAULT, **groups)
+    monkeypatch.setattr(of_search, "DEFAULT", found)
+    monkeypatch.setattr(of_models, "MODEL", found.model)
+    return found
