@@ -15,6 +15,7 @@ from .cases import ROOT
 from .commands import run_commands
 from .comparing import run_classical
 from .contending import run_contention
+from .heuristics import run_heuristics
 from .minizinc import installed
 from .run import run_analysis, run_curves, run_fronts, run_startup, write
 from .tables import markdown
@@ -27,6 +28,7 @@ PARTS = {
     "contention": run_contention,
     "classical": run_classical,
     "analysis": run_analysis,
+    "heuristics": run_heuristics,
 }
 PACKAGES = ("ortools", "numpy", "pymoo", "moocore")
 

@@ -18,7 +18,8 @@ ROOT = Path(__file__).parents[2]
 class Case:
     """A problem: of the generator, or a file of `problems/` with a further limit.
 
-    Of a knapsack, `threads` is the number of items, of an assignment that of tasks.
+    Of a knapsack, `threads` is the number of items, of an assignment that of tasks. With `waiting` flows count response
+    times.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Case:
     max_jitter: str = ""
     periods: int = 0
     deadlines: bool = False
+    waiting: bool = False
     cores: int = 0
     load: float = 0.0
 
@@ -46,6 +48,8 @@ class Case:
         text = random_problem(self.threads, self.seed, self.objectives, self.family)
         if self.deadlines:
             text = text.replace("\nname:", "\ndeadlines: all\nname:", 1)
+        if self.waiting:
+            text = text.replace("\nname:", "\nprocessing: response_time\nname:", 1)
         return _with_fewer_periods(text, self.periods) if self.periods else text
 
 
@@ -113,6 +117,37 @@ def contended(*, quick: bool, seed: int) -> list[Case]:
         full(16, 2, 0.65),
         *(drawn(family, 30) for family in families()),
         full(24, 3, 0.65),
+    ]
+
+
+def heuristics(*, quick: bool, seed: int) -> list[Case]:
+    """Problems that are solved without each heuristic of the search: at least one for each that needs it."""
+
+    def drawn(family: str, threads: int, objectives: int, seed: int, kind: str = "") -> Case:
+        case = generated(family, threads, objectives, seed)
+        name = f"{case.name} {kind}" if kind else case.name
+        return replace(case, name=name, deadlines=bool(kind), waiting=kind == "response times")
+
+    def full(threads: int, cores: int, load: float) -> Case:
+        name = f"{threads} threads on {cores} cores, {load:.0%} full, seed={seed}"
+        return Case(name, threads=threads, objectives=2, seed=seed, deadlines=True, cores=cores, load=load)
+
+    if quick:
+        return [drawn("automotive", 10, 3, seed), full(6, 2, 0.8)]
+    return [
+        drawn("automotive", 60, 2, seed),
+        drawn("robot", 60, 2, seed),
+        drawn("two-computers", 100, 2, seed),
+        drawn("automotive", 30, 3, seed),
+        drawn("many-buses", 60, 3, 15),
+        Case(f"knapsack 40 items K=3 seed={seed}", "knapsack", 40, 3, seed),
+        full(24, 3, 0.65),
+        full(24, 3, 0.8),
+        full(48, 6, 0.65),
+        drawn("two-computers", 64, 2, 3, "deadlines"),
+        drawn("automotive", 30, 2, 6, "response times"),
+        drawn("two-computers", 30, 2, 8, "response times"),
+        drawn("robot", 20, 2, 6, "response times"),
     ]
 
 

@@ -6,7 +6,10 @@ from collections.abc import Iterator, Sequence
 from math import exp, log
 from typing import Any
 
+from tests.helpers.tuned import HEURISTICS
+
 from .contending import LEAST_S, OURS, TIMES
+from .heuristics import ratios
 from .run import LOOPS, MINIZINC_THREADS
 
 
@@ -21,6 +24,7 @@ def markdown(record: dict[str, Any]) -> str:
         ("contention", _contention),
         ("classical", _classical),
         ("analysis", _analysis),
+        ("heuristics", _heuristics),
     ):
         if record.get(name):
             parts += ["", *make(record[name])]
@@ -39,6 +43,26 @@ def _head(record: dict[str, Any]) -> Iterator[str]:
     yield ""
     yield "Seconds are medians with the least and the most in brackets, each run in a process of its own, in turns."
     yield "Other work may have run on the same machine: compare ratios rather than seconds."
+
+
+def _heuristics(rows: list[dict[str, Any]]) -> Iterator[str]:
+    yield "## Without each heuristic"
+    yield ""
+    yield "Processor seconds, calls of CP-SAT and deterministic time, as multiples of those with all heuristics."
+    yield ""
+    names = [name for name in HEURISTICS if any(name in row for row in rows)]
+    lines = []
+    for row in rows:
+        whole = row["all"]
+        cells = [_show(whole.get("user_s")) + " s"]
+        for name in names:
+            found = row.get(name, {"failed": "not measured"})
+            good = "failed" not in found and "failed" not in whole
+            cells.append(
+                (" / ".join(ratios(found, whole)) if good else "-") + ("" if found.get("is_complete", True) else " +")
+            )
+        lines.append([row["case"], *cells])
+    yield from _table(["problem", "all", *names], lines)
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

@@ -197,7 +197,45 @@ def _analysis(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     return {"build_s": build_s, "per_second": len(designs) / many_s, "singles_per_second": 1 / one_s}
 
 
+def _heuristics(case: Case, task: dict[str, Any]) -> dict[str, Any]:
+    """Our search with one worker and without a heuristic; what it takes, in seconds and in counts that do not vary."""
+    problem, _, _ = _load(case)
+    from unittest.mock import patch
+
+    from ortools.sat.python import cp_model
+
+    from dse.analysis.evaluate import Evaluator
+    from dse.search.front import Budget, search_front
+    from dse.support.timelimit import TimeLimit
+    from tests.helpers.tuned import tuning_with
+
+    from .run import crowding
+
+    solved, deterministic, solve = 0, 0.0, cp_model.CpSolver.solve
+
+    def counted(self: cp_model.CpSolver, *given: Any) -> Any:
+        nonlocal solved, deterministic
+        status = solve(self, *given)
+        solved += 1
+        deterministic += self.response_proto.deterministic_time
+        return status
+
+    tuning = tuning_with({task["without"]: {"is_on": False}} if task["without"] else {})
+    limit = TimeLimit.after(task["limit_s"] * crowding())
+    began = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+    with patch.object(cp_model.CpSolver, "solve", counted):
+        search = search_front(Evaluator(problem.space), Budget(limit, tuning=tuning))
+    return {
+        "user_s": resource.getrusage(resource.RUSAGE_SELF).ru_utime - began,
+        "solved": solved,
+        "deterministic": deterministic,
+        "front": sorted(search.points),
+        "is_complete": search.is_complete,
+    }
+
+
 TASKS = {
+    "heuristics": _heuristics,
     "ours": _ours,
     "textbook": _textbook,
     "classical": _classical,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -19,7 +20,7 @@ HEURISTICS = [
 """The names of all heuristics that have a switch."""
 
 
-def tuning_with(known: Tuning = DEFAULT, **groups: dict[str, Any]) -> Tuning:
+def tuning_with(groups: Mapping[str, dict[str, Any]], known: Tuning = DEFAULT) -> Tuning:
     """The tuning in which the constants of heuristics, given by name, are others."""
     for name, changes in groups.items():
         if hasattr(known.model, name):
@@ -32,7 +33,7 @@ def tuning_with(known: Tuning = DEFAULT, **groups: dict[str, Any]) -> Tuning:
 
 def tune(monkeypatch: pytest.MonkeyPatch, **groups: dict[str, Any]) -> Tuning:
     """Make other constants those of every search, beside those that were changed before."""
-    found = tuning_with(of_search.DEFAULT, **groups)
+    found = tuning_with(groups, of_search.DEFAULT)
     monkeypatch.setattr(of_search, "DEFAULT", found)
     monkeypatch.setattr(of_models, "MODEL", found.model)
     return found

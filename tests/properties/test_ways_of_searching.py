@@ -71,7 +71,7 @@ def test_each_heuristic_off_and_on_finds_the_same_front(heuristic: str, soon: bo
     given[heuristic] = {**given.get(heuristic, {}), "is_on": False}
     for seed in cases(2):
         for number, evaluator in enumerate(evaluators(seed)):
-            found = search_front(evaluator, Budget(tuning=tuning_with(**given)))
+            found = search_front(evaluator, Budget(tuning=tuning_with(given)))
             assert found.is_complete
             assert found.points.keys() == expected(seed, number).points.keys()
 
