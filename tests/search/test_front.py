@@ -82,7 +82,7 @@ def test_rates_as_variables_give_the_same_front(name: str, monkeypatch: pytest.M
 @pytest.mark.parametrize("name", ["protocols", "derived", "equal", "buses", "types"])
 def test_a_rounded_measure_gives_exact_feasibility(name: str, shared_by: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
-    monkeypatch.setattr("dse.encode.sums.SHARED_BY", shared_by)
+    tune(monkeypatch, shared_forms={"shared_by": shared_by})
     space = load_space(BY_NAME[name])
     assert_complete_and_proved(space, search_front(Evaluator(space)))
 

@@ -122,7 +122,7 @@ def test_a_search_that_had_no_time_says_what_no_design_is_better_than(
     """The time was up before there was a model: bounds come from the summands alone, and hold."""
     whole = dse.solve(INMARK, workers=1, **asked)
 
-    def too_slow(_: Any) -> Any:
+    def too_slow(*_: Any) -> Any:
         raise OutOfTime
 
     monkeypatch.setattr(front, "encode", too_slow)
@@ -248,7 +248,7 @@ def test_a_baseline_that_breaks_a_limit_is_not_shown(tmp_path: Path, monkeypatch
 def test_a_search_stopped_before_its_model_was_made_shows_the_baseline(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def slow(_: object) -> None:
+    def slow(*_: object) -> None:
         raise OutOfTime
 
     with monkeypatch.context() as patch:
@@ -268,7 +268,7 @@ def test_a_search_stopped_before_its_model_was_made_shows_the_baseline(
 
 
 def test_an_infeasible_baseline_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(_: object) -> None:
+    def slow(*_: object) -> None:
         raise OutOfTime
 
     monkeypatch.setattr(front, "encode", slow)

@@ -27,18 +27,8 @@ from dse.space.model.trees import at
 if TYPE_CHECKING:
     from dse.search.solver.solver import Solver
 
-MOVING = 0.1
-"""Work to find other cores."""
 MOST_MOVES = 20
 """So many times, each with what was learnt from the one before."""
-
-
-def moved(solver: Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
-    """The best design known, after threads of `design` were tried on other cores."""
-    space = solver.encoded.space
-    if space is None or not space.open_cores:
-        return best
-    return best_around(solver, design, {item.index for item in space.open_cores}, MOVING, best, most)
 
 
 def best_around(

@@ -19,7 +19,7 @@ from dse.encode.search_order import searched_by
 from dse.search import tuning as tuned
 from dse.search.regions import Bound, held, restrict, strictly_inside, valued
 from dse.search.solver.bounding import Narrowing, lowest, narrowed
-from dse.search.solver.large_neighbourhood import begin_from, keep, moved, packed, roomier
+from dse.search.solver.large_neighbourhood import begin_from, keep, packed, roomier
 from dse.search.solver.pooled_cores import Pools
 from dse.search.solver.portfolio import Attempt, Portfolio
 from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, Settings, sound_solver
@@ -75,7 +75,6 @@ class Solver:
         self.narrowing = Narrowing(tuning.bounding.first, tuning.bounding.quick)
         self.incumbent: Found | None = None  # what a search that is stopped at any moment has come across
         self.packings: set[Design] = set()  # what was tried on other cores (`dse.search.solver.large_neighbourhood`)
-        self._refused: Design = ()  # the last design whose figures were not those of its solution
         self._running: cp_model.CpSolver | None = None
 
     def stop(self) -> None:
@@ -252,12 +251,6 @@ class Solver:
                 return Unfinished(self.least, best)
             if self._is_stuck() or (self.within and self._rows() > known):
                 return Unfinished(self.least, best)
-            if self.encoded.is_loose and settings.linearization_level and not settings.in_order:
-                best = moved(self, self._refused, best, most)
-                if best is not None and self.weights is None:  # any design will do
-                    return best
-                if settings.any_value and best is not start:  # what is better than that is another range
-                    return Unfinished(self.least, best)
 
     def _rows(self) -> int:
         """Of how many processors the model has rows: with the first of them other settings are better for a part."""
@@ -348,7 +341,6 @@ class Solver:
             if is_optimal and self._is_reached(best, point):
                 return best, best
         known = len(self.encoded.model.proto.constraints)
-        self._refused = design
         settled = self.encoded.settled(design, solver.value, is_best=False)
         has_learnt = len(self.encoded.model.proto.constraints) > known
         if settled is None and is_last and not has_learnt:

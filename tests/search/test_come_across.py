@@ -1,9 +1,7 @@
-"""Threads on other cores, where the response times of a solution were longer than its model knew."""
+"""What a search comes across, and where its next solver begins, where response times are longer than models know."""
 
 from __future__ import annotations
 
-from itertools import product
-from random import Random
 from types import SimpleNamespace
 
 import pytest
@@ -12,47 +10,13 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
 from dse.search.front import _in_time
-from dse.search.solver.large_neighbourhood import moved
 from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Unfinished
-from dse.space.model.space import Design
 from dse.support.timelimit import OutOfTime
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
 from tests.helpers.thread_systems import draw, text_of
-
-
-def with_options_of(evaluator: Evaluator, design: Design) -> list[Design]:
-    """The design on all cores."""
-    cores = {item.index for item in evaluator.space.open_cores}
-    decisions = enumerate(evaluator.space.decisions)
-    return list(product(*(range(len(one.options)) if at in cores else [design[at]] for at, one in decisions)))
-
-
-@pytest.mark.parametrize("seed", cases(6))
-def test_the_best_cores_for_given_options_are_found(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And nothing that is true of these options only is left behind: no bound, and no option that is held."""
-    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
-    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
-    text = text_of(draw(seed)).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
-    evaluator = Evaluator(space_of(text))
-    encoded, rng = encode(evaluator), Random(seed)
-    assert encoded.is_loose
-    solver = Solver(encoded)
-    latency = len(encoded.objectives) - 1
-    solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
-    encoded.model.minimize(encoded.objectives[latency].variable)
-    domains = [list(variable.domain) for variable in encoded.model.proto.variables]
-    for _ in range(5):
-        design = tuple(rng.randrange(len(decision.options)) for decision in evaluator.space.decisions)
-        known = [encoded.weigh(other) for other in with_options_of(evaluator, design)]
-        best = min((point[latency] for point in known if point is not None), default=None)
-        best = best if evaluator.space.open_cores else None  # with one core there is nothing to move
-        found = moved(solver, design, None, None)
-        assert (found and found.point[latency]) == best
-        assert solver.least is None
-        assert [list(variable.domain) for variable in encoded.model.proto.variables][: len(domains)] == domains
 
 
 @pytest.mark.parametrize(("settings", "begins"), [(CUTTING_IN_ORDER, False), (CUTTING, True)])
