@@ -176,6 +176,22 @@ class OtherCores:
 
 
 @dataclass(frozen=True)
+class Improving:
+    """Where threads wait, a known design is made better by other options for the threads of a few cores at a time.
+
+    A large-neighbourhood search (`dse.search.solver.large_neighbourhood`, decision record 42).
+    """
+
+    is_on: bool = True
+    work: tuple[tuple[int, float], ...] = ((2, 0.15), (3, 0.45))
+    """The number of cores whose threads are free, and the work for each choice of cores."""
+    most_work: float = 5.0
+    """Work near one design, reading the model for each choice of cores included."""
+    most_moves: int = 20
+    """The greatest number of calls for one choice of cores, each of which ends with a lesson or an answer."""
+
+
+@dataclass(frozen=True)
 class Bounding:
     """Where threads wait for each other, bounds and designs take turns (`dse.search.solver.bounding`)."""
 
@@ -246,6 +262,7 @@ class Tuning:
     least_used: LeastUsed = LeastUsed()
     other_cores: OtherCores = OtherCores()
     bounding: Bounding = Bounding()
+    improving: Improving = Improving()
     any_design: AnyDesign = AnyDesign()
     first_designs: FirstDesigns = FirstDesigns()
 

@@ -17,10 +17,10 @@ from dse.search.solver import bounding
 from dse.search.solver import solver as subproblem
 from dse.search.solver.settings import BARE, CLOSING_RANGE, NARROWING, Settings
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
-from dse.space.model.space import Design
-from tests.helpers.effort import FIRST, cases, count
+from tests.helpers.effort import cases, count
 from tests.helpers.support import brute_front
 from tests.helpers.thread_systems import KINDS, draw, front, text_of
+from tests.helpers.tuned import tune
 
 SEEDS = count(20)
 
@@ -104,15 +104,14 @@ def test_bounds_from_below_and_limits_from_above_meet(
 
     With bare settings first, and without.
     """
-    monkeypatch.setattr(bounding, "LEAST_QUICK", least_quick)
+    tune(monkeypatch, bounding={"least_quick": least_quick})
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
     monkeypatch.setattr(bounding, "_counts_one", lambda _: True)
     apply = Settings.apply
     limits = []
-    run, move = subproblem.Solver.run, subproblem.moved
-    better = []
+    run = subproblem.Solver.run
 
     def hasty(self: Settings, parameters: Any, work: float) -> None:
         apply(self, parameters, work)
@@ -126,20 +125,13 @@ def test_bounds_from_below_and_limits_from_above_meet(
             limits.append(Found if isinstance(answer, Unfinished) and answer.best is not None else type(answer))
         return answer
 
-    def moving(solver: subproblem.Solver, design: Design, best: Found | None, most: int | None) -> Found | None:
-        after = move(solver, design, best, most)
-        better.append(after != best)
-        return after
-
     monkeypatch.setattr(Settings, "apply", hasty)
     monkeypatch.setattr(subproblem.Solver, "run", watched)
-    monkeypatch.setattr(subproblem, "moved", moving)
     for kind, seed in product(KINDS, cases(5, 4 * SEEDS)):
         system = draw(seed, kind=kind)
         text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
         assert found(text) == front(system, by_response=True), (kind, seed)
     assert {Found, NoSuchDesign} <= set(limits)
-    assert FIRST or asked is BARE or {False, True} <= set(better), "threads are moved with and without success"
 
 
 SAME_CHOICE = """

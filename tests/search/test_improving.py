@@ -10,7 +10,6 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
-from dse.search.solver import large_neighbourhood
 from dse.search.solver.large_neighbourhood import improved
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Found
@@ -18,6 +17,7 @@ from dse.space.model.space import Design
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
 from tests.helpers.thread_systems import draw, text_of
+from tests.helpers.tuned import tune
 
 
 def neighbours(evaluator: Evaluator, design: Design, core: int) -> list[Design]:
@@ -50,7 +50,7 @@ def compared_neighbours(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
     """
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
-    monkeypatch.setattr(large_neighbourhood, "IMPROVE_WORK", ((1, 10.0),))
+    tune(monkeypatch, improving={"work": ((1, 10.0),)})
     text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "deadlines: all\nprocessing: response_time")
     evaluator = Evaluator(space_of(text))
     encoded, rng = encode(evaluator), Random(seed)

@@ -1,8 +1,8 @@
-"""Other cores for a solution whose threads wait longer than the model knew.
+"""Other designs than solutions: on other cores, better ones near a design, or with the objectives of a solution.
 
-Such a solution has cost a search with linear relaxation, and the rows that it teaches mostly only say that its threads
-should share other cores. With its options held the rest is easy for clause learning: threads are moved until a design
-is as good as it looked, or until no cores will do. Either way the model has learnt more than from one solution.
+Where threads wait longer than the model knew, the placement heuristics look for cores on which nobody is late. Where an
+optimum fills its cores to the brim, a design with its objectives that uses them less is looked for (decision record
+24).
 """
 
 from __future__ import annotations
@@ -19,16 +19,13 @@ from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.roomy import least_used
 from dse.search.regions import Bound
-from dse.search.solver.settings import BARE, IMPROVE_WORK, MOST_IMPROVING, READING, RELAXED
+from dse.search.solver.settings import BARE, READING, RELAXED
 from dse.search.solver_answer import Found, weighted
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 
 if TYPE_CHECKING:
     from dse.search.solver.solver import Solver
-
-MOST_MOVES = 20
-"""So many times, each with what was learnt from the one before."""
 
 
 def best_around(
@@ -41,12 +38,12 @@ def best_around(
 ) -> Found | None:
     """The best design known, after decisions that are `free` had other options than a design, and all others the same.
 
-    Each of up to `MOST_MOVES` calls may do so much work, and ends with a lesson or an answer; `most` as in
+    Each of up to `most_moves` calls may do so much work, and ends with a lesson or an answer; `most` as in
     `Solver.once`.
     """
     proved = solver.least
     with all_but(solver.encoded, design, free):
-        for _ in range(MOST_MOVES):
+        for _ in range(solver.tuning.improving.most_moves):
             answer, best = solver.once(BARE, work, best, most)
             best = answer if isinstance(answer, Found) else best
             if answer is not None:
@@ -119,16 +116,16 @@ def improved(solver: Solver, best: Found) -> Found:
     """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
 
     The threads of two cores have other options and cores as long as that makes something better, then those of three,
-    with `MOST_IMPROVING` work at most. The model learns from solutions that are none, and is left as it was else.
+    with limited work. The model learns from solutions that are none, and is left as it was else.
     """
-    space, contention = solver.encoded.space, solver.encoded.contention
-    if space is None or contention is None or not space.open_cores or solver.weights is None:
+    space, contention, tuning = solver.encoded.space, solver.encoded.contention, solver.tuning.improving
+    if not tuning.is_on or space is None or contention is None or not space.open_cores or solver.weights is None:
         return best
     tried: set[frozenset[str]] = set()
-    end = solver.work + MOST_IMPROVING
+    end = solver.work + tuning.most_work
     with contention.any_numbers():
         while solver.work < end and not solver.out_of_time():
-            free, work = next(_neighbourhoods(space, best.design, tried), (None, 0.0))
+            free, work = next(_neighbourhoods(space, best.design, tried, tuning.work), (None, 0.0))
             if free is None:
                 break
             tried.add(free)
@@ -137,10 +134,12 @@ def improved(solver: Solver, best: Found) -> Found:
     return best
 
 
-def _neighbourhoods(space: Space, design: Design, tried: set[frozenset[str]]) -> Iterator[tuple[frozenset[str], float]]:
+def _neighbourhoods(
+    space: Space, design: Design, tried: set[frozenset[str]], works: Sequence[tuple[int, float]]
+) -> Iterator[tuple[frozenset[str], float]]:
     """The names of the threads of two cores, then of three, that were not tried together; and the work for them."""
     on_core = _threads_by_core(space, design)
-    for size, work in IMPROVE_WORK:
+    for size, work in works:
         for cores in combinations(sorted(on_core), size) if len(on_core) > size else ():
             free = frozenset().union(*(on_core[core] for core in cores))
             if free not in tried:

@@ -120,12 +120,8 @@ def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], .
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 
-IMPROVE_WORK = ((2, 0.15), (3, 0.45))
-"""Work to make a design better by other options for the threads of two cores; then for those of three."""
 READING = 6e-6
 """Work to read a model, for each variable: the solver does not count it, and it is read again for each part."""
-MOST_IMPROVING = 5.0
-"""Work for all that is tried near a design, reading the model for each of it included."""
 
 
 def sound_solver(seed: int = 0) -> cp_model.CpSolver:
