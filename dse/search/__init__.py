@@ -10,6 +10,7 @@ Read `front.py` first, then `regions.py` and `referee.py`.
 * `certificate.py`: the points and refuted regions of a search; narrowed to a stricter question.
 * `alternatives.py`, `insist.py`: further designs near a point; the front with one option fixed.
 * `solver_answer.py`, `workers.py`: found, no such design, unfinished; solvers in parallel, Ctrl-C.
+* `tuning.py`: the switch and the constants of each heuristic.
 * `solver/`, `feasibility/`: one call and its heuristics; conflicts and relaxations of infeasible problems.
 
 Not allowed here: a point whose design the referee has not accepted, and a region dropped without a proof. An

@@ -10,7 +10,7 @@ Read `contention.py` first. `clock_reads.py`, `contention.py`, `core_symmetry.py
 * `reasons.py`, `orders.py`: causes of a late thread as clauses; sets of threads without a feasible order.
 * `clock_reads.py`: reads on a common clock.
 * `core_symmetry.py`: numbering of interchangeable cores.
-* `pooled_cores.py`, `neighbourhoods.py`, `roomy.py`: variants of the model for the heuristics of `search/solver`.
+* `pooled_cores.py`, `roomy.py`: variants of the model for the heuristics of `search/solver`.
 
 Not allowed here: a row or clause that removes a design which the referee accepts, except for the numbers of
 interchangeable cores. Rows are necessary conditions; the referee refuses the rest, and the model learns from it.

@@ -7,7 +7,7 @@ Read `solver.py` first.
 * `subspaces.py`: a question asked for each combination of shared options, such as the types of processors.
 * `bounding.py`, `value_grid.py`, `knapsack.py`: bounds of an objective from both sides; its possible values; two
   objectives by dynamic programming.
-* `large_neighbourhood.py`, `neighbours.py`, `pooled_cores.py`: better designs by other cores, other rates, and pools
+* `large_neighbourhood.py`, `pooled_cores.py`: better designs by other cores, other rates, and pools
   of interchangeable cores.
 
 Not allowed here: a refutation by a heuristic. A heuristic offers a design, which `analysis` weighs. Work is counted in
