@@ -79,7 +79,7 @@ def test_solvers_are_made_where_their_limits_are_set() -> None:
     }
     assert {item.split(":")[0] for item in made} == {
         "search/solver/settings.py",
-        "search/solver/solver.py",
+        "search/solver/call.py",
         "search/feasibility/conflicts.py",
         "verification/solver_calls.py",
     }

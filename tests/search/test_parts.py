@@ -23,6 +23,8 @@ from dse.search.regions import Bound, strictly_inside
 from dse.search.solver import solver as subproblem
 from dse.search.solver import subspaces
 from dse.search.solver.bounding import lowest
+from dse.search.solver.call import Call
+from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.settings import BARE, CUTTING, LOWEST, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver.subspaces import Apart, Part, Parts
@@ -335,9 +337,9 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
     """Part by part, with the lowest values first: the points of every design, one after the other."""
     asked = []
 
-    def counted(solver: Solver, work: float, *, pools: bool) -> Answer:
+    def counted(solver: Call, work: float, pools: PoolMemory | None) -> Answer:
         asked.append(work)
-        return lowest(solver, work, pools=pools)
+        return lowest(solver, work, pools)
 
     tune(monkeypatch, shared_forms={"shared_by": 1})
     monkeypatch.setattr(subproblem, "lowest", counted)

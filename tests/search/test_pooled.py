@@ -15,7 +15,8 @@ from dse.encode.model import EncodedSpace, encode
 from dse.search import tuning
 from dse.search.front import search_front
 from dse.search.solver import bounding, pooled_cores
-from dse.search.solver.pooled_cores import Pools
+from dse.search.solver.call import Call
+from dse.search.solver.pooled_cores import PoolMemory, Pools
 from dse.search.solver.settings import BARE, RELAXED, Settings, sound_solver
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
@@ -151,8 +152,8 @@ def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
     ) -> tuple[Answer | None, Found | None]:
         return (Unfinished(best=best), best) if work <= HURRIED else once(self, settings, work, best, most)
 
-    def noted(solver: Solver, best: Found | None) -> Answer:
-        answer = pooled_cores.pooled(solver, best)
+    def noted(solver: Call, memory: PoolMemory, best: Found | None) -> Answer:
+        answer = pooled_cores.pooled(solver, memory, best)
         said.append(answer)
         return answer
 
@@ -252,14 +253,14 @@ def test_where_nothing_is_left_below_a_bound_pools_say_so(
     """As where the time ends between a proof and the next question, which is then asked of pools first."""
     said: list[bool] = []
 
-    def closed(solver: Solver, best: Found | None) -> Answer:
+    def closed(solver: Call, memory: PoolMemory, best: Found | None) -> Answer:
         top, known = solver.most(best), solver.least
         if top is not None and solver.encoded.contention is not None and solver.encoded.contention.without_rows:
             solver.least = top + 1
-            answer = pooled_cores.pooled(solver, best)
+            answer = pooled_cores.pooled(solver, memory, best)
             solver.least = known
             said.append(answer is best or isinstance(answer, NoSuchDesign))
-        return pooled_cores.pooled(solver, best)
+        return pooled_cores.pooled(solver, memory, best)
 
     monkeypatch.setattr(bounding, "pooled", closed)
     for seed in range(1, 4):

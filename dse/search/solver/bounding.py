@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 from dse.encode.linear import EXACT_LIMIT
 from dse.search.regions import Bound
+from dse.search.solver.call import Call
 from dse.search.solver.large_neighbourhood import improved
-from dse.search.solver.pooled_cores import pooled
+from dse.search.solver.pooled_cores import PoolMemory, pooled
 from dse.search.solver.settings import BARE, CLOSING, CLOSING_RANGE, FROM_BELOW, RELAXED
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 
 if TYPE_CHECKING:
     from dse.encode.model import EncodedSpace
-    from dse.search.solver.solver import Solver
 
 
 @dataclass
@@ -44,10 +44,10 @@ class Narrowing:
         self.improved.clear()
 
 
-def narrowed(solver: Solver, work: float) -> Answer:
+def narrowed(solver: Call, known: Narrowing, work: float) -> Answer:
     """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
     end, tuning = solver.work + work, solver.tuning.bounding
-    known, is_single = solver.narrowing, _counts_one(solver)
+    is_single = _counts_one(solver)
     first = solver.raise_least(0)
     answer: Answer = Unfinished(first)
     if is_single and solver.within not in known.bounded:
@@ -56,7 +56,7 @@ def narrowed(solver: Solver, work: float) -> Answer:
             known.bounded.add(solver.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
         least, before = answer.bound, solver.work
-        best = _bettered(solver, answer.best)
+        best = _bettered(solver, known, answer.best)
         end += solver.work - before
         left = end - solver.work
         if left < work / tuning.least or solver.out_of_time():
@@ -70,7 +70,7 @@ def narrowed(solver: Solver, work: float) -> Answer:
             answer = Unfinished(least, answer) if isinstance(answer, Found) else answer
             continue
         middle = least + (most - least) // known.slices if is_single else most
-        answer = _in_range(solver, left, best, middle)
+        answer = _in_range(solver, known, left, best, middle)
         if isinstance(answer, NoSuchDesign):
             narrower = known.slices // tuning.change
             known.slices = tuning.widest if _counts_options(solver) else max(tuning.widest, narrower)
@@ -86,9 +86,9 @@ def narrowed(solver: Solver, work: float) -> Answer:
     return answer
 
 
-def _in_range(solver: Solver, work: float, best: Found | None, most: int) -> Answer:
+def _in_range(solver: Call, known: Narrowing, work: float, best: Found | None, most: int) -> Answer:
     """The best design in a range of values, or that there is none; unfinished with any that is better than `best`."""
-    known, tuning = solver.narrowing, solver.tuning.bounding
+    tuning = solver.tuning.bounding
     answer: Answer = Unfinished(best=best)
     if known.quick >= tuning.least_quick:
         answer = solver.run(BARE, min(work, known.quick), best, most)
@@ -98,9 +98,9 @@ def _in_range(solver: Solver, work: float, best: Found | None, most: int) -> Ans
     return answer
 
 
-def _bettered(solver: Solver, best: Found | None) -> Found | None:
+def _bettered(solver: Call, known: Narrowing, best: Found | None) -> Found | None:
     """A better design than the best one, or than that of another part where there is none, if one is near it."""
-    known, start = solver.narrowing, best or solver.start
+    start = best or solver.start
     if start is None or (solver.within, start.point) in known.improved:
         return best
     found = improved(solver, start)
@@ -108,12 +108,12 @@ def _bettered(solver: Solver, best: Found | None) -> Found | None:
     return best if found is start else found
 
 
-def _counts_one(solver: Solver) -> bool:
+def _counts_one(solver: Call) -> bool:
     """Whether one objective is minimised, without regard to others."""
     return solver.weights is not None and sum(map(bool, solver.weights)) == 1
 
 
-def _counts_options(solver: Solver) -> bool:
+def _counts_options(solver: Call) -> bool:
     """Whether what is minimised is a plain sum over options: then a range of it says nothing of waiting."""
     if solver.weights is None:
         return False
@@ -135,11 +135,11 @@ def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
     )
 
 
-def lowest(solver: Solver, work: float, *, pools: bool = False) -> Answer:
+def lowest(solver: Call, work: float, pools: PoolMemory | None = None) -> Answer:
     """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
 
     Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
-    there are none. Where it `pools`, what it does not find at once is asked of pooled cores first
+    there are none. With `pools`, what it does not find at once is asked of pooled cores first
     (`dse.search.solver.pooled_cores`), and what is left is less.
     """
     end, width = solver.work + work, 0
@@ -151,10 +151,11 @@ def lowest(solver: Solver, work: float, *, pools: bool = False) -> Answer:
         most = EXACT_LIMIT if known is None else known  # no sum is beyond it
         middle = min(most, least + width)
         limit = max(0.0, end - solver.work)
-        answer = solver.run(RELAXED, min(limit, solver.tuning.lowest_first.at_once) if pools else limit, None, middle)
-        if isinstance(answer, Unfinished) and pools:
-            pools, before = False, solver.work
-            told = pooled(solver, answer.best or best)
+        limit = limit if pools is None else min(limit, solver.tuning.lowest_first.at_once)
+        answer = solver.run(RELAXED, limit, None, middle)
+        if isinstance(answer, Unfinished) and pools is not None:
+            before = solver.work
+            told, pools = pooled(solver, pools, answer.best or best), None
             if not isinstance(told, Unfinished):
                 return told
             solver.raise_least(told.bound or 0)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from ortools.sat.python import cp_model
 
@@ -19,17 +18,15 @@ from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.roomy import least_used
 from dse.search.regions import Bound
+from dse.search.solver.call import Call
 from dse.search.solver.settings import BARE, READING, RELAXED
 from dse.search.solver_answer import Found, weighted
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 
-if TYPE_CHECKING:
-    from dse.search.solver.solver import Solver
-
 
 def best_around(
-    solver: Solver,
+    solver: Call,
     design: Design,
     free: Collection[int],
     work: float,
@@ -39,7 +36,7 @@ def best_around(
     """The best design known, after decisions that are `free` had other options than a design, and all others the same.
 
     Each of up to `most_moves` calls may do so much work, and ends with a lesson or an answer; `most` as in
-    `Solver.once`.
+    `Call.once`.
     """
     proved = solver.least
     with all_but(solver.encoded, design, free):
@@ -52,37 +49,25 @@ def best_around(
     return best
 
 
-def packed(solver: Solver, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
+def packed(
+    solver: Call, packings: set[Design], design: Design, value: Callable[[cp_model.IntVar], int]
+) -> Found | None:
     """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
 
-    Each choice of everything but cores is tried once.
+    Each choice of everything but cores is tried once, and is among the `packings` then.
     """
     contention, space, tuning = solver.encoded.contention, solver.encoded.space, solver.tuning.other_cores
     if not tuning.is_on or contention is None or space is None or not space.open_cores or solver.weights is None:
         return None
     cores = {item.index for item in space.open_cores}
     rest = tuple(option for index, option in enumerate(design) if index not in cores)
-    if rest in solver.packings or len(solver.packings) >= tuning.most:
+    if rest in packings or len(packings) >= tuning.most:
         return None
-    solver.packings.add(rest)
+    packings.add(rest)
     weights = solver.weights
     weighed = [(solver.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
     found = [Found(exact, other) for exact, other in weighed if exact is not None and solver.is_wanted(exact, None)]
     return min(found, key=lambda one: weighted(weights, one.point), default=None)
-
-
-def keep(solver: Solver, best: Found | None) -> None:
-    """Keep the best design that was come across, by what is minimised now: a search may be stopped at any moment."""
-    if best is not None and (weights := solver.weights) is not None:
-        found = [best] if solver.incumbent is None else [solver.incumbent, best]
-        solver.incumbent = min(found, key=lambda one: weighted(weights, one.point))
-
-
-def begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
-    """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
-    model.clear_hints()
-    model.proto.solution_hint.vars.extend(range(len(solution)))
-    model.proto.solution_hint.values.extend(solution)
 
 
 @contextmanager
@@ -112,7 +97,7 @@ def all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Ite
 # a better one (decision record 42).
 
 
-def improved(solver: Solver, best: Found) -> Found:
+def improved(solver: Call, best: Found) -> Found:
     """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
 
     The threads of two cores have other options and cores as long as that makes something better, then those of three,
@@ -171,7 +156,7 @@ def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
 # Another design with the figures of a solution, for whose threads there are cores where there are none for its own.
 
 
-def roomier(solver: Solver, design: Design, point: Bound) -> Design | None:
+def roomier(solver: Call, design: Design, point: Bound) -> Design | None:
     """A design with the objectives `point` that leaves its processors so much room that cores are found for it.
 
     None where none is found within some work, and where designs with the same figures are not all as good. `design` is

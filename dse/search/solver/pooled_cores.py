@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 from ortools.sat.python import cp_model
 
@@ -19,12 +19,10 @@ from dse.encode.linear import set_domain
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.pooled_cores import Pool, add_pools, classes_of
 from dse.search.regions import valued
+from dse.search.solver.call import Call
 from dse.search.solver.settings import CUTTING, RELAXED
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import PooledCores
-
-if TYPE_CHECKING:
-    from dse.search.solver.solver import Solver
 
 
 class Pools:
@@ -111,7 +109,21 @@ class Pools:
         return model
 
 
-def pooled(solver: Solver, best: Found | None) -> Answer:
+@dataclass
+class PoolMemory:
+    """The pools of one model, made when its cores are known to be full, and anew when more of them are."""
+
+    pools: Pools | None = None
+
+    def of(self, encoded: EncodedSpace, tuning: PooledCores) -> Pools:
+        """The pools of the model as it stands."""
+        assert encoded.contention is not None, "no core is full"
+        if self.pools is None or self.pools.known != encoded.contention.known:
+            self.pools = Pools(encoded, tuning)
+        return self.pools
+
+
+def pooled(solver: Call, memory: PoolMemory, best: Found | None) -> Answer:
     """The best design of the model as it stands, if pooled cores tell; what is proved is a bound of the solver, too.
 
     Better than `best`, which is the answer where nothing is.
@@ -122,9 +134,7 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
         return Unfinished(best=best)
     if not contention.may_move:
         return Unfinished(best=best)
-    if solver.pools is None or solver.pools.known != contention.known:
-        solver.pools = Pools(encoded, tuning)
-    pools = solver.pools
+    pools = memory.of(encoded, tuning)
     question = (tuple(weights), solver.within, solver.least, solver.most(best))
     if not pools.all or question in pools.tried:
         return Unfinished(solver.least, best)
@@ -149,7 +159,7 @@ def pooled(solver: Solver, best: Found | None) -> Answer:
     return found
 
 
-def _placed(solver: Solver, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
+def _placed(solver: Call, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
     """A design whose threads are put on the cores of their pools, with the least value if there is one, else one near.
 
     The more its value may be above the least, the more room there is; `known` is the solution that leaves most at it.
@@ -191,7 +201,7 @@ def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
     return None if settled is None else Found(point, settled)
 
 
-def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
+def _least(solver: Call, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
     """The best solution of the pools that is better than `best`, and whether it is proved that there is none.
 
     A solver with presolve, in which solutions may be lost, finds one; one without proves that no better one is left.
@@ -217,7 +227,7 @@ def _least(solver: Solver, pools: Pools, best: Found | None) -> tuple[Sequence[i
     return (solution if status == cp_model.UNKNOWN else list(proof.response_proto.solution)), False
 
 
-def _sketched(solver: Solver, model: cp_model.CpModel, work: float) -> list[int] | None:
+def _sketched(solver: Call, model: cp_model.CpModel, work: float) -> list[int] | None:
     """A good solution of a model, of which nothing is believed but that it is one."""
     run = solver.limited(CUTTING, work)
     run.parameters.cp_model_presolve = True

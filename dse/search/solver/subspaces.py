@@ -6,11 +6,12 @@ of a part stays true in later questions: many parts need not be asked again.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 from itertools import product, repeat
 from math import prod
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, RefutedRegions, strictly_inside
@@ -20,9 +21,6 @@ from dse.search.solver.value_grid import EVERY, Grid, grids_of
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
 from dse.space.model.space import Design
-
-if TYPE_CHECKING:
-    from dse.search.solver.solver import Solver
 
 
 class Part:
@@ -183,7 +181,38 @@ WHOLE = -1
 """Stands for all parts together where misses are counted."""
 
 
-def as_a_whole(solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
+class Asks(Protocol):
+    """What a question part by part needs of whoever asks the solver."""
+
+    parts: Parts
+    tuning: Tuning
+    encoded: EncodedSpace
+    work: float
+    relaxed_first: set[int]
+    missed_briefly: Counter[int]
+
+    def out_of_time(self) -> bool:
+        """Whether there is no time left."""
+        ...
+
+    def solve_in(self, regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+        """One attempt at a question as a whole."""
+        ...
+
+    def solve_part(
+        self,
+        part: Part,
+        way: tuple[Settings, float],
+        weights: Sequence[int],
+        regions: Sequence[Bound],
+        best: Found | None,
+        least: int = 0,
+    ) -> Answer:
+        """One attempt at a part of the space."""
+        ...
+
+
+def as_a_whole(solver: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
     """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
     tuning, missed = solver.tuning.briefly_whole, solver.missed_briefly[WHOLE]
     if not tuning.is_on or len(solver.parts) < tuning.fewest or missed >= tuning.most_missed:
@@ -202,7 +231,7 @@ class Apart:
     What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
     """
 
-    def __init__(self, solver: Solver, weights: Sequence[int], regions: Sequence[Bound]) -> None:
+    def __init__(self, solver: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> None:
         self.solver = solver
         self.tuning = solver.tuning.subspaces
         self.weights = weights
