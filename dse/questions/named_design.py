@@ -12,6 +12,7 @@ from dse.questions.question import Changes
 from dse.questions.result_problem import belonging
 from dse.space.question.settings import SETTINGS, settings_of
 from dse.spec.language.grammar import ExpressionError, parse_assignment
+from dse.spec.language.scan import quoted
 from dse.support.errors import UsageError, about
 
 
@@ -53,7 +54,7 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     decisions = {name: option for name, option in decisions_in(data, number, path).items() if name not in taken}
     effective = dict(data["problem"]["effective"])
     effective["fixed"] = {name: option for name, option in effective["fixed"].items() if name not in taken}
-    chosen = [f"'{name}' = {option}" for name, option in decisions.items()]
+    chosen = [f"{quoted(name)} = {option}" for name, option in decisions.items()]
     with about(path):
         differs = belonging(data, path, problem).differs
         asked = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])

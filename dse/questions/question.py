@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypedDict
 
 from dse.space.question.settings import SETTINGS
+from dse.spec.language.scan import quoted
 from dse.support.errors import UsageError
 
 Texts: TypeAlias = str | Sequence[str]
@@ -41,7 +42,11 @@ def decisions_as_texts(design: Decided) -> list[str]:
     ["'control.period' = 10 ms"]
     """
     stated = getattr(design, "decisions", design)
-    texts = [f"'{name}' = {option}" for name, option in stated.items()] if isinstance(stated, Mapping) else stated or ()
+    texts = (
+        [f"{quoted(name)} = {option}" for name, option in stated.items()]
+        if isinstance(stated, Mapping)
+        else stated or ()
+    )
     if isinstance(texts, str) or not isinstance(texts, Iterable) or not all(isinstance(text, str) for text in texts):
         raise UsageError(
             f'design: expected decisions by name, texts such as "control.period = 10 ms", or a point; got {design!r}'
@@ -162,7 +167,7 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
         *(f"maximise {text}" for text in _texts(question, "maximise")),
     )
     settings: dict[str, Any] = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
-    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "'{}' = {}"), **settings)
+    return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "{} = {}"), **settings)
 
 
 def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:
@@ -174,7 +179,9 @@ def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str
     if not all(isinstance(text, str) for text in parts) or (is_mapping and not named):
         words = "name and text with a unit" if is_mapping and named else "text with a unit, or several"
         raise UsageError(f'{name}: expected {words}, such as "20 ms"; got {given!r}')
-    return tuple(named.format(*item) for item in given.items()) if is_mapping else parts
+    if not is_mapping:
+        return parts
+    return tuple(named.format(quoted(key) if name == "fix" else key, text) for key, text in given.items())
 
 
 # The metrics that ``--max-METRIC`` and ``max_METRIC`` limit; light, for the command line reads it before its work.

@@ -12,7 +12,7 @@ from dse.report.dispatch import Told
 from dse.report.output import _figures
 from dse.report.plots.front import whole_spec
 
-NAMES = ["a\\", 'a\\"+1', 'a"b', "a'b", "a\\nb", "var(--x)", "var(--ink)", "${x}|<b>&amp;", "\\u0041"]
+NAMES = ["a\\", 'a\\"+1', 'a"b', "a'b", "a\"b'c", "a\\nb", "var(--x)", "var(--ink)", "${x}|<b>&amp;", "\\u0041"]
 PROBLEM = """
 dse: 1
 name: NAME

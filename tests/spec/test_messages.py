@@ -78,7 +78,7 @@ WRONG = {
     "rate too": ("bus: ipc", "data_rate: 4 B/s", "data.data_rate: give `message` or `data_rate`, not both", ""),
     "lengths alone": (STATED, "lengths: {a: 1}", "data.lengths: lengths are those of a `message`", ""),
     "negative": ("poses: 32", "poses: -1", "data.lengths.poses: expected a whole number of at least 0, got -1", ""),
-    "many": ("poses: 32", "poses: 90000000", "data.lengths.poses: of messages or texts at most 1000000", ""),
+    "many": ("poses: 32", "poses: 100000001", "data.lengths.poses: expected a whole number of at most 100,000,000", ""),
     "distribution": ("ros1_noetic", "ros3", "messages.distribution: distribution ros3: there are ros1_noetic", ""),
     "no folder": ("ros1_noetic", "ros1_noetic, definitions: nix", "messages.definitions: no such file", "relative"),
     "rule": ("ros1_noetic", "ros1_noetic, size: rule", "data.lengths: they do not count", ""),
@@ -115,9 +115,15 @@ def test_definitions_that_contain_themselves_and_bounds_that_are_broken(tmp_path
 
 
 def test_without_rosbags_the_command_that_installs_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rosbags.interfaces", None)
+    monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
     with pytest.raises(dse.ProblemError, match=r"data\.message: .* pip install 'dse-pareto\[ros\]'"):
         dse.load(put(tmp_path, PROBLEM.replace("messages: {distribution: ros1_noetic}", "")))
+
+
+def test_very_many_elements_count_as_few_do(tmp_path: Path) -> None:
+    """Of 7 numbers of 8 B each, after 20 B: none of them is built."""
+    problem = dse.load(put(tmp_path, PROBLEM.replace("poses: 32", "poses: 100000000")))
+    assert problem.loaded.spec.connections["data"].data_size == (20 + 56 * 10**8,)
 
 
 def test_a_result_that_lost_its_sizes_says_so(tmp_path: Path) -> None:

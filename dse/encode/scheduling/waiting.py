@@ -31,7 +31,7 @@ from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
 from dse.analysis.views import View, tabulate
-from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int
+from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int, greatest
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.hosted import add_hosted_rows
 from dse.encode.scheduling.places import Places, Thread
@@ -190,14 +190,10 @@ class Waiting:
             table = board.short_table(item.limit.bound, MOST_BOUNDS)
             if table is None:
                 continue
-            bounds = [(literal, floor_int(bound * self.scale)) for literal, bound in table]
-            if operator == "<":
-                bounds = [(literal, -floor_int(-bound * self.scale) - 1) for literal, bound in table]
+            inwards = greatest(strict=operator == "<")
             # no response of the model is longer, and so none breaks a longer limit
-            most = self.scale * (
-                UNBOUNDED_NS + max((worst for _, worst in self.places.threads[number].worst), default=0)
-            )
-            bounds = [(literal, min(bound, most)) for literal, bound in bounds]
+            most = self.scale * (UNBOUNDED_NS + max((one for _, one in self.places.threads[number].worst), default=0))
+            bounds = [(literal, min(inwards(bound * self.scale), most)) for literal, bound in table]
             self._deadlines.add(position)
             if item.guard is None:
                 self._latest[number] = max(bound for _, bound in bounds)

@@ -61,6 +61,15 @@ def unquoted(text: str) -> str:
     return text
 
 
+def quoted(name: str) -> str:
+    """The name in quotes that it does not hold; bare where it holds both, as quotes inside a name begin nothing.
+
+    >>> print(quoted("my thread"), quoted("bob's"))
+    'my thread' "bob's"
+    """
+    return next((f"{quote}{name}{quote}" for quote in "'\"" if quote not in name), name)
+
+
 class Scanner:
     """Finds what is inside quotes; a quote opens only where a name can begin, so that ``bob's flow`` needs none."""
 
