@@ -26,8 +26,6 @@ from dse.support.version import __version__
 
 TYPE_CHECKING = False  # as that of `typing`, which is not imported here: Ctrl-C is heeded from `dse.cli.entry` on
 if TYPE_CHECKING:
-    from typing import Any
-
     from dse.answers.analysis import Analysis as Analysis
     from dse.answers.explanation import Explanation as Explanation
     from dse.answers.forms.registry import schema as schema
@@ -133,10 +131,20 @@ _HOMES = {
 __all__ = ["__version__", *_HOMES]
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'dse' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module 'dse' has no attribute {name!r}{_nearest(name)}")
+        return getattr(import_module(_HOMES[name]), name)
+
+
+def _nearest(name: str) -> str:
+    """The public name that may be meant; "" for names that Python itself asks for."""
+    from difflib import get_close_matches
+
+    close = [] if name.startswith("_") else get_close_matches(name, _HOMES, 1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
 
 
 def __dir__() -> list[str]:

@@ -81,6 +81,11 @@ class Evaluator:
         return tuple(build_measure(self.space, metric) for metric in in_time(all_metrics(self.space)))
 
     @cached_property
+    def counting_units(self) -> dict[str, str]:
+        """The unit in which each metric is counted."""
+        return {item.metric.name: item.counting_unit for item in self.metrics}
+
+    @cached_property
     def _shared_metrics(self) -> list[bool]:
         return [self._is_shared(item.metric) for item in self.metrics]
 

@@ -18,7 +18,7 @@ from dse.answers.base import Answer, With
 from dse.answers.contention_verdicts import NOT_JUDGED, Contended, core_use
 from dse.answers.ranking.ranking import METHOD, competition_ranks, ideal_distances
 from dse.answers.ranking.variants import find_variants
-from dse.answers.tables.display import in_table, titled
+from dse.answers.tables.display import in_base_units, in_table, scaled_unit, titled
 from dse.answers.tables.frames import unit_frame
 from dse.space.model.space import Design, Space
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -63,7 +63,7 @@ class Result(Answer):
     space: Space
     status: Literal["complete", "incomplete", "infeasible"]
     objectives: tuple[ObjectiveInfo, ...]
-    metric_units: Mapping[str, str]
+    counting_units: Mapping[str, str]
     front: tuple[Point, ...]
     unexplored: tuple[Mapping[str, int], ...]
     refuted: tuple[Mapping[str, int], ...]
@@ -146,7 +146,7 @@ class Result(Answer):
         """The front as a frame, in the order of rank.
 
         Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (integers in the units of
-        `objectives` and `metric_units`; infinite where they are unbounded); each open decision by name (text, None
+        `objectives` and `counting_units`; infinite where they are unbounded); each open decision by name (text, None
         where inactive).
 
         Parameters
@@ -159,9 +159,14 @@ class Result(Answer):
         return unit_frame(self.columns, rows, self.units, units, self.space.currency)
 
     @property
+    def metric_units(self) -> Mapping[str, str]:
+        """The unit of each metric of a point, as `dse.analyse` has it; JSON and tables count in `counting_units`."""
+        return {name: scaled_unit(unit)[1] for name, unit in self.counting_units.items()}
+
+    @property
     def units(self) -> Mapping[str, str]:
         """The unit that the integers of each metric count, objectives included."""
-        return {**self.metric_units, **{item.name: item.unit for item in self.objectives}}
+        return {**self.counting_units, **{item.name: item.unit for item in self.objectives}}
 
     def __repr__(self) -> str:
         """One line: what was asked, and what was found."""
@@ -177,7 +182,7 @@ class Result(Answer):
     def columns(self) -> list[str]:
         """The columns of `frame` and of the CSV."""
         names = [item.name for item in self.objectives]
-        more = [name for name in self.metric_units if name not in names]
+        more = [name for name in self.counting_units if name not in names]
         return ["id", "rank", *names, *more, *self.open_decisions]
 
     @property
@@ -188,7 +193,7 @@ class Result(Answer):
     def _rows(self) -> list[list[Any]]:
         rows = []
         for point in self.front:
-            values: dict[str, Any] = {**point.metrics, **point.objectives, **point.decisions}
+            values: dict[str, Any] = {**point.counts, **point.objectives, **point.decisions}
             rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
         return rows
 
@@ -244,11 +249,29 @@ class ObjectiveInfo:
     unit: str
 
 
+class Figures:
+    """The metrics of a design: as they are counted, and as they are.
+
+    `counts` are integers in the `counting_units` of the result, as its JSON has them.
+    """
+
+    counts: Mapping[str, int]
+    counting_units: Mapping[str, str]
+
+    @property
+    def metrics(self) -> Mapping[str, Fraction]:
+        """Every metric in the unit that `metric_units` of the result states, as `dse.analyse` has it.
+
+        Exact but for those that the result lists as `rounded`: these are rounded up.
+        """
+        return in_base_units(self.counts, self.counting_units)
+
+
 @dataclass(frozen=True, repr=False)
-class Point:
+class Point(Figures):
     """A non-dominated design.
 
-    `objectives` and `metrics` count in the units of the result, `decisions` are the active open ones.
+    `objectives` count in the units of the result's objectives, `decisions` are the active open ones.
     `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
     `is_first`: of all designs with these objectives it is the first in the order of the file.
     """
@@ -256,7 +279,8 @@ class Point:
     id: int
     rank: int
     objectives: Mapping[str, int]
-    metrics: Mapping[str, int]
+    counts: Mapping[str, int]
+    counting_units: Mapping[str, str]
     decisions: Mapping[str, str]
     design: Design
     score: str = ""
@@ -310,7 +334,7 @@ class Conflict:
 
 
 @dataclass(frozen=True)
-class FurtherDesign:
+class FurtherDesign(Figures):
     """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
 
     `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the
@@ -319,7 +343,8 @@ class FurtherDesign:
 
     id: str
     objectives: Mapping[str, int]
-    metrics: Mapping[str, int]
+    counts: Mapping[str, int]
+    counting_units: Mapping[str, str]
     decisions: Mapping[str, str]
     design: Design
     dominated_by: tuple[int, ...]
@@ -407,12 +432,13 @@ def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]
 
 
 @dataclass(frozen=True)
-class InsistedPoint:
+class InsistedPoint(Figures):
     """A design that is on the front with some option fixed, but not on the whole front; ids go on after those there."""
 
     id: int
     objectives: Mapping[str, int]
-    metrics: Mapping[str, int]
+    counts: Mapping[str, int]
+    counting_units: Mapping[str, str]
     decisions: Mapping[str, str]
     design: Design
 

@@ -28,7 +28,8 @@ class Verification(DataAnswer):
     """The outcome of `dse.verify`.
 
     `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
-    but `left_open` could not be proved again). `checked` says what was looked at and how, `remarks` what a reader of
+    but `left_open` could not be proved again). As a condition it is true where it is ``verified``, and only there.
+    `checked` says what was looked at and how, `remarks` what a reader of
     the result should know.
 
     Examples
@@ -62,6 +63,10 @@ class Verification(DataAnswer):
         listed = {"checked": self.checked, "left open": self.left_open, "remark": self.remarks}
         rest = [(kind, None, text) for kind, texts in listed.items() for text in texts]
         return pandas.DataFrame([*rows, *rest], columns=["kind", "place", "text"])
+
+    def __bool__(self) -> bool:
+        """Whether everything was confirmed."""
+        return self.status == "verified"
 
     @property
     def exit_code(self) -> int:

@@ -162,17 +162,16 @@ class Seconds(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Seconds from ``90``, ``90s`` or ``1.5 min``."""
-        from dse.support.units import TIME, UnitError, parse_quantity
+        from dse.support.arguments import read_span
+        from dse.support.units import UnitError
 
         try:
-            quantity = parse_quantity(str(value))
+            seconds = read_span(str(value))
         except UnitError as error:
             self.fail(f"{value!r}: {error.message}", param, ctx)
-        if quantity.unit and quantity.dimension != TIME:
-            self.fail(f'{value!r}: expected seconds or a duration with its unit, such as "2min"', param, ctx)
-        if quantity.value <= 0:
+        if seconds <= 0:
             self.fail("a time limit is positive", param, ctx)
-        return float(quantity.value)
+        return seconds
 
 
 def report_folder(path: str) -> Path:

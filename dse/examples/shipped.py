@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from dse.support import arguments
 from dse.support.errors import UsageError, did_you_mean
 
 
@@ -27,6 +28,7 @@ def example_files() -> tuple[Path, ...]:
     return tuple(sorted(example_folder().glob("*.yaml")))
 
 
+@arguments.checked(name=arguments.text)
 def example_path(name: str) -> Path:
     """The file of the example called `name`, with or without its suffix.
 

@@ -25,6 +25,7 @@ from dse.space.question.settings import SETTINGS, default_deadlines, settings_of
 from dse.spec.language.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.language.scan import CALL
 from dse.spec.loading.load import LoadedSpec, UnreadableError, load_spec, parse_spec
+from dse.support import arguments
 from dse.support.errors import ProblemError, UsageError
 
 if TYPE_CHECKING:
@@ -191,6 +192,7 @@ def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:
     return _problem(lambda: load_spec(Path(name), texts))
 
 
+@arguments.checked(text=arguments.text, name=arguments.text)
 def loads(text: str, name: str = "<text>") -> Problem:
     """Read a problem from text; it cannot include files. Errors as for `load`.
 
@@ -268,9 +270,9 @@ def set_up(problem: Problem, given: Mapping[str, str | None], *, replaced: Colle
     """
     for name, value in given.items():
         if name not in SETTINGS:
-            raise UsageError(f"there is no setting {name!r}: there are {', '.join(SETTINGS)}")
+            raise UsageError(f"there is no setting {name!r}{arguments.nearest(name, SETTINGS)}")
         if value is not None and value not in SETTINGS[name]:
-            raise UsageError(f"{name} is {', '.join(SETTINGS[name][:-1])} or {SETTINGS[name][-1]}, never {value!r}")
+            arguments.Word(tuple(SETTINGS[name]))(name, value)
     space = with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
     _check_file_under(problem.loaded, settings_of(space), replaced)
     return space

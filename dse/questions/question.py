@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias, TypedDict
 
 from dse.space.question.settings import SETTINGS
 from dse.spec.language.scan import quoted
+from dse.support.arguments import nearest, refuse
 from dse.support.errors import UsageError
 
 Texts: TypeAlias = str | Sequence[str]
@@ -159,7 +160,7 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
     known = (*Question.__annotations__,)
     for name in question:
         if name not in known:
-            raise UsageError(f"a question has no {name!r}: there are {', '.join(known)}")
+            raise UsageError(f"unknown keyword {name!r}{nearest(name, known)}")
     limits = tuple((metric, text) for metric in LIMITED for text in _texts(question, f"max_{metric}", "{}={}"))
     objectives = (
         *_texts(question, "objectives"),
@@ -172,13 +173,13 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
 
 def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:
     """One text or several; the text of each name is written as `named` says."""
-    given: Any = question.get(name) or ()
+    given: Any = () if question.get(name) is None else question[name]
     is_mapping = isinstance(given, Mapping)
     several = given.values() if is_mapping else given
     parts = tuple(several) if isinstance(several, Iterable) and not isinstance(several, str) else (given,)
     if not all(isinstance(text, str) for text in parts) or (is_mapping and not named):
-        words = "name and text with a unit" if is_mapping and named else "text with a unit, or several"
-        raise UsageError(f'{name}: expected {words}, such as "20 ms"; got {given!r}')
+        what = 'text with a unit, such as "20 ms"' if name.startswith("max_") else "text"
+        refuse(name, f"names, each with a {what}" if is_mapping and named else f"a {what}, or several", given)
     if not is_mapping:
         return parts
     return tuple(named.format(quoted(key) if name == "fix" else key, text) for key, text in given.items())

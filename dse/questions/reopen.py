@@ -37,11 +37,13 @@ from dse.questions.verify.insisting import stated_insisting
 from dse.questions.verify.points import Bench, check_ranks
 from dse.search.front import FrontSearch
 from dse.space.model.space import Design
+from dse.support import arguments
 from dse.support.errors import UsageError, about
 from dse.support.files.plain_json import parse_json
 from dse.support.files.reading import UnreadableFileError, read_text
 
 
+@arguments.checked(path=arguments.path, problem=arguments.optional_path)
 def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
     """The result at `path`, as `dse.solve` returned it; of a robust one its front (`dse.reopen_robust` has all of it).
 
@@ -92,7 +94,7 @@ def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, pa
         space=space,
         status=data["status"],
         objectives=infos,
-        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        counting_units=evaluator.counting_units,
         rounded=evaluator.rounded,
         front=front,
         unexplored=tuple(data["unexplored"]),
@@ -142,7 +144,8 @@ def _checked(
         raise UsageError(f"{named} has other figures than the result says: {stated}")
     return {
         "objectives": objectives,
-        "metrics": evaluator.metric_values(evaluation.design),
+        "counts": evaluator.metric_values(evaluation.design),
+        "counting_units": evaluator.counting_units,
         "decisions": decisions_of(evaluator.space, evaluation.design),
         "design": evaluation.design,
     }
@@ -216,6 +219,7 @@ ANSWERS: Final[Mapping[str, tuple[str, str]]] = {
 """The formats whose answers are made of nothing but their data, and where these answers are."""
 
 
+@arguments.checked(path=arguments.path)
 def read(path: str | Path) -> DataAnswer | Form:
     """What a command wrote with ``--json``, of any format, as it was written: nothing is computed again.
 

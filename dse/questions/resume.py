@@ -20,15 +20,23 @@ from dse.questions.robust.robust import RobustSearch, RobustWatcher, solve_quest
 from dse.questions.stopped_search import read_search, search_in, search_of
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search.front import Budget, Progress
+from dse.support import arguments
 from dse.support.errors import UsageError, about
-from dse.support.timelimit import TimeLimit
 
 
+@arguments.checked(
+    path=arguments.path,
+    problem=arguments.optional_path,
+    time_limit_s=arguments.span,
+    seed=arguments.SEED,
+    workers=arguments.Whole(1, 64),
+    progress=arguments.call,
+)
 def resume(
     path: str | Path,
     *,
     problem: str | Path | None = None,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
@@ -59,7 +67,7 @@ def resume(
     >>> dse.resume("stopped.json").status
     'complete'
     """
-    budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
+    budget = Budget(arguments.time_limit(time_limit_s), seed, workers)
     asked, earlier = read_search(path, problem)
     with about(path):
         if asked.robust:
@@ -67,6 +75,7 @@ def resume(
         return solve_asked(asked, budget, Watcher(progress), earlier)
 
 
+@arguments.checked(path=arguments.path, problem=arguments.optional_path)
 def reopen_robust(path: str | Path, problem: str | Path | None = None) -> RobustResult:
     """The robust result at `path`, as `dse.solve_robust` returned it.
 

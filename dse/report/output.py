@@ -28,6 +28,7 @@ from dse.report.plots.design import usage_chart, waterfall
 from dse.report.plots.front import Spec, parallel, scatter
 from dse.report.theme import LIGHT, with_colours
 from dse.report.words.clocks import timeline
+from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.extras import needed_for
 from dse.support.files.guard import guarding
@@ -115,6 +116,12 @@ def report_json(document: Document) -> str:
     return json_text(data)
 
 
+@arguments.checked(
+    answer=arguments.ANSWER,
+    to=arguments.path,
+    alternative=arguments.Whole(1, 10**9, is_optional=True),
+    top=arguments.Whole(0, 10**9, is_optional=True),
+)
 def write_report(
     answer: Told,
     to: str | Path = "reports",
@@ -325,6 +332,12 @@ def png_of(svg: str) -> bytes:
 FORMATS = ("png", "svg")
 
 
+@arguments.checked(
+    answer=arguments.ANSWER,
+    to=arguments.path,
+    formats=arguments.texts,
+    alternative=arguments.Whole(1, 10**9, is_optional=True),
+)
 def write_figures(
     answer: Told, to: str | Path = "figures", formats: Sequence[str] = ("svg",), alternative: int | None = None
 ) -> list[Path]:

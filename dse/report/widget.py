@@ -9,6 +9,7 @@ from dse.answers.result import Result
 from dse.report.content.document import Document
 from dse.report.html import html_report
 from dse.report.plots.front import scatter
+from dse.support import arguments
 from dse.support.extras import is_installed, needed_for
 
 FRAME = """
@@ -36,6 +37,7 @@ export default {
 """Shows the page, whose scripts are its own, and keeps the chosen alternative the same here and in Python."""
 
 
+@arguments.checked(result=arguments.RESULT, height=arguments.Whole(1, 10**5))
 def widget(result: Result, height: int = 900) -> Any:
     """The page of a result in a notebook (Jupyter, VS Code, marimo), by anywidget, of the extra ``widget``.
 

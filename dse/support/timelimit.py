@@ -20,6 +20,7 @@ from dse.support.errors import EXIT_INCOMPLETE, DseError
 T = TypeVar("T")
 GRACE = 0.1
 """A limit is kept to this share of it, or to a second where that is more."""
+A_TICK_S = 1e-9
 A_MOMENT_S = 0.5
 """So long may take what an answer is nothing without, also where a short limit was over before it began."""
 
@@ -55,8 +56,8 @@ class TimeLimit:
 
     @property
     def rest_s(self) -> float | None:
-        """The same, None without a limit: what another limit can be made of."""
-        return None if self.deadline is None else self.left_s
+        """The seconds that are left, None without a limit: what another limit can be made of, which is never 0."""
+        return None if self.deadline is None else max(self.left_s, A_TICK_S)
 
     @property
     def is_over(self) -> bool:

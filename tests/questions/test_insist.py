@@ -104,7 +104,7 @@ def test_prices(result: dse.Result) -> None:
 
 
 def test_a_stopped_one_says_unknown(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    stopped = dse.insist(dse.solve(PUMP), time_limit_s=0)
+    stopped = dse.insist(dse.solve(PUMP), time_limit_s=1e-9)
     assert stopped.insisting is not None and not stopped.insisting.is_complete
     assert {item.status for item in stopped.insisting.options} == {"incomplete"}
     assert "unknown" in summary_words(stopped)

@@ -160,7 +160,7 @@ def test_random_problems(method: Literal["exhaustion", "model"], monkeypatch: py
 def test_what_was_stopped_claims_nothing(tmp_path: Any) -> None:
     """Where the time was too short nothing is said about more, in results that are read again, too."""
     problem = dse.loads(FREE)
-    result: Result = dse.with_further_designs(dse.solve(problem), 2, "3%", time_limit_s=0.0)
+    result: Result = dse.with_further_designs(dse.solve(problem), 2, "3%", time_limit_s=1e-9)
     assert {group.more for group in result.others} == {None}
     assert dse.verify(result, problem=problem).status == "verified"
     path = tmp_path / "r.json"

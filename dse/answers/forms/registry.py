@@ -14,6 +14,7 @@ from pydantic_core import ErrorDetails
 
 from dse.spec.schema.fields import describe
 from dse.spec.schema.json_schema import json_schema, schema_head, simplified
+from dse.support import arguments
 from dse.support.errors import UsageError
 
 
@@ -87,6 +88,7 @@ TAGS = ("union_tag_invalid", "union_tag_not_found")
 """What pydantic finds where it cannot tell which case of a union something is."""
 
 
+@arguments.checked(of=arguments.Word(("problem", *FORMS)))
 def schema(of: str = "problem") -> dict[str, Any]:
     """The JSON Schema of problem files, or of a format that is written, as plain data.
 

@@ -84,7 +84,7 @@ class NamedDesign(Form):
     objectives: Values = field(
         "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
     )
-    metrics: Metrics = field(
+    metrics: Annotated[Metrics, Of("counts")] = field(
         "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded."
     )
     decisions: Decisions = field("The chosen option of each open decision that matters in this design.")
@@ -295,7 +295,7 @@ class ResultForm(Form):
     )
     ranking: Ranking = field("How the points are ranked.")
     objectives: list[Objective] = field("The objectives, in the order of the question.")
-    metric_units: dict[str, Unit] = field("What the figures of each metric count.")
+    metric_units: Annotated[dict[str, Unit], Of("counting_units")] = field("What the figures of each metric count.")
     rounded: list[str] = field("The metrics whose figures are rounded up to their unit.", default=[])
     front: list[Point] = field("The non-dominated designs, in the order of rank.")
     unused: list[UnusedChoice] = field(

@@ -9,6 +9,7 @@ from dse.analysis.views import View
 from dse.answers.ranking.ranking import rank
 from dse.answers.result import Result
 from dse.space.model.space import Space
+from dse.support import arguments
 
 
 def check_ranking(method: str, space: Space, *, has_baseline: bool) -> None:
@@ -22,6 +23,7 @@ def check_ranking(method: str, space: Space, *, has_baseline: bool) -> None:
     rank(method, [], [(item.metric.name, item.sense) for item in space.objectives], [] if has_baseline else None)
 
 
+@arguments.checked(result=arguments.RESULT, method=arguments.text)
 def ranked_by(result: Result, method: str) -> Result:
     """The result with its front ranked by `method` (`dse.answers.ranking.ranking`); every point stays, with its id.
 

@@ -16,6 +16,7 @@ from fractions import Fraction
 from math import sqrt
 from typing import Any, TypeAlias
 
+from dse.support.arguments import hint
 from dse.support.errors import UsageError
 from dse.support.units import is_unbounded
 
@@ -79,7 +80,7 @@ def rank(
     name, _, text = method.strip().partition(":")
     names = [objective for objective, _ in objectives]
     if name not in METHODS:
-        raise UsageError(f"--rank-by {method}: expected one of {', '.join(METHODS)}")
+        raise UsageError(f"--rank-by {method}: expected one of {', '.join(METHODS)}{hint(name, METHODS)}")
     if name in ("knee", "baseline") and text:
         raise UsageError(f"--rank-by {method}: {name} takes no parameters")
     if name in ("weights", "order") and not text:

@@ -93,6 +93,15 @@ def scaled_unit(unit: str) -> tuple[int, str]:
     return int(scale), base
 
 
+def in_base_units(counts: Mapping[str, int], units: Mapping[str, str]) -> dict[str, Fraction]:
+    """Figures by name in the base units of those in which they are counted.
+
+    >>> in_base_units({"use": 7, "price": 300}, {"use": "1/3 ppm", "price": "ct"})
+    {'use': Fraction(7, 3), 'price': Fraction(300, 1)}
+    """
+    return {name: Fraction(1) * value / scaled_unit(units[name])[0] for name, value in counts.items()}
+
+
 def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
     """How many of a counting unit (``ns``, ``1/3 ppm``) make one of the unit that engineers read, and that unit's name.
 

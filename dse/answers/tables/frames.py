@@ -10,6 +10,7 @@ from numbers import Rational
 from typing import TYPE_CHECKING, Any
 
 from dse.answers.tables.display import PREFERRED, display_unit, scaled_unit, titled
+from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.units import MONEY, UnitError, is_unbounded, parse_quantity
 
@@ -55,7 +56,7 @@ def unit_frame(
     """
     import pandas
 
-    texts = (wanted,) if isinstance(wanted, str) else tuple(wanted or ())
+    texts = arguments.texts("units", () if wanted is None else wanted)
     factors = {name: _factor(unit, texts, currency) for name, unit in units.items() if name in columns}
     heads = [titled(name, factors[name][1]) if name in factors else name for name in columns]
     values = [
@@ -85,7 +86,7 @@ def mixed_frame(
     """
     import pandas
 
-    texts = (wanted,) if isinstance(wanted, str) else tuple(wanted or ())
+    texts = arguments.texts("units", () if wanted is None else wanted)
     values = []
     for row in rows:
         factor, unit = _factor(row.get("unit") or "", texts, currency)

@@ -22,6 +22,7 @@ from dse.examples.random.topology import draw_topology
 from dse.space.build import build_space
 from dse.space.model.space import Space
 from dse.spec.loading.load import parse_spec
+from dse.support import arguments
 from dse.support.errors import UsageError
 
 LEAST_THREADS = 5
@@ -32,6 +33,12 @@ CORE_SHARE = 66
 """Percent of a processor that the starting design uses at most; of a bus, half."""
 
 
+@arguments.checked(
+    threads=arguments.Whole(LEAST_THREADS, MOST_THREADS),
+    seed=arguments.Whole(0, 2**63),
+    objectives=arguments.Whole(1, MOST_OBJECTIVES),
+    family=arguments.Word(tuple(FAMILIES)),
+)
 def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str = "robot") -> str:
     """The text of a problem file: same arguments, same bytes.
 

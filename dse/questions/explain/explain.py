@@ -26,6 +26,7 @@ from dse.space.architecture.activation import exclusions
 from dse.space.model.criteria import Requirement
 from dse.space.model.space import Design, Space
 from dse.space.question.implied import overloads_needed
+from dse.support import arguments
 from dse.support.timelimit import OutOfTime, until
 
 MOST_CONFLICTS = 100
@@ -42,13 +43,21 @@ class Wishes:
     seed: int = 0
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    every=arguments.flag,
+    limit=arguments.Whole(1, 10**9),
+    offer=arguments.texts,
+    time_limit_s=arguments.span,
+    seed=arguments.SEED,
+)
 def explain(
     problem: Source,
     *,
     every: bool = False,
     limit: int = MOST_CONFLICTS,
     offer: str | Sequence[str] = (),
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     seed: int = 0,
     **question: Unpack[Question],
 ) -> Explanation:
@@ -84,7 +93,10 @@ def explain(
     >>> found.status, [(item.demand.text, item.closest) for item in found.relaxations]
     ('infeasible', [('jitter of sensor_to_valve <= 5 ms', Fraction(6934000, 1))])
     """
-    return explain_asked(load(problem).ask(**question), Wishes(every, limit, _texts(offer), time_limit_s, seed))
+    return explain_asked(
+        load(problem).ask(**question),
+        Wishes(every, limit, _texts(offer), arguments.time_limit(time_limit_s).seconds, seed),
+    )
 
 
 def _texts(given: str | Sequence[str]) -> Sequence[str]:

@@ -28,6 +28,7 @@ from dse.search.certificate import narrowed
 from dse.search.front import Budget, FrontSearch, Progress, Watch, search_front
 from dse.search.referee import checked
 from dse.space.model.space import Design
+from dse.support import arguments
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 
@@ -47,10 +48,17 @@ class RobustSearch:
     robust: FrontSearch
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    time_limit_s=arguments.span,
+    seed=arguments.SEED,
+    workers=arguments.Whole(1, 64),
+    progress=arguments.call,
+)
 def solve_robust(
     problem: Source,
     *,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
@@ -86,7 +94,7 @@ def solve_robust(
     >>> len(found.robust.front), len(found.nominal.front), found.failures
     (4, 4, ())
     """
-    budget = Budget(TimeLimit.after(time_limit_s), seed, workers)
+    budget = Budget(arguments.time_limit(time_limit_s), seed, workers)
     with until(budget.limit.for_the_last_steps()):
         asked = load(problem).ask(**question)
     return robust_asked(asked, budget, RobustWatcher(progress))

@@ -23,9 +23,10 @@ from dse.questions.sensitivity.uncertainty import Uncertain, read_uncertainties,
 from dse.questions.sweep.fronts import search_space
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
+from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.extras import how_to_install, is_installed
-from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+from dse.support.timelimit import OutOfTime, look_at_the_clock, until
 from dse.support.units import format_ratio
 
 SWING = Fraction(1, 10)
@@ -47,6 +48,14 @@ class Settings:
     front: bool = True
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    swing=arguments.share,
+    samples=arguments.Whole(1, 10**8),
+    seed=arguments.SEED,
+    front=arguments.flag,
+    time_limit_s=arguments.span,
+)
 def sensitivity(
     problem: Source,
     design: Decided = None,
@@ -55,7 +64,7 @@ def sensitivity(
     samples: int = SAMPLES,
     seed: int = 0,
     front: bool = True,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     **question: Unpack[Question],
 ) -> SensitivityResult:
     """How far each input of a design may move before a requirement breaks, and which inputs matter.
@@ -93,7 +102,7 @@ def sensitivity(
     >>> found.scaling.factor
     Fraction(5, 2)
     """
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     texts = decisions_as_texts(design)
     settings = Settings(Fraction(swing).limit_denominator(10**9), samples, seed, front)
     with until(limit):

@@ -23,6 +23,7 @@ from dse.questions.sweep.store import Store, semantics_version
 from dse.questions.sweep.workers import Task, check_workers, run_all
 from dse.space.question.settings import SETTINGS, settings_of
 from dse.spec.schema.hardware import FROM_BANDWIDTH
+from dse.support import arguments
 from dse.support.errors import DseError, UsageError
 from dse.support.timelimit import NEVER, OutOfTime, TimeLimit
 
@@ -56,6 +57,16 @@ class Means:
     limit: TimeLimit = NEVER
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    vary=arguments.texts,
+    seed=arguments.SEED,
+    workers=arguments.Whole(1, 1024),
+    scheduler=arguments.optional_text,
+    store=arguments.optional_path,
+    time_limit_s=arguments.span,
+    progress=arguments.call,
+)
 def sweep(
     problem: Source,
     vary: str | Sequence[str],
@@ -64,7 +75,7 @@ def sweep(
     workers: int = 1,
     scheduler: str | None = None,
     store: str | Path | None = None,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     progress: Callable[[SweepProgress], None] | None = None,
     **question: Unpack[Question],
 ) -> SweepResult:
@@ -114,7 +125,7 @@ def sweep(
     >>> [stretch["from"] for stretch in found.runs[0].outcome["stretches"]]
     [6934000, 7078000, 13444000, 13588000]
     """
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     texts = [vary] if isinstance(vary, str) else list(vary)
     means = Means(workers, scheduler, Path(store) if store is not None else None, limit)
     return sweep_asked(load(problem).ask(**question), texts, seed, means, progress)

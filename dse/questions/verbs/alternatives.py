@@ -13,13 +13,22 @@ from dse.answers.result import FurtherAsked, FurtherDesign, FurtherDesigns, Poin
 from dse.questions.verify.contention import with_verdicts
 from dse.search.alternatives import Finder, Neighbourhood
 from dse.search.workers import stop_on_interrupt
+from dse.support import arguments
 from dse.support.errors import UsageError
-from dse.support.timelimit import OutOfTime, TimeLimit, until
+from dse.support.timelimit import OutOfTime, until
 from dse.support.units import DIMENSIONLESS, UnitError, parse_quantity
 
 DEFAULT_COUNT = 3
 
 
+@arguments.checked(
+    result=arguments.RESULT,
+    count=arguments.Whole(1, 1000),
+    within=arguments.optional_text,
+    top=arguments.Whole(0, 10**9, is_optional=True),
+    seed=arguments.SEED,
+    time_limit_s=arguments.span,
+)
 def with_further_designs(
     result: Result,
     count: int = DEFAULT_COUNT,
@@ -27,7 +36,7 @@ def with_further_designs(
     top: int | None = None,
     *,
     seed: int = 0,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
 ) -> Result:
     """The result with other designs of its first points; Ctrl-C keeps those that were found until then.
 
@@ -60,7 +69,7 @@ def with_further_designs(
     """
     if result.interrupted:
         return result
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     share = None if within is None else read_share(within)
     started = time.monotonic()
     evaluator = Evaluator(result.space)
@@ -118,7 +127,8 @@ def _others(
             FurtherDesign(
                 id=f"{point.id}.{number}",
                 objectives=objectives,
-                metrics=evaluator.metric_values(design),
+                counts=evaluator.metric_values(design),
+                counting_units=evaluator.counting_units,
                 decisions=decisions_of(result.space, design),
                 design=design,
                 dominated_by=tuple(_dominating(result, objectives)),

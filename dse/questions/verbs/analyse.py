@@ -14,8 +14,10 @@ from dse.questions.complete_design import complete_design
 from dse.questions.problem import Source, load, read_choices, with_stated_cores
 from dse.questions.question import Decided, Question, decisions_as_texts
 from dse.space.model.space import Space
+from dse.support import arguments
 
 
+@arguments.checked(also=Question.__annotations__, response_times=arguments.flag)
 def analyse(
     problem: Source,
     design: Decided = None,

@@ -24,6 +24,7 @@ from dse.space.question.metrics import busy_obstacle
 from dse.space.question.rules import unoffered_types
 from dse.space.size import space_size
 from dse.spec.quantities.rounding import rounded_figures
+from dse.support import arguments
 from dse.support.errors import EXIT_COMPLETE, EXIT_INVALID, TooLargeError
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.support.units import TimeRange
@@ -103,6 +104,7 @@ class Description(Answer):
         }
 
 
+@arguments.checked(also=Question.__annotations__)
 def check(problem: Source, **question: Unpack[Question]) -> Description:
     """Validate a problem and describe its space.
 

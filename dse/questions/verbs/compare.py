@@ -16,6 +16,7 @@ from dse.questions.complete_design import baseline_design
 from dse.questions.reopen import reopen
 from dse.questions.verbs.export import find_design
 from dse.space.model.space import Space
+from dse.support import arguments
 from dse.support.errors import UsageError, about
 
 BASELINE = "baseline"
@@ -25,6 +26,7 @@ Side: TypeAlias = Result | RobustResult | Analysis | str | Path
 """What is compared: a result or an analysis, or text that names one."""
 
 
+@arguments.checked(problem=arguments.optional_path)
 def compare(one: Side, other: Side, problem: str | Path | None = None) -> DesignComparison | ResultComparison:
     """Two results, two designs, or a design and the baseline.
 

@@ -34,6 +34,7 @@ from dse.space.question.metrics import QuestionError
 from dse.space.question.reading import read_requirements
 from dse.spec.language.scan import ExpressionError
 from dse.spec.schema.model import Spec, Thread
+from dse.support import arguments
 from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.support.units import (
     DATA,
@@ -52,6 +53,7 @@ INPUTS = ("execution time", "callback execution time", "period", "rate", "data s
 """What is held against what the file states, not against a metric."""
 
 
+@arguments.checked(also=Question.__annotations__, files=arguments.paths, tolerance=arguments.text)
 def compare_measured(
     problem: Source,
     *files: str | Path,

@@ -31,6 +31,7 @@ from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
 from dse.spec.loading.writing import block_text
 from dse.spec.schema.model import Imported, Ros2
+from dse.support import arguments
 from dse.support.errors import ProblemError, UsageError
 from dse.support.units import Exact
 
@@ -38,6 +39,9 @@ Format = Literal["problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl"]
 TRIALS = 5
 
 
+@arguments.checked(
+    result=arguments.RESULT, form=arguments.Word(get_args(Format)), folder=arguments.path, response_times=arguments.flag
+)
 def export(
     result: Result,
     alternative: int | str,

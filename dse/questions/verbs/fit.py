@@ -5,16 +5,31 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import get_args
 
 from pydantic import TypeAdapter, ValidationError
 
 from dse.fitting.fit import Fit, Options, Sizes, fit_measurements
 from dse.fitting.lines import Method
 from dse.spec.schema.fields import Name
+from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.units import UnitError, parse_ratio, parse_size_bytes
 
 
+@arguments.checked(
+    files=arguments.paths,
+    method=arguments.Word(get_args(Method)),
+    quantiles=arguments.optional_text,
+    round_trip=arguments.optional_flag,
+    sizes=arguments.optional_text,
+    without=arguments.texts,
+    name=arguments.text,
+    extremes=arguments.Whole(10, 10**12, is_optional=True),
+    columns=arguments.named_texts,
+    units=arguments.named_texts,
+    platforms=arguments.named_texts,
+)
 def fit(
     *files: str | Path,
     method: str = "ols",

@@ -13,6 +13,7 @@ from dse.importers.ros2.merging import merged
 from dse.spec.loading.load import load_spec
 from dse.spec.loading.recognising import is_problem
 from dse.spec.loading.writing import block_text
+from dse.support import arguments
 from dse.support.errors import Diagnostic, UsageError
 from dse.support.files.reading import UnreadableFileError, beginning
 
@@ -31,6 +32,7 @@ class ImportedFile:
     remarks: tuple[Diagnostic, ...] = ()
 
 
+@arguments.checked(path=arguments.paths, form=arguments.optional_text, times=arguments.paths, bags=arguments.paths)
 def import_file(
     path: str | Path | Sequence[str | Path],
     form: str | None = None,

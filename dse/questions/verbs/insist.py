@@ -19,6 +19,7 @@ from dse.questions.verify.insisting import open_options
 from dse.search.front import Budget, FrontSearch
 from dse.search.insist import Insistence
 from dse.space.model.space import Design
+from dse.support import arguments
 from dse.support.timelimit import OutOfTime, TimeLimit, in_force
 
 ALONE_S = 2.0
@@ -35,12 +36,19 @@ class Machines:
     scheduler: str | None = None
 
 
+@arguments.checked(
+    result=arguments.RESULT,
+    workers=arguments.Whole(1, 64),
+    scheduler=arguments.optional_text,
+    time_limit_s=arguments.span,
+    progress=arguments.call,
+)
 def insist(
     result: Result,
     *,
     workers: int = 1,
     scheduler: str | None = None,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
     """The result with the price of insisting: for each option of each open decision the front with that option fixed.
@@ -79,7 +87,7 @@ def insist(
     [('can_250k', 'complete', (1, 4)), ('can_500k', 'complete', (2, 3))]
     """
     check_workers(workers)
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     return insisted(result, Machines(workers, scheduler), limit, progress or (lambda done, whole: None))
 
 
@@ -115,7 +123,14 @@ def _search(
         for done, (number, outcome) in enumerate(_outcomes(payloads, machines, limit), start=1):
             data = json.loads(outcome)
             points = [
-                InsistedPoint(0, _counted(item["objectives"]), _counted(item["metrics"]), {}, tuple(item["design"]))
+                InsistedPoint(
+                    id=0,
+                    objectives=_counted(item["objectives"]),
+                    counts=_counted(item["metrics"]),
+                    counting_units=result.counting_units,
+                    decisions={},
+                    design=tuple(item["design"]),
+                )
                 for item in data["front"]
             ]
             found[wanted[number]] = data["status"], points

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil
-from typing import Literal, TypeAlias, Unpack
+from typing import Literal, TypeAlias, Unpack, get_args
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.evaluate import Evaluator
@@ -33,8 +33,9 @@ from dse.space.model.flows import Flow
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 from dse.space.question.metrics import all_disparities
+from dse.support import arguments
 from dse.support.errors import UsageError
-from dse.support.timelimit import OutOfTime, TimeLimit, until
+from dse.support.timelimit import OutOfTime, until
 from dse.support.units import Exact, Rounding, UnitError, format_duration, parse_duration_ns, whole
 
 Offsets: TypeAlias = Literal["worst", "random", "zero"]
@@ -44,6 +45,19 @@ MOST_DISPATCHES = 50_000_000
 """The most dispatches of timers in one run, which take minutes."""
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    duration=arguments.duration,
+    offsets=arguments.Word(get_args(Offsets)),
+    runs=arguments.Whole(1, 10**6),
+    seed=arguments.SEED,
+    execution=arguments.Word(get_args(Execution)),
+    drift_ppm=arguments.Whole(0, MOST_DRIFT_PPM),
+    contention=arguments.flag,
+    bus_contention=arguments.flag,
+    endless_queues=arguments.flag,
+    time_limit_s=arguments.span,
+)
 def simulate(
     problem: Source,
     design: Decided = None,
@@ -57,7 +71,7 @@ def simulate(
     contention: bool = True,
     bus_contention: bool = False,
     endless_queues: bool = False,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     **question: Unpack[Question],
 ) -> Simulation:
     """Simulate one design and compare what is observed with the analysis.
@@ -111,7 +125,7 @@ def simulate(
     >>> dse.simulate("pump.yaml", best.decisions, runs=1).contradictions
     ()
     """
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     texts = decisions_as_texts(design)
     space = with_stated_cores(load(problem).ask(**question), texts).space
     chosen = complete_design(space, {**space.baseline, **space.fixed, **read_choices(space, texts)})

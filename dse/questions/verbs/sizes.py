@@ -11,6 +11,7 @@ from dse.answers.base import DataAnswer
 from dse.answers.tables.frames import unit_frame
 from dse.importers.ros2.bags import Topic, read_bag
 from dse.importers.ros2.messages import DEFAULT, LONGEST, MessageSize, Types, message_sizes
+from dse.support import arguments
 from dse.support.errors import UsageError
 
 if TYPE_CHECKING:
@@ -54,6 +55,13 @@ class Sizes(DataAnswer):
         return unit_frame(columns, rows, counted | dict.fromkeys(("shortest", "mean time", "longest"), "ns"), units)
 
 
+@arguments.checked(
+    lengths=arguments.lengths,
+    names=arguments.texts,
+    definitions=arguments.paths,
+    bags=arguments.paths,
+    distribution=arguments.text,
+)
 def sizes(
     *names: str,
     definitions: Sequence[str | Path] = (),

@@ -19,16 +19,24 @@ from dse.questions.question import Question
 from dse.questions.verify.contention import with_verdicts
 from dse.search.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
 from dse.space.size import space_size
+from dse.support import arguments
 from dse.support.errors import UsageError
-from dse.support.timelimit import OutOfTime, TimeLimit, until
+from dse.support.timelimit import OutOfTime, until
 
 EXPLANATION_TIME_S = 30.0
 
 
+@arguments.checked(
+    also=Question.__annotations__,
+    time_limit_s=arguments.span,
+    seed=arguments.SEED,
+    workers=arguments.Whole(1, 64),
+    progress=arguments.call,
+)
 def solve(
     problem: Source,
     *,
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
     seed: int = 0,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
@@ -70,7 +78,7 @@ def solve(
     >>> result.front[0].objectives
     {'jitter of sensor_to_valve': 7078000, 'price': 24000}
     """
-    limit = TimeLimit.after(time_limit_s)
+    limit = arguments.time_limit(time_limit_s)
     with until(limit.for_the_last_steps()):
         asked = load(problem).ask(**question)
     return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress))
@@ -129,7 +137,7 @@ def result_of(
             ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
             for measure, objective in zip(evaluator.objectives, space.objectives, strict=True)
         ),
-        metric_units={measure.metric.name: measure.counting_unit for measure in evaluator.metrics},
+        counting_units=evaluator.counting_units,
         rounded=evaluator.rounded,
         front=_points(evaluator, search, under_way=under_way),
         unexplored=tuple(_region(evaluator, bound) for bound in search.unexplored),
@@ -175,7 +183,8 @@ def _points(evaluator: Evaluator, search: FrontSearch, *, under_way: bool) -> tu
             id=number,
             rank=rank,
             objectives=dict(zip(names, vector, strict=True)),
-            metrics={} if under_way else evaluator.metric_values(design),
+            counts={} if under_way else evaluator.metric_values(design),
+            counting_units=evaluator.counting_units,
             decisions=decisions_of(space, design),
             design=design,
             is_first=vector not in search.not_first,

@@ -173,8 +173,7 @@ def check_statements(bench: Bench) -> None:
         for measure, item in zip(evaluator.objectives, space.objectives, strict=True)
     ]
     bench.compare("objectives", objectives, data["objectives"])
-    units = {measure.metric.name: measure.counting_unit for measure in evaluator.metrics}
-    bench.compare("metric_units", units, data["metric_units"])
+    bench.compare("metric_units", dict(evaluator.counting_units), data["metric_units"])
     bench.compare("rounded", list(evaluator.rounded), data.get("rounded", []))
     bench.compare("search.space_size", space_size(space), data["search"]["space_size"])
     listed = {key: bool(data[key]) for key in ("front", "refuted", "unexplored")}

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.forms.consistency import check_whole
@@ -35,6 +35,7 @@ from dse.questions.verify.insisting import check_insisting
 from dse.questions.verify.points import MOST_FINDINGS, Bench, Witness, check_front, check_statements
 from dse.space.model.space import Design
 from dse.space.question.settings import settings_of
+from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.timelimit import OutOfTime, TimeLimit, until
 from dse.verification.prover import Method
@@ -210,12 +211,18 @@ MOST_CORNERS = 32
 """The greatest number of corners of the box, and of places inside, that are looked at for each point."""
 
 
+@arguments.checked(
+    result=arguments.STATED,
+    problem=arguments.PROBLEM,
+    method=arguments.Word(get_args(Method)),
+    time_limit_s=arguments.span,
+)
 def verify(
     result: Result | RobustResult | Mapping[str, Any] | str | Path,
     *,
     problem: Problem | str | Path | None = None,
     method: Method = "auto",
-    time_limit_s: float | None = None,
+    time_limit_s: arguments.Span | None = None,
 ) -> Verification:
     """Check a result without trusting the solver or the encoding that made it.
 
@@ -256,7 +263,9 @@ def verify(
     'verified'
     """
     data = result.to_dict() if isinstance(result, RobustResult) else result
-    return verify_with(data, RobustWitness, problem=problem, method=method, time_limit_s=time_limit_s)
+    return verify_with(
+        data, RobustWitness, problem=problem, method=method, time_limit_s=arguments.time_limit(time_limit_s).seconds
+    )
 
 
 class RobustWitness:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.answers.result import InsistedOption, ObjectiveInfo, Result
-from dse.answers.tables.display import counted, display_unit
+from dse.answers.tables.display import counted, display_unit, scaled_unit
 from dse.report.amounts import MOST_ROWS, amount_words
 from dse.report.page import NOTHING, Section, Table, texts
 from dse.support.units import is_unbounded
@@ -27,15 +27,16 @@ def decide_data(result: Result, baseline: Mapping[str, Fraction] | None = None) 
     `baseline` are the metrics of today's design, which is drawn, too.
     """
     currency = result.space.currency
-    figures_of = {point.id: (point.objectives, point.metrics) for point in result.front}
+    figures_of = {point.id: (point.objectives, point.counts) for point in result.front}
     if result.insisting is not None:
-        figures_of |= {point.id: (point.objectives, point.metrics) for point in result.insisting.points}
+        figures_of |= {point.id: (point.objectives, point.counts) for point in result.insisting.points}
     metrics = []
     for name, unit in result.units.items():
         factor, shown = display_unit(unit, currency)
         values = {str(number): _value(*figures, name) for number, figures in figures_of.items()}
         if baseline is not None:
-            values["baseline"] = None if is_unbounded(baseline[name]) else str(round(baseline[name]))
+            today = baseline[name] * scaled_unit(unit)[0]
+            values["baseline"] = None if is_unbounded(today) else str(round(today))
         metrics.append(
             {
                 "name": name,
@@ -63,13 +64,13 @@ def further_metrics(result: Result) -> list[tuple[int, str]]:
     return [
         (number, name)
         for number, name in enumerate(result.units)
-        if name not in objectives and len({point.metrics[name] for point in result.front}) > 1
+        if name not in objectives and len({point.counts[name] for point in result.front}) > 1
     ]
 
 
-def _value(objectives: Mapping[str, int], metrics: Mapping[str, int], name: str) -> str | None:
+def _value(objectives: Mapping[str, int], counts: Mapping[str, int], name: str) -> str | None:
     """The exact figure of a point as text; None where it is unbounded."""
-    value = objectives[name] if name in objectives else metrics[name]
+    value = objectives[name] if name in objectives else counts[name]
     return None if is_unbounded(value) else str(value)
 
 

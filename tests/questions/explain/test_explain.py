@@ -111,7 +111,7 @@ def test_limits_and_time() -> None:
     problem = dse.loads(TWO_WAYS)
     limited = dse.explain(problem, every=True, limit=1)
     assert limited.limited and not limited.every and len(limited.conflicts) == 1
-    stopped = dse.explain(problem, time_limit_s=0.0)
+    stopped = dse.explain(problem, time_limit_s=1e-9)
     assert (stopped.status, stopped.exit_code) == ("incomplete", 5)
 
 
