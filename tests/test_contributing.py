@@ -160,7 +160,7 @@ def test_the_field_that_the_steps_add_is_written_and_in_the_schema(changed: Path
     data = json.loads((changed / "v.json").read_text(encoding="utf-8"))
     assert data["is_plain"] is (data["remarks"] == [])
     schema = json.loads(called("schema", "--of", "verification"))
-    assert "is_plain" in schema["properties"] and "is_plain" not in schema["required"]
+    assert schema["properties"]["is_plain"]["description"] == "Whether there is nothing to remark."
 
 
 def test_what_the_steps_add_is_analysed_swept_and_in_the_schema(changed: Path, called: Callable[..., str]) -> None:

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from math import ceil, floor
-from typing import Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.terms import ZERO, Measure, Term
 from dse.analysis.views import View, tabulate
 from dse.space.model.criteria import Requirement
 from dse.space.model.space import Space
+from dse.support.json_fields import Of, Unit
 from dse.support.timelimit import OutOfTime
 
 MANY_CASES = 1_000
@@ -34,23 +35,29 @@ T = TypeVar("T")
 class Part:
     """What a thread, connection or device adds to a figure."""
 
-    name: str
-    value: Fraction
+    name: Annotated[str, "Which."]
+    value: Annotated[Fraction, "How much."]
 
 
 @dataclass(frozen=True)
 class Impossible:
-    """A requirement whose figure is at least (or at most, as `side` says) `value`, against `limit`, in `unit`.
+    """A requirement that no design meets, as bounds alone show."""
 
-    Of a sum `parts` are what each thread, connection or device adds to that, largest first.
-    """
+    JSON_NAME = "Bound"
+    WRITTEN = (
+        Of("requirement.text", "In the words of the problem.", key="requirement", kind=str),
+        Of("requirement.origin", "Where it stands.", kind=str),
+        *("side", "value", "limit", "unit", "parts"),
+    )
 
     requirement: Requirement
-    side: Side
-    value: Fraction
-    limit: Fraction
-    unit: str
-    parts: tuple[Part, ...] = ()
+    side: Annotated[Side, "Whether `value` is the least or the most that any design can have."]
+    value: Annotated[Fraction, "The bound."]
+    limit: Annotated[Fraction, "The limit."]
+    unit: Annotated[Unit, "What the figures count."]
+    parts: Annotated[
+        tuple[Part, ...], "Of a sum what each thread, connection or device adds to the bound, largest first."
+    ] = ()
 
 
 class Ends:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
-from typing import Protocol
+from typing import Annotated, Protocol
 
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_from
 from dse.analysis.measures import (
@@ -37,6 +37,7 @@ from dse.space.model.space import EMPTY, Bus, Component, Space
 from dse.space.model.trees import Choice, Tree, at, leaves
 from dse.space.question.metrics import worst_of
 from dse.support.errors import TooLargeError
+from dse.support.json_fields import NULL, Of, Unit
 from dse.support.units import Exact
 
 MANY_CASES = 10_000
@@ -127,31 +128,42 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a design meets a requirement: `value` and `limit` in `unit`; `slack` is negative when it is broken.
+    """How a design meets a requirement.
 
-    They are those of the sum, unless the limit of one core is nearer, or broken by more: then those of the thread,
-    which `worst_term` names, or of `worst_core`, from 1. `whole_limit` is the limit of the sum. `spread` tells which
-    core each thread of a limited processor has.
+    `value` and `limit` are those of the sum, unless the limit of one core is nearer, or broken by more: then those of
+    the thread, which `worst_term` names, or of `worst_core`, from 1. `whole_limit` is the limit of the sum. `spread`
+    tells which core each thread of a limited processor has.
     """
 
+    WRITTEN = (
+        Of("requirement.text", "In the words of the problem.", key="requirement", kind=str),
+        Of(
+            "requirement.implied",
+            "Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus.",
+            kind=bool,
+        ),
+        Of("requirement.origin", "Where it stands: `FILE:LINE`, or `command line`.", kind=str),
+        *("value", "limit", "slack", "unit", "holds", Of("who", key="worst_thread")),
+    )
+
     requirement: Requirement
-    value: Fraction
-    limit: Fraction
+    value: Annotated[Fraction, NULL, "What the design has, in `unit`; null where it is unbounded."]
+    limit: Annotated[Fraction, "The limit in this design, in `unit`."]
     whole_limit: Fraction
-    unit: str
-    holds: bool
+    unit: Annotated[Unit, "What the figures count."]
+    holds: Annotated[bool, "Whether the requirement holds."]
     worst_term: str = ""
     worst_core: int = 0
     spread: Spread | None = None
 
     @property
-    def who(self) -> str:
-        """The thread, or the core, that alone breaks the limit; "" where none does, or the sum does."""
+    def who(self) -> Annotated[str, NULL]:
+        """The thread or core that alone decides, where one does: value and limit are then its own."""
         return self.worst_term or (core_words(self.spread) if self.worst_core and self.spread is not None else "")
 
     @property
-    def slack(self) -> Fraction:
-        """How far the value may still move towards the limit, in `unit`."""
+    def slack(self) -> Annotated[Fraction, NULL]:
+        """How far the value is from the limit; negative where it is missed, null where the value is unbounded."""
         return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
 
 

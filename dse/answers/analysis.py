@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.diagnosis.remarks import design_remarks
@@ -25,8 +25,9 @@ from dse.analysis.scheduling.scheduling import Response, processor_responses
 from dse.analysis.terms import PPM, Term
 from dse.analysis.usage import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.views import View
-from dse.answers.base import Answer, With
+from dse.answers.base import Answer
 from dse.answers.contention_verdicts import Contended
+from dse.answers.question_data import OF_SPACE
 from dse.answers.result import decisions_of
 from dse.answers.tables.frames import unit_frame
 from dse.space.architecture.frames import frame_at
@@ -35,6 +36,7 @@ from dse.space.model.space import EMPTY, Design, Processor, Slot, Space
 from dse.space.model.trees import at
 from dse.space.question.metrics import busy_obstacle
 from dse.support.errors import UsageError
+from dse.support.json_fields import BY_NAME, NULL, Data, Json, Of, Unit
 from dse.support.timelimit import in_time
 from dse.support.units import Exact, whole
 
@@ -44,25 +46,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlowTable:
-    """The contributor table of a flow, in ns, with its totals; `findings` are what OSATE says of it (`osate-2.19`)."""
+    """The latency of a flow: the sum of its rows."""
+
+    JSON_NAME = "Flow"
+    WRITTEN = ("rows", "min_ns", "max_ns", "jitter_ns", "specified_ns", "findings")
 
     name: str
-    rows: tuple[Row, ...]
-    findings: tuple[Finding, ...] = ()
+    rows: Annotated[tuple[Row, ...], "The contributors, from the source to the end of the flow."]
+    findings: Annotated[
+        tuple[Finding, ...], "Under `osate-2.19`: the errors and warnings of OSATE about it.", Json(default=[])
+    ] = ()
 
     @property
     def min_ns(self) -> Exact:
-        """The minimum latency: the sum of the column."""
+        """The minimum latency."""
         return whole(sum((row.min_ns for row in self.rows), Fraction(0)))
 
     @property
-    def max_ns(self) -> Exact:
-        """The maximum latency: the sum of the column."""
+    def max_ns(self) -> Annotated[Exact, NULL]:
+        """The maximum latency; null where it is unbounded."""
         return whole(sum((row.max_ns for row in self.rows), Fraction(0)))
 
     @property
-    def specified_ns(self) -> tuple[Exact, Exact] | None:
-        """OSATE's specified totals; None where rows do not tell what is specified."""
+    def specified_ns(self) -> Annotated[tuple[Exact, Exact] | None, Json(default=None, kind=tuple[Exact, ...] | None)]:
+        """Under the `osate` profiles: the totals of what is specified, minimum and maximum."""
         given = [row.specified_ns for row in self.rows]
         if None in given:
             return None
@@ -70,32 +77,46 @@ class FlowTable:
         return whole(ends[0]), whole(ends[1])
 
     @property
-    def jitter_ns(self) -> Exact:
-        """Maximum minus minimum latency."""
+    def jitter_ns(self) -> Annotated[Exact, NULL]:
+        """The maximum minus the minimum; null where it is unbounded."""
         return whole(self.max_ns - self.min_ns)
+
+
+class Busy(Data):
+    """The share of the time that a bus is busy."""
+
+    unit: Annotated[Unit, "`ppm`, where the busy time is known.", Json(default="")]
+    shares: Annotated[Mapping[str, Fraction], "What each connection takes of the time.", Json(default=None)]
+    total: Annotated[Fraction | None, "The sum; null where it cannot be computed."]
+    reason: Annotated[str | None, "Why it cannot be computed, where it cannot.", Json(default=None)]
 
 
 @dataclass(frozen=True)
 class Usage:
-    """How much of a processor (ppm of one core) or bus (B/s) is used, by whom, and what it has (None: not stated).
+    """How much of a processor or bus is used, and by whom.
 
     `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
     `no_busy` explains, and for what has none.
-    `cores` has the core, from 1, of each of those who use a processor with several. `payload` has what each connection
-    carries over a bus with frames without these, in B/s (what OSATE counts), where `shares` are those of the wire.
-    `budget` are OSATE's budgets of a bus, under its current rules and where any is stated.
     """
 
     name: str
-    type: str
-    shares: Mapping[str, Fraction]
-    capacity: Fraction | None
+    type: Annotated[str, "The chosen type; `none` where the slot is left empty."]
+    shares: Annotated[Mapping[str, Fraction], "What each thread or connection uses."]
+    capacity: Annotated[Fraction | None, "What there is; null where the problem does not state it."]
     busy: Mapping[str, Fraction] | None = None
     no_busy: str = ""
-    cores: Mapping[str, int] = field(default_factory=dict)
-    payload: Mapping[str, Fraction] | None = None
-    unit: str = "ppm"
-    budget: Budget | None = None
+    cores: Annotated[
+        Mapping[str, int], "Of a processor with several cores: the core of each thread, from 1.", Json(default={})
+    ] = field(default_factory=dict)
+    payload: Annotated[
+        Mapping[str, Fraction] | None,
+        "Of a bus with frames: what each connection carries without them, as OSATE counts; `shares` are of the wire.",
+        Json(default=None, kind=Mapping[str, Fraction]),
+    ] = None
+    unit: Annotated[Unit, "What the figures count: `ppm` of one core, or `B/s`."] = "ppm"
+    budget: Annotated[
+        Budget | None, "Under `osate-2.19`, where budgets are stated: those of the bus.", Json(default=None)
+    ] = None
 
     @property
     def total(self) -> Fraction:
@@ -108,16 +129,39 @@ class Usage:
         return None if self.busy is None else sum(self.busy.values(), Fraction(0))
 
     @property
-    def busy_use(self) -> Mapping[str, Any]:
-        """The share of the time that a bus is busy, by connection; or why it is not known."""
+    def busy_use(self) -> Annotated[Mapping[str, Any], Json(kind=Busy)]:
+        """The share of the time that it is busy."""
         if self.busy is None:
             return {"total": None, "reason": self.no_busy or None}
         return {"unit": "ppm", "shares": self.busy, "total": self.busy_total}
 
 
+class ProcessorUse(Data):
+    """How much of a processor is used, and by whom."""
+
+    OF = Usage
+    WRITTEN = ("type", "unit", "shares", "total", "capacity", "cores")
+
+
+class BusUse(Data):
+    """How much of a bus is used, by whom, and for how long."""
+
+    OF = Usage
+    WRITTEN = ("type", "unit", "shares", "total", "capacity", "payload", Of("busy_use", key="busy"), "budget")
+
+
+class MetricValue(Data):
+    """A metric of a design."""
+
+    JSON_NAME = "Metric"
+
+    value: Annotated[Fraction, NULL, "Its exact value; null where it is unbounded."]
+    unit: Annotated[Unit, "What the value counts."]
+
+
 @dataclass(frozen=True, repr=False)
 class Analysis(Answer):
-    """Everything that can be said of one design; `breaches` says why it is not valid, then the tables are empty.
+    """The outcome of `dse analyse`: everything that is computed of one design.
 
     Examples
     --------
@@ -128,31 +172,64 @@ class Analysis(Answer):
     [('jitter of sensor_to_valve <= 30 ms', True)]
     """
 
-    FORM = "design.AnalysisForm"
+    FORMAT = "analysis"
+    WRITTEN = (
+        Of("space.name", "The name of the problem.", key="problem"),
+        *OF_SPACE,
+        *(Of("is_feasible", key="feasible"), "breaches", "decisions", "flows", "processors", "buses", "resources"),
+        *(Of("metric_values", key="metrics"), "verdicts", "contended", "boundaries", "warnings", "overheads"),
+        "responses",
+    )
 
     space: Space
     design: Design
-    decisions: Mapping[str, str]
-    flows: tuple[FlowTable, ...]
-    processors: tuple[Usage, ...]
-    buses: tuple[Usage, ...]
+    decisions: Annotated[Mapping[str, str], "The chosen option of each open decision that matters in it."]
+    flows: Annotated[tuple[FlowTable, ...], BY_NAME, "The contributors to the latency of each flow."]
+    processors: Annotated[
+        tuple[Usage, ...],
+        "The utilisation of each processor.",
+        Json(kind=Annotated[tuple[ProcessorUse, ...], BY_NAME]),
+    ]
+    buses: Annotated[tuple[Usage, ...], "The load of each bus.", Json(kind=Annotated[tuple[BusUse, ...], BY_NAME])]
     metrics: Mapping[str, Fraction]
     metric_units: Mapping[str, str]
-    verdicts: tuple[Verdict, ...]
-    warnings: tuple[str, ...] = ()
-    breaches: tuple[str, ...] = ()
-    responses: Mapping[str, tuple[Response, ...]] = field(default_factory=dict)
-    """By processor, where response times were asked for."""
-    resources: tuple[ResourceUse, ...] = ()
-    """OSATE's resource budgets, under its current rules and where anything is stated."""
-    boundaries: tuple[Boundary, ...] = ()
-    """Every reader on the clock of the timer before it, flow by flow."""
-    contended: Contended | None = None
-    """What the design keeps when response times count, where the question leaves that out."""
+    verdicts: Annotated[tuple[Verdict, ...], "How it meets each requirement.", Json("requirements")]
+    warnings: Annotated[tuple[str, ...], "What no requirement forbids but an engineer should know."] = ()
+    breaches: Annotated[tuple[str, ...], "Why it is no valid design; then the tables are empty."] = ()
+    responses: Annotated[
+        Mapping[str, tuple[Response, ...]],
+        "The threads of each processor, where these were asked for.",
+        Json("response_times"),
+    ] = field(default_factory=dict)
+    resources: Annotated[
+        tuple[ResourceUse, ...],
+        "Under `osate-2.19`, where any is stated: the resource budgets of processors, partitions, memories and of all.",
+        Json(default=[]),
+    ] = ()
+    boundaries: Annotated[
+        tuple[Boundary, ...],
+        "Every reader on the clock of the timer before it, where flows have some.",
+        Json(default=[]),
+    ] = ()
+    contended: Annotated[
+        Contended | None,
+        "What it keeps when response times count, where the question leaves them out.",
+        Json("contention", default=None, kind=Contended),
+    ] = None
+
+    @property
+    def metric_values(self) -> Annotated[Mapping[str, Any], Json(kind=Mapping[str, MetricValue])]:
+        """Every metric."""
+        return {name: {"value": value, "unit": self.metric_units[name]} for name, value in self.metrics.items()}
+
+    @property
+    def overheads(self) -> Mapping[str, Sequence[str]]:
+        """What response times count beside execution times, with the threads or processors of which it is stated."""
+        return stated_overheads(self.space, self.design)
 
     @property
     def is_feasible(self) -> bool:
-        """Valid, and every requirement holds."""
+        """Whether the design is valid and meets every requirement."""
         return not self.breaches and all(verdict.holds for verdict in self.verdicts)
 
     def limits_empty_slot(self, verdict: Verdict) -> bool:
@@ -195,35 +272,17 @@ class Analysis(Answer):
         """
         import pandas
 
-        from dse.answers.forms.design import Row as RowForm
-        from dse.answers.forms.writing import written
+        from dse.answers.forms.codec import written
 
         table = next((table for table in self.flows if table.name == name), None)
         if table is None:
             raise UsageError(f"no flow is called {name!r}: there are {', '.join(flow.name for flow in self.flows)}")
-        rows = [written(RowForm, row) for row in table.rows]
+        rows = [written(Row, row) for row in table.rows]
         if units is None:
             return pandas.DataFrame(rows)
         names = {"min_ns": "min", "max_ns": "max"}
         named = [{names.get(column, column): value for column, value in row.items()} for row in rows]
         return unit_frame([*dict.fromkeys(chain(*named))], named, {"min": "ns", "max": "ns"}, units)
-
-    def _told(self) -> Mapping[str, Any]:
-        return {
-            "metrics": {name: (value, self.metric_units[name]) for name, value in self.metrics.items()},
-            "overheads": stated_overheads(self.space, self.design),
-            "response_times": {name: [_response(item) for item in found] for name, found in self.responses.items()},
-        }
-
-
-def _response(response: Response) -> With:
-    return With(
-        response,
-        {
-            "execution_ns": (response.best_ns, response.worst_ns),
-            "switching_ns": response.task.worst_ns - response.worst_ns,
-        },
-    )
 
 
 # Every figure of one design: contributor tables, processor and bus shares, metrics, verdicts.

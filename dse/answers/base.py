@@ -1,15 +1,10 @@
-"""What the answers of all verbs have in common: a form, in which they are written as JSON."""
+"""What the answers of all verbs have in common: a format, in which they are written as JSON."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
+from typing import Any, ClassVar, Self
 
 PLAIN = frozenset({str, int, float, bool, type(None)})
 """What has no entries."""
@@ -55,36 +50,16 @@ def _compact(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-@dataclass(frozen=True)
-class With:
-    """A source of fields, and what is `told` of it under their names besides."""
-
-    source: object
-    told: Mapping[str, Any]
-
-
 class Answer:
-    """An answer that has a form, which `dse schema --of` prints: its fields are written as `FORM` describes them."""
+    """An answer that is written as JSON: what of it, its class says (`dse.support.json_fields`)."""
 
-    FORM: ClassVar[str]
-    """A module of `dse.answers.forms`, and the form in it."""
-
-    def _told(self) -> Mapping[str, Any]:
-        """Fields of the form that are no attributes of the answer."""
-        return {}
-
-    @classmethod
-    def form(cls) -> type[BaseModel]:
-        """The class of the form."""
-        from dse.answers.forms.registry import form_at
-
-        return form_at(cls.FORM)
+    FORMAT: ClassVar[str]
+    """The name of its format: ``result`` for ``dse-result/1``, which `dse schema --of result` prints."""
 
     @classmethod
     def format(cls) -> str:
-        """The name of the format, such as ``dse-result/1``."""
-        (name,) = get_args(cls.form().model_fields["format"].annotation)
-        return str(name)
+        """The name of the format with its version, such as ``dse-result/1``."""
+        return f"dse-{cls.FORMAT}/1"
 
     def __repr__(self) -> str:
         """One line: what it is an answer about, and its status where it has one."""
@@ -107,10 +82,10 @@ class Answer:
         return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer in its form, as plain data: exact figures, fractions as text where they are no integers."""
-        from dse.answers.forms.writing import written
+        """The answer in its format, as plain data: exact figures, fractions as text where they are no integers."""
+        from dse.answers.forms.codec import written
 
-        return written(self.form(), With(self, self._told()))
+        return written(type(self), self)
 
     def to_json(self) -> str:
         """`to_dict` as text."""
@@ -118,7 +93,12 @@ class Answer:
 
 
 class DataAnswer(Answer):
-    """An answer that is made of nothing but the data of its form: it can be read back."""
+    """An answer that is made of nothing but the data of its format: it can be read back."""
+
+    @classmethod
+    def _read(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Fields that no entry of the data has by itself."""
+        return {}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
@@ -127,11 +107,10 @@ class DataAnswer(Answer):
         Raises
         ------
         UsageError
-            when the data are not of its form, naming the first place that is wrong.
+            when the data are not of its format, naming the first place that is wrong.
         """
-        from dse.answers.forms.from_data import read_as
+        from dse.answers.forms.codec import read_as
         from dse.answers.reading import check_data
 
-        form = cls.form()
-        check_data(cls.format().removeprefix("dse-").partition("/")[0], data, "the data")
-        return read_as(cls, form.model_validate(data))  # type: ignore[arg-type]
+        check_data(cls.FORMAT, data, "the data")
+        return read_as(cls, data, **cls._read(data))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from dse.analysis.measures import all_metrics
 from dse.answers.analysis import Analysis
@@ -18,6 +18,7 @@ from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import parts_of
 from dse.space.model.space import Space
 from dse.space.question.settings import SETTINGS, settings_of
+from dse.support.json_fields import Data, Json, Of, Unit, Values
 
 if TYPE_CHECKING:
     import pandas
@@ -55,30 +56,65 @@ class Line:
         return None
 
 
+Holds: TypeAlias = Literal["holds", "broken"] | None
+
+
+class TwoValues(Data):
+    """A metric in two designs."""
+
+    values: Annotated[
+        tuple[Fraction | None, Fraction | None], "In each; null where a design has none, or it is unbounded."
+    ]
+    unit: Annotated[Unit, "What they count."]
+
+
+def _pairs(lines: Iterable[Line]) -> dict[str, tuple[Any, Any]]:
+    return {line.name: (line.one, line.other) for line in lines}
+
+
 @dataclass(frozen=True, repr=False)
 class DesignComparison(Answer):
-    """Two designs: their decisions, metrics, and how each meets the requirements that its problem states.
+    """Two designs side by side.
 
-    `unlike` says which figures follow different rules, so that they tell nothing of which design is better; `carried`
-    names the problem files that were not there, so that the problems that results carry were compared.
+    `carried` names the problem files that were not there, so that the problems that results carry were compared.
     """
 
-    FORM = "verdicts.Designs"
+    FORMAT = "comparison"
+    JSON_NAME = "Designs"
+    WRITTEN = (
+        *("of", "names", "currencies", Of("options", key="decisions"), Of("figures", key="metrics")),
+        *("requirements", "unlike"),
+    )
 
-    names: tuple[str, str]
+    names: Annotated[tuple[str, str], "What the two are called."]
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
     verdicts: tuple[Line, ...]
-    currencies: tuple[str, str]
-    unlike: tuple[str, ...] = ()
+    currencies: Annotated[tuple[str, str], "The currency of each."]
+    unlike: Annotated[
+        tuple[str, ...], "The settings by which figures of both are counted otherwise.", Json("not_comparable")
+    ] = ()
     carried: tuple[str, ...] = ()
 
-    def _told(self) -> Mapping[str, Any]:
-        return {
-            "decisions": {line.name: (line.one, line.other) for line in self.decisions},
-            "metrics": {line.name: ((line.one, line.other), line.unit) for line in self.metrics},
-            "requirements": {line.name: (line.one, line.other) for line in self.verdicts},
-        }
+    @property
+    def of(self) -> Literal["designs"]:
+        """What is compared."""
+        return "designs"
+
+    @property
+    def options(self) -> Mapping[str, tuple[str | None, str | None]]:
+        """The option of each decision in both; null where a design has no use for it."""
+        return _pairs(self.decisions)
+
+    @property
+    def figures(self) -> Annotated[Mapping[str, Any], Json(kind=Mapping[str, TwoValues])]:
+        """Each metric in both."""
+        return {line.name: {"values": (line.one, line.other), "unit": line.unit} for line in self.metrics}
+
+    @property
+    def requirements(self) -> Mapping[str, tuple[Holds, Holds]]:
+        """How both meet each requirement; null where the problem does not state it."""
+        return _pairs(self.verdicts)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each decision, metric and requirement.
@@ -99,32 +135,55 @@ class DesignComparison(Answer):
 
 @dataclass(frozen=True)
 class PointComparison:
-    """A point against the other front: the ids of those with the same objectives, and of those that dominate it."""
+    """A point against the other front."""
+
+    JSON_NAME = "ComparedPoint"
+    WRITTEN = (
+        Of("point.id", "Its id in its own result.", kind=int),
+        Of(
+            "point.objectives",
+            "Its objectives, in the units of its own result; null where one is unbounded.",
+            kind=Values,
+        ),
+        *("equal", "dominated_by"),
+    )
 
     point: Point
-    equal: tuple[int, ...]
-    dominated_by: tuple[int, ...]
+    equal: Annotated[tuple[int, ...], "The points of the other front with the same objectives."]
+    dominated_by: Annotated[tuple[int, ...], "The points of the other front that dominate it."]
 
 
 @dataclass(frozen=True, repr=False)
 class ResultComparison(Answer):
-    """Two results with the same objectives: what was asked and found, and each point against the other front.
+    """Two results with the same objectives side by side.
 
-    `unlike` says which objectives follow different rules; then no point is held against another. `carried` names the
-    problem files that were not there, so that the problems that the results carry were compared.
+    `carried` names the problem files that were not there, so that the problems that the results carry were compared.
     """
 
-    FORM = "verdicts.Results"
+    FORMAT = "comparison"
+    JSON_NAME = "Results"
+    WRITTEN = ("of", "names", Of("fact_texts", key="facts"), "points", "unlike")
 
-    names: tuple[str, str]
+    names: Annotated[tuple[str, str], "What the two are called."]
     results: tuple[Result, Result]
     facts: tuple[Line, ...]
-    points: tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]]
-    unlike: tuple[str, ...] = ()
+    points: Annotated[tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]], "The points of each front."]
+    unlike: Annotated[
+        tuple[str, ...],
+        "The settings by which the objectives of both are counted otherwise: then no point is compared.",
+        Json("not_comparable"),
+    ] = ()
     carried: tuple[str, ...] = ()
 
-    def _told(self) -> Mapping[str, Any]:
-        return {"facts": {line.name: (line.one, line.other) for line in self.facts}}
+    @property
+    def of(self) -> Literal["results"]:
+        """What is compared."""
+        return "results"
+
+    @property
+    def fact_texts(self) -> Mapping[str, tuple[str | None, str | None]]:
+        """What was asked and found, in words, of both."""
+        return _pairs(self.facts)
 
     def frame(self) -> pandas.DataFrame:
         """What was asked and found, side by side; columns ``name``, ``one`` and ``other``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from dse.analysis.diagnosis.front_verdicts import (
     ContentionReferee,
@@ -17,20 +17,18 @@ from dse.analysis.diagnosis.front_verdicts import (
 )
 from dse.analysis.terms import PPM
 from dse.space.model.space import Design, Space
+from dse.support.json_fields import Data, Unit
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A requirement that a design misses: `value` (None: unbounded) against `limit`, in `unit`.
+    """A requirement that a design misses when response times count."""
 
-    `unbounded` names the threads in it whose response time has no bound.
-    """
-
-    requirement: str
-    value: Fraction | None
-    limit: Fraction
-    unit: str
-    unbounded: tuple[str, ...] = ()
+    requirement: Annotated[str, "The requirement in the words of the problem."]
+    value: Annotated[Fraction | None, "What the design has, in `unit`; null where it is unbounded."]
+    limit: Annotated[Fraction, "The limit, in `unit`."]
+    unit: Annotated[Unit, "What the two figures count."]
+    unbounded: Annotated[tuple[str, ...], "The threads in it whose response time has no bound."] = ()
 
     @classmethod
     def of(cls, miss: Miss) -> Broken:
@@ -42,13 +40,16 @@ class Broken:
 
 @dataclass(frozen=True)
 class Contended:
-    """What a design breaks when response times count; it keeps every requirement where that is nothing."""
+    """What a design keeps when response times count."""
 
-    broken: tuple[Broken, ...]
+    JSON_NAME = "Contention"
+    WRITTEN = ("status", "broken")
+
+    broken: Annotated[tuple[Broken, ...], "What it misses then."]
 
     @property
-    def status(self) -> str:
-        """``kept`` or ``broken``."""
+    def status(self) -> Literal["kept", "broken", "not checked"]:
+        """Whether it keeps every requirement then."""
         return "broken" if self.broken else "kept"
 
 
@@ -72,6 +73,15 @@ def contended(found: Judged) -> Contended:
     return Contended(tuple(Broken.of(miss) for miss in found.misses))
 
 
+class ContentionBasis(Data):
+    """What the fronts leave out, and how their designs are judged all the same."""
+
+    left_out: Annotated[bool, "Whether response times are left out of the latencies."]
+    cores: Annotated[
+        list[Literal["stated", "decided", "first-fit"]], "Who chooses the cores that threads are judged on."
+    ]
+
+
 def basis_dict(space: Space) -> dict[str, Any] | None:
     """What the fronts of a study leave out and are judged by, for JSON; None where they leave out nothing.
 
@@ -82,13 +92,22 @@ def basis_dict(space: Space) -> dict[str, Any] | None:
     return {"left_out": is_left_out(space), "cores": sorted(core_origins(space))}
 
 
-def core_use(space: Space, design: Design) -> dict[str, tuple[str, list[Fraction]]]:
-    """Whether open threads of each processor with several cores have a partition, and what each core carries (ppm).
+@dataclass(frozen=True)
+class CoreUse:
+    """How the cores of a processor are used."""
 
-    The first is ``stated`` where every core is stated or decided; else ``found``, ``none`` (proved), ``undecided``.
-    """
+    partition: Annotated[
+        Literal["stated", "found", "none", "undecided"],
+        "`stated` where every core is stated or decided; of threads without one whether some way to put them on cores "
+        "keeps what is required of each core: found, none (proved absent), or undecided.",
+    ]
+    used: Annotated[list[Fraction], "What each core carries, in ppm of it, core 1 first."]
+
+
+def core_use(space: Space, design: Design) -> dict[str, CoreUse]:
+    """How the cores of each processor with several cores are used, by its name."""
     return {
-        space.processors[number].name: (
+        space.processors[number].name: CoreUse(
             item.status if item.is_open else "stated",
             [load * PPM for load in item.loads],
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from dse.analysis.bounds import Impossible
 from dse.analysis.diagnosis.flow_delays import Delayed
@@ -13,10 +13,12 @@ from dse.analysis.diagnosis.lateness import Late
 from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
-from dse.answers.base import Answer, With
-from dse.answers.result import Origin, csv_text
+from dse.answers.base import Answer
+from dse.answers.question_data import BY_WAITING
+from dse.answers.result import ExplainedProblem, Origin, csv_text
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.json_fields import NULL, Data, Json, Of, Unit
 
 if TYPE_CHECKING:
     import pandas
@@ -27,11 +29,11 @@ Decisions = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Demand:
-    """A requirement, a rule or a fixed decision in the user's words, with the place where it stands."""
+    """A requirement, a rule or a fixed decision."""
 
-    kind: Literal["requirement", "rule", "fixed decision"]
-    text: str
-    origin: str
+    kind: Annotated[Literal["requirement", "rule", "fixed decision"], "Which of the three."]
+    text: Annotated[str, "In the words of the problem."]
+    origin: Annotated[str, "Where it stands: `FILE:LINE`, or `command line`."]
 
 
 @dataclass(frozen=True)
@@ -61,24 +63,70 @@ class Example:
         return tuple(demand for demand in self.breaks if demand not in expected)
 
 
+class Why(Data):
+    """Why a design breaks what it breaks."""
+
+    overloads: Annotated[tuple[Overload, ...], "The cores and buses that it uses beyond a limit that it breaks."]
+    late: Annotated[
+        tuple[Late, ...],
+        "The threads that end too late in it, and those without a bound in flows whose limits it breaks.",
+    ]
+    delayed: Annotated[
+        tuple[Delayed, ...], "The limits on flows that it breaks while threads in these wait for others."
+    ]
+    boundaries: Annotated[
+        tuple[Boundary, ...],
+        "The readers on the clock of the timer before them, along the flows whose limits it breaks.",
+    ]
+    shorter: Annotated[tuple[Shorter, ...], "Shorter times with each of which alone all that is asked holds in it."]
+
+
+OF_DEMAND = ("demand.kind", "demand.text", "demand.origin")
+OF_EXAMPLE = (
+    Of("example.design", "An example."),
+    Of("example.broken_texts", "Every demand of the question that the example breaks.", key="breaks"),
+    Of("example.overloads", "The cores that the example uses beyond a limit that it breaks."),
+    Of(
+        "example.late",
+        "The threads that end too late in the example, and those without a bound in flows whose limits it breaks.",
+    ),
+    Of("example.delayed", "The limits on flows that the example breaks while threads in these wait for others."),
+    Of(
+        "example.boundaries",
+        "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
+    ),
+    Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
+)
+
+
+@dataclass(frozen=True)
+class ConflictMember:
+    """A member of a minimal conflict."""
+
+    WRITTEN = (
+        *OF_DEMAND,
+        Of("example.design", "A design that meets all the other members.", key="without_it"),
+        Of("example.broken_texts", "Every demand of the question that this design breaks.", key="breaks"),
+        Of("example", "Why it does.", key="why", kind=Why),
+    )
+
+    demand: Demand
+    example: Example
+
+
 @dataclass(frozen=True)
 class MinimalConflict:
-    """Demands that cannot hold together; beside each, a design that meets all the others of the conflict.
+    """Demands that cannot hold together; without any one of them the others can."""
 
-    `by_waiting` is False where there is no design even if each response time were as long as the job takes alone; True
-    where it takes that threads wait for each other, as far as is known.
-    """
+    WRITTEN = (Of("listed", "They.", key="members"), "by_waiting")
 
     members: tuple[tuple[Demand, Example], ...]
-    by_waiting: bool = True
+    by_waiting: Annotated[bool, BY_WAITING] = True
 
     @property
-    def listed(self) -> list[With]:
-        """The members as JSON has them."""
-        return [
-            With(demand, {"without_it": example.design, "breaks": example.broken_texts, "why": example})
-            for demand, example in self.members
-        ]
+    def listed(self) -> list[ConflictMember]:
+        """The members, each with a design that meets all others."""
+        return [ConflictMember(demand, example) for demand, example in self.members]
 
 
 @dataclass(frozen=True)
@@ -95,47 +143,85 @@ class Relaxation:
     limit that is stated once for several flows, processors, cores or buses: they have one limit, and move as one.
     """
 
+    WRITTEN = (
+        *OF_DEMAND,
+        *(
+            "helps",
+            "limit",
+            "closest",
+            "unit",
+            "beyond",
+            "thread",
+            "text",
+            "overload",
+            "unbounded",
+            "together",
+            "is_sought",
+        ),
+        *OF_EXAMPLE,
+    )
+
     demand: Demand
-    helps: bool
+    helps: Annotated[bool, "Whether that leaves a design."]
     example: Example = field(default_factory=lambda: Example({}))
-    unit: str = ""
-    limit: Fraction | None = None
-    closest: Fraction | None = None
+    unit: Annotated[Unit, "What the figures count; empty where there are none."] = ""
+    limit: Annotated[Fraction | None, "The requirement's limit, in `unit`; null for what has none."] = None
+    closest: Annotated[Fraction | None, "The closest limit at which there is a design; null where there is none."] = (
+        None
+    )
     operator: str = ""
-    thread: str = ""
-    text: str = ""
-    unbounded: tuple[str, ...] = ()
-    is_sought: bool = True
-    overload: str = ""
-    together: tuple[str, ...] = ()
+    thread: Annotated[str, NULL, "The thread that alone needs so much of one core, where that is what counts."] = ""
+    text: Annotated[
+        str, NULL, "The requirement as it may be written then; null for one that is implied.", Json("requirement")
+    ] = ""
+    unbounded: Annotated[tuple[str, ...], "The threads whose response time has no bound even in the best design."] = ()
+    is_sought: Annotated[bool, "False where the time was too short to look for `closest`.", Json("looked_for")] = True
+    overload: Annotated[
+        str, NULL, "The processor or bus whose `overload: allowed` it takes; null where it takes none."
+    ] = ""
+    together: Annotated[
+        tuple[str, ...],
+        "Of a limit that is stated once for several flows, processors, cores or buses: their requirements, which move "
+        "as one.",
+        Json(default=[]),
+    ] = ()
 
     @property
     def beyond(self) -> bool:
-        """Whether the requirement, which is strict, holds beyond the closest limit only."""
+        """Whether the requirement, which is strict, holds beyond `closest` only."""
         return self.operator in ("<", ">")
 
 
 @dataclass(frozen=True)
 class GiveUp:
-    """The fewest demands without which the others leave a design; each with its limit while the rest is given up."""
+    """The fewest demands without which the others leave a design."""
 
-    members: tuple[Relaxation, ...]
+    WRITTEN = ("members", *OF_EXAMPLE)
+
+    members: Annotated[tuple[Relaxation, ...], "They, each with its closest limit while the rest is given up."]
     example: Example
 
 
 @dataclass(frozen=True)
 class Offer:
-    """What offered options would change; `price` (in `unit`) is that of the cheapest feasible design, if any."""
+    """What options that are not among the alternatives would change."""
 
-    texts: tuple[str, ...]
-    price: int | None
-    unit: str
-    design: Decisions
+    texts: Annotated[tuple[str, ...], "The options, in words.", Json("options")]
+    price: Annotated[int | None, "The price of the cheapest design with them; null where there is none."]
+    unit: Annotated[Unit, "What the price counts."]
+    design: Annotated[Decisions, "That design."]
+
+
+class Effort(Data):
+    """What the explanation took."""
+
+    solver_calls: Annotated[int, "How often the solver was called."]
+    wall_s: Annotated[float, "Seconds that passed."]
 
 
 @dataclass(frozen=True, repr=False)
 class Explanation(Answer):
-    """The outcome of `dse.explain`.
+    """The outcome of `dse explain`: why a problem has no design, and what mends it.
 
     `status` is ``feasible`` (`design` meets everything), ``infeasible`` (proved, and explained), ``no structure``
     (proved: even without requirements, rules and fixed decisions there is no design) or ``incomplete`` (time ran out
@@ -157,29 +243,59 @@ class Explanation(Answer):
     'feasible'
     """
 
-    FORM = "verdicts.ExplanationForm"
+    FORMAT = "explanation"
+    WRITTEN = (
+        *("problem", "status", "complete", "left_open", "design", "conflicts", "every", "limited", "reduced"),
+        *("relaxations", "give_up", "least", "impossible", "without_waiting", "excluded", "offered", "offers"),
+        *(Of("effort", key="search"), "safe_bounds"),
+    )
 
-    problem: Origin
-    status: Literal["feasible", "infeasible", "no structure", "incomplete"]
+    problem: Annotated[Origin, "Which problem was explained.", Json(kind=ExplainedProblem)]
+    status: Annotated[
+        Literal["feasible", "infeasible", "no structure", "incomplete"],
+        "`no structure`: even without demands there is no design; `incomplete`: time ran out before it was decided.",
+    ]
     currency: str
-    design: Decisions = field(default_factory=dict)
-    conflicts: tuple[MinimalConflict, ...] = ()
-    every: bool = False
-    limited: bool = False
-    relaxations: tuple[Relaxation, ...] = ()
-    give_up: GiveUp | None = None
-    least: GiveUp | None = None
-    impossible: tuple[Impossible, ...] = ()
-    without_waiting: bool = False
-    offers: tuple[Offer, ...] = ()
-    offered: Sequence[str] = ()
-    excluded: Sequence[str] = ()
-    complete: bool = True
-    left_open: tuple[str, ...] = ()
-    reduced: tuple[Demand, ...] = ()
+    design: Annotated[Decisions, "Of a feasible problem: a design."] = field(default_factory=dict)
+    conflicts: Annotated[tuple[MinimalConflict, ...], "Minimal conflicts."] = ()
+    every: Annotated[bool, "Whether these are all there are.", Json("all_conflicts")] = False
+    limited: Annotated[
+        bool, "Whether the number of conflicts that were asked for was reached.", Json("limit_reached")
+    ] = False
+    relaxations: Annotated[tuple[Relaxation, ...], "What happens when one demand alone gives."] = ()
+    give_up: Annotated[GiveUp | None, "The fewest demands to give up together, where no single one is enough."] = None
+    least: Annotated[
+        GiveUp | None,
+        "Where threads need more than there is of a processor, and what may follow from that was not looked at: the "
+        "fewest of the other demands that must give, each with the least that it must move, but for the use of "
+        "processors; more may have to.",
+    ] = None
+    impossible: Annotated[tuple[Impossible, ...], "Requirements that no design meets, as bounds alone show."] = ()
+    without_waiting: Annotated[
+        bool, "Whether there is no design even if no thread waited for another, where threads do."
+    ] = False
+    offers: Annotated[tuple[Offer, ...], "What they would change."] = ()
+    offered: Annotated[Sequence[str], "The options that were asked about."] = ()
+    excluded: Annotated[Sequence[str], "Combinations that are no designs though nothing in the file forbids them."] = ()
+    complete: Annotated[bool, "Whether nothing that was asked for is missing."] = True
+    left_open: Annotated[tuple[str, ...], "What was not looked at, in words."] = ()
+    reduced: Annotated[
+        tuple[Demand, ...],
+        "Where time ran out: demands that have no design together, fewer of which may have none either.",
+        Json("impossible_together"),
+    ] = ()
     solver_calls: int = 0
     wall_s: float = 0.0
-    safe_bounds: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    safe_bounds: Annotated[
+        Mapping[str, Sequence[str]],
+        "Where all conflicts rest on response times that are safe bounds, which need not be reached: why they are, "
+        "each reason with the threads. Else empty.",
+    ] = field(default_factory=dict)
+
+    @property
+    def effort(self) -> Annotated[Explanation, Json(kind=Effort)]:
+        """What it took."""
+        return self
 
     def with_(self, **changes: Any) -> Explanation:
         """The explanation with some of its parts replaced."""
@@ -210,11 +326,10 @@ class Explanation(Answer):
         return mixed_frame(COLUMNS, rows, ("limit", "closest"), units, self.currency)
 
     def _rows(self) -> list[list[Any]]:
-        from dse.answers.forms.verdicts import Relaxation as RelaxationForm
-        from dse.answers.forms.writing import written
+        from dse.answers.forms.codec import written
 
         alone = {
-            (text, item.demand.origin): written(RelaxationForm, item)
+            (text, item.demand.origin): written(Relaxation, item)
             for item in self.relaxations
             for text in item.together or (item.demand.text,)
         }

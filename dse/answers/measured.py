@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from dse.analysis.terms import PPM
 from dse.answers.base import Answer
+from dse.answers.comparison import DesignComparison, ResultComparison
 from dse.answers.tables.frames import mixed_frame
+from dse.support.json_fields import NULL, NUMBER, Data, Json, Of, Unit
 from dse.support.units import is_unbounded
 
 if TYPE_CHECKING:
@@ -18,35 +20,37 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Seen:
-    """What was measured of one thing, in the unit of what it is held against; where in which file.
+    """What was measured of one thing, in the unit of what it is held against."""
 
-    `count` and `mean` are None where the file does not say them.
-    """
+    JSON_NAME = "SeenForm"
 
-    low: Fraction
-    high: Fraction
-    mean: Fraction | None
-    count: int | None
-    place: str
+    low: Annotated[Fraction, "The least."]
+    high: Annotated[Fraction, "The greatest."]
+    mean: Annotated[Fraction | None, NUMBER, "The mean; null where the file does not say it."]
+    count: Annotated[int | None, "How many samples; null where the file does not say it."]
+    place: Annotated[str, "`FILE:LINE`, of the first of them."]
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A metric: predicted from `low` (None: it is an upper bound alone) to `high`, and what was measured.
+    """A metric against what was measured.
 
-    `outside` of the samples lie beyond, None where there are only their extremes.
+    It is predicted from `low` (None: it is an upper bound alone) to `high`.
     """
 
-    name: str
-    unit: str
+    JSON_NAME = "PredictedMetric"
+    WRITTEN = (*("name", "unit", "predicted", "seen", "verdict", "beyond", "of_measured", "of_predicted", "outside"),)
+
+    name: Annotated[str, "Its name.", Json("metric")]
+    unit: Annotated[Unit, "The unit of its figures."]
     low: Fraction | None
     high: Fraction
-    seen: Seen
-    outside: int | None = None
+    seen: Annotated[Seen, "What was measured.", Json("measured")]
+    outside: Annotated[int | None, "How many samples lie beyond; null where only their extremes are known."] = None
 
     @property
     def predicted(self) -> tuple[Fraction | None, Fraction]:
-        """The predicted range."""
+        """The predicted range; null where it is an upper bound alone, or has none."""
         return self.low, self.high
 
     @property
@@ -58,7 +62,7 @@ class Prediction:
 
     @property
     def beyond(self) -> Fraction:
-        """How far beyond the prediction, at most; 0 inside."""
+        """How far beyond the prediction, at most."""
         under = self.low - self.seen.low if self.low is not None else Fraction(0)
         over = Fraction(0) if is_unbounded(self.high) else self.seen.high - self.high
         return max(Fraction(0), over, under)
@@ -68,31 +72,33 @@ class Prediction:
         return is_unbounded(self.high) or self.seen.high - self.high == self.beyond
 
     @property
-    def of_measured(self) -> Fraction | None:
-        """`beyond` as a share of the measured value that is so far; None where that is 0."""
+    def of_measured(self) -> Annotated[Fraction | None, NUMBER]:
+        """That as a share of the measured value; null where it is 0."""
         value = self.seen.high if self._is_above else self.seen.low
         return self.beyond / value if value and not is_unbounded(value) else None
 
     @property
-    def of_predicted(self) -> Fraction | None:
-        """`beyond` as a share of the predicted value next to it; None where that is 0."""
+    def of_predicted(self) -> Annotated[Fraction | None, NUMBER]:
+        """That as a share of the predicted value; null where it is 0."""
         value = self.high if self._is_above else self.low
         return self.beyond / value if value and not is_unbounded(value) else None
 
 
 @dataclass(frozen=True)
 class Input:
-    """A figure that the file states, from `low` to `high`, and what was measured of it.
+    """A figure of the problem file against what was measured of it."""
 
-    `drifted`: that lies beyond; then `counted` (else None) are the ends that count instead.
-    """
+    JSON_NAME = "MeasuredInput"
+    WRITTEN = ("name", "unit", "stated", "seen", "drifted", "counted")
 
-    name: str
-    unit: str
+    name: Annotated[str, "What it is, such as `execution time of filter`.", Json("figure")]
+    unit: Annotated[Unit, "The unit of its figures."]
     low: Fraction
     high: Fraction
-    seen: Seen
-    counted: tuple[Fraction, Fraction] | None = None
+    seen: Annotated[Seen, "What was measured.", Json("measured")]
+    counted: Annotated[
+        tuple[Fraction, Fraction] | None, "What counts in its place then; null where the stated figure stands."
+    ] = None
 
     @property
     def stated(self) -> tuple[Fraction, Fraction]:
@@ -101,26 +107,37 @@ class Input:
 
     @property
     def drifted(self) -> bool:
-        """Whether what was measured lies beyond what the file states."""
+        """Whether that lies beyond what the file states."""
         return self.counted is not None
 
 
 @dataclass(frozen=True)
+class KeptValue:
+    """How a requirement is met."""
+
+    value: Annotated[Fraction, NULL, "The value; null where it is unbounded."]
+    slack: Annotated[Fraction, NULL, "How far it is from the limit; negative where it is broken, null where unbounded."]
+    holds: Annotated[bool, "Whether it holds."]
+
+
+@dataclass(frozen=True)
 class Kept:
-    """A requirement with the figures of the file and with those that were measured: value, slack, whether it holds.
+    """A requirement with the figures of the file, and with those that were measured where they lie beyond."""
 
-    `observed` is what was measured of its metric itself, at the end that the requirement looks at, and `observed_holds`
-    whether that keeps it; None where the metric was not measured.
-    """
+    JSON_NAME = "KeptRequirement"
+    WRITTEN = ("text", "unit", "limit", "stated", "measured", "observed", "observed_holds")
 
-    text: str
-    unit: str
-    limit: Fraction
+    text: Annotated[str, "In the words of the problem.", Json("requirement")]
+    unit: Annotated[Unit, "The unit of its figures."]
+    limit: Annotated[Fraction, "Its limit."]
     values: tuple[Fraction, Fraction]
     slacks: tuple[Fraction, Fraction]
     holds: tuple[bool, bool]
-    observed: Fraction | None = None
-    observed_holds: bool | None = None
+    observed: Annotated[
+        Fraction | None,
+        "What was measured of its metric itself, at the end that the requirement looks at; null where nothing was.",
+    ] = None
+    observed_holds: Annotated[bool | None, "Whether that keeps it."] = None
 
     @property
     def is_newly_broken(self) -> bool:
@@ -128,34 +145,46 @@ class Kept:
         return self.holds[0] and not (self.holds[1] and self.observed_holds is not False)
 
     @property
-    def stated(self) -> tuple[Fraction, Fraction, bool]:
-        """Value, slack, and whether it holds with the figures of the file."""
-        return self.values[0], self.slacks[0], self.holds[0]
+    def stated(self) -> KeptValue:
+        """With the figures of the file."""
+        return KeptValue(self.values[0], self.slacks[0], self.holds[0])
 
     @property
-    def measured(self) -> tuple[Fraction, Fraction, bool]:
-        """The same with those that were measured."""
-        return self.values[1], self.slacks[1], self.holds[1]
+    def measured(self) -> KeptValue:
+        """With the measured ones."""
+        return KeptValue(self.values[1], self.slacks[1], self.holds[1])
 
 
 @dataclass(frozen=True, repr=False)
 class MeasuredComparison(Answer):
-    """One design against measurements: metrics, figures of the file, and requirements with the measured figures.
+    """A design against measurements."""
 
-    `remarks` say what could not be held against anything, and why.
-    """
+    FORMAT = "comparison"
+    JSON_NAME = "MeasuredForm"
+    WRITTEN = (
+        *("of", "problem", "files", "decisions", "tolerance_ppm", "predictions", "inputs", "requirements"),
+        *(Of("is_as_predicted", key="as_predicted"), "still_holds", "remarks"),
+    )
 
-    FORM = "verdicts.MeasuredForm"
-
-    problem: str
-    files: tuple[str, ...]
-    decisions: Mapping[str, str]
+    problem: Annotated[str, "The name that the problem gives itself."]
+    files: Annotated[tuple[str, ...], "The files of measurements."]
+    decisions: Annotated[Mapping[str, str], "The design."]
     tolerance: Fraction
     currency: str
-    predictions: tuple[Prediction, ...]
-    inputs: tuple[Input, ...]
-    requirements: tuple[Kept, ...]
-    remarks: tuple[str, ...] = ()
+    predictions: Annotated[tuple[Prediction, ...], "Metrics."]
+    inputs: Annotated[tuple[Input, ...], "Figures of the problem file."]
+    requirements: Annotated[tuple[Kept, ...], "Each requirement of the question."]
+    remarks: Annotated[tuple[str, ...], "What else is to be known."] = ()
+
+    @property
+    def of(self) -> Literal["measured"]:
+        """What is compared."""
+        return "measured"
+
+    @property
+    def tolerance_ppm(self) -> Fraction:
+        """How far the mean of periods and rates may be from what is stated."""
+        return self.tolerance * PPM
 
     @property
     def is_as_predicted(self) -> bool:
@@ -166,7 +195,7 @@ class MeasuredComparison(Answer):
 
     @property
     def still_holds(self) -> bool:
-        """Whether every requirement holds with the measured figures, and as far as its metric itself was measured."""
+        """Every requirement holds with the measured figures, and as far as its metric was measured."""
         return all(item.holds[1] and item.observed_holds is not False for item in self.requirements)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -193,5 +222,8 @@ class MeasuredComparison(Answer):
             columns, [dict(zip(columns, row, strict=True)) for row in rows], figures, units, self.currency
         )
 
-    def _told(self) -> Mapping[str, Any]:
-        return {"tolerance_ppm": self.tolerance * PPM}
+
+class Comparison(Data):
+    """The outcome of `dse compare`."""
+
+    ONE_OF = (DesignComparison, ResultComparison, MeasuredComparison)

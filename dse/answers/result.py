@@ -11,17 +11,19 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar
 
 from dse.analysis.diagnosis.front_verdicts import cores_of, with_contention
-from dse.answers.base import Answer, With
-from dse.answers.contention_verdicts import NOT_JUDGED, Contended, core_use
+from dse.answers.base import Answer
+from dse.answers.contention_verdicts import NOT_JUDGED, Contended, CoreUse, core_use
+from dse.answers.question_data import BY_WAITING, AskedQuestion, Include, Objective
 from dse.answers.ranking.ranking import METHOD, competition_ranks, ideal_distances
 from dse.answers.ranking.variants import find_variants
 from dse.answers.tables.display import in_base_units, in_table, scaled_unit, titled
 from dse.answers.tables.frames import unit_frame
 from dse.space.model.space import Design, Space
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.json_fields import NULL, WHOLE, Counts, Data, Json, Of, Unit, Values
 from dse.support.units.text import count_words, writable
 from dse.support.version import SEMANTICS
 
@@ -30,24 +32,30 @@ if TYPE_CHECKING:
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
+Status: TypeAlias = Literal["complete", "incomplete", "infeasible"]
+Objectives: TypeAlias = Annotated[
+    Values, "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
+]
+Metrics: TypeAlias = Annotated[
+    Mapping[str, Annotated[int, WHOLE, NULL]],
+    "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded.",
+    Json("metrics"),
+]
+Decisions: TypeAlias = Annotated[
+    Mapping[str, str], "The chosen option of each open decision that matters in this design."
+]
+
 
 @dataclass(frozen=True, repr=False)
 class Result(Answer):
-    """The outcome of `dse.solve`.
+    """The outcome of `dse solve`: the front, its proof, and the question that was asked.
 
-    `status` is ``complete`` (the front is proved), ``incomplete`` (stopped early: every point is non-dominated among
-    all designs, but others may be missing in the `unexplored` regions; where none was proved in time, the one design
-    shown is feasible and no more, and lies in such a region) or ``infeasible`` (proved). The front is in the order of
-    rank. `baseline` is today's design where the problem states all of it; `ranking` is the method as asked for,
-    `ranking_words` the method with its parameters; `others` are further designs at or near points of the front, where
-    they were asked for; `give_up`, where no single member of the conflicts mends the problem, are the fewest that do
-    together, each with its closest limit when the others are given up; `rounded` names the figures that are rounded up,
-    to the unit in which they count. Regions are exclusive bounds by objective; `potential` is the best value of each
-    objective that may still be unexplored. `interrupted` says that Ctrl-C ended the search: nothing is added then.
-    `contended` says by id what each design keeps when response times count, where the question leaves them out
-    (`dse.analysis.diagnosis.front_verdicts`); designs that are missing there were not checked. `insisting` has the
-    front with each option fixed, where that was asked for. `under_way`: the search goes on, and this is kept in case
-    the run is lost: points are as the solver claims them, with their objectives and decisions and nothing else.
+    Where `status` is ``incomplete`` every point is non-dominated among all designs; where none was proved in time, the
+    one design shown is feasible and no more, and lies in an unexplored region. `baseline` is today's design where the
+    problem states all of it; `ranking` is the method as asked for, `ranking_words` the method with its parameters.
+    `interrupted` says that Ctrl-C ended the search: nothing is added then. `contended` says by id what each design
+    keeps when response times count, where the question leaves them out (`dse.analysis.diagnosis.front_verdicts`);
+    designs that are missing there were not checked.
 
     Examples
     --------
@@ -57,30 +65,68 @@ class Result(Answer):
     'jitter of sensor_to_valve [ms]'
     """
 
-    FORM = "result.ResultForm"
+    FORMAT = "result"
+    WRITTEN = (
+        Of("semantics", "The version of what the figures mean; a result of another one is refused.", kind=int),
+        *("problem", "status", "under_way", Of("ranked_by", key="ranking"), "objectives", "counting_units", "rounded"),
+        *(Of("listed_front", key="front"), "unused", "unexplored", "refuted", "potential", "conflicts", "give_up"),
+        *(Of("listed_others", key="others"), "others_asked", "insisting", "search"),
+        Of(
+            "problem.texts",
+            "The text of the problem file and of what it includes, by name, so that the result can be worked with "
+            "where they are not.",
+            key="files",
+        ),
+    )
 
-    problem: Origin
+    problem: Annotated[Origin, "Which problem was solved.", Json(kind=SolvedProblem)]
     space: Space
-    status: Literal["complete", "incomplete", "infeasible"]
-    objectives: tuple[ObjectiveInfo, ...]
-    counting_units: Mapping[str, str]
+    status: Annotated[
+        Status,
+        "`complete`: the front is proved; `incomplete`: the search was stopped, points may be missing in `unexplored`; "
+        "`infeasible`: proved that there is no design.",
+    ]
+    objectives: Annotated[
+        tuple[ObjectiveInfo, ...], "The objectives, in the order of the question.", Json(kind=list[Objective])
+    ]
+    counting_units: Annotated[Mapping[str, Unit], "What the figures of each metric count.", Json("metric_units")]
     front: tuple[Point, ...]
-    unexplored: tuple[Mapping[str, int], ...]
-    refuted: tuple[Mapping[str, int], ...]
-    potential: Mapping[str, int]
-    conflicts: tuple[Conflict, ...]
-    search: Search
+    unexplored: Annotated[
+        tuple[Counts, ...],
+        "Regions that may still hold better designs: everything better than these exclusive bounds in every objective.",
+    ]
+    refuted: Annotated[tuple[Counts, ...], "Regions, bounded likewise, that are proved to hold no design."]
+    potential: Annotated[Counts, "The best value of each objective that may still be unexplored."]
+    conflicts: Annotated[tuple[Conflict, ...], "Of an infeasible problem: what clashes."]
+    search: Annotated[Search, "What the search did."]
     baseline: Design | None = None
     ranking: str = "ideal"
     ranking_words: str = METHOD
     others: tuple[FurtherDesigns, ...] = ()
-    others_asked: FurtherAsked | None = None
-    give_up: tuple[Clash, ...] = ()
-    rounded: tuple[str, ...] = ()
+    others_asked: Annotated[
+        FurtherAsked | None, "Which further designs were asked for.", Json(default=None, kind=FurtherAsked)
+    ] = None
+    give_up: Annotated[
+        tuple[Clash, ...],
+        "Where no single member mends it: the fewest that do together, each with its closest limit. A limit that is "
+        "stated once for several flows, processors, cores or buses is one, in the words in which it is stated.",
+        Json(default=[]),
+    ] = ()
+    rounded: Annotated[
+        tuple[str, ...], "The metrics whose figures are rounded up to their unit.", Json(default=[])
+    ] = ()
     interrupted: bool = False
     contended: Mapping[str, Contended] = field(default_factory=dict)
-    insisting: Insisting | None = None
-    under_way: bool = False
+    insisting: Annotated[
+        Insisting | None, "What each option costs, where that was asked for.", Json(default=None, kind=Insisting)
+    ] = None
+    under_way: Annotated[
+        bool,
+        "True where the search went on when this was written, in case the run is lost: points are as the solver "
+        "claims them, with objectives and decisions and no other figure; `--resume` looks at them first.",
+        Json(default=False),
+    ] = False
+    semantics: ClassVar[int] = SEMANTICS
 
     def to_json(self) -> str:
         """`to_dict` as text; on one line, which is made soonest, while the search is under way."""
@@ -112,35 +158,36 @@ class Result(Answer):
         return tuple(point for point in self.front if point.id not in self.variants)
 
     @property
-    def unused(self) -> list[dict[str, Any]]:
-        """The fixed decisions that some points have no use for: see `dse.answers.result.unused_choices`."""
+    def unused(self) -> Annotated[list[dict[str, Any]], Json(default=[], kind=list[UnusedChoice])]:
+        """Decisions that were fixed, though some points have no use for them."""
         return unused_choices(self.space, ((point.id, point.decisions) for point in self.front))
 
-    def _told(self) -> Mapping[str, Any]:
-        listed = [
-            With(point, {"variant_of": self.variants.get(point.id), "reasons": None, **self._said_of(point)})
-            for point in self.front
-        ]
-        others = [
-            With(item, {"designs": [With(design, self._said_of(design)) for design in item.designs]})
+    @property
+    def ranked_by(self) -> Annotated[Mapping[str, str], Json(kind=Ranking)]:
+        """How the points are ranked."""
+        return {"method": self.ranking, "words": self.ranking_words}
+
+    @property
+    def listed_front(self) -> list[ListedPoint]:
+        """The non-dominated designs, in the order of rank."""
+        return [ListedPoint(point, self._kept_by(point), self.variants.get(point.id)) for point in self.front]
+
+    @property
+    def listed_others(self) -> list[ListedDesigns]:
+        """Further designs at or near points, where they were asked for."""
+        return [
+            ListedDesigns(item, tuple(ListedDesign(design, self._kept_by(design)) for design in item.designs))
             for item in self.others
         ]
-        return {
-            "semantics": SEMANTICS,
-            "ranking": (self.ranking, self.ranking_words),
-            "front": listed,
-            "others": others,
-            "robust": None,
-        }
 
-    def _said_of(self, item: Point | FurtherDesign) -> dict[str, Any]:
+    def _kept_by(self, item: Point | FurtherDesign) -> KeptBy:
         """The core of each thread that has several to choose from, and what the design keeps with contention."""
         chosen = {} if self.under_way else cores_of(self.space, item.design)
-        return {
-            "cores": {self.space.components[thread].name: core for thread, core in chosen.items()},
-            "core_use": core_use(self.space, item.design) if chosen else {},
-            "contention": self.contended.get(str(item.id), NOT_JUDGED) if self.leaves_out_contention else None,
-        }
+        return KeptBy(
+            {self.space.components[thread].name: core for thread, core in chosen.items()},
+            core_use(self.space, item.design) if chosen else {},
+            self.contended.get(str(item.id), NOT_JUDGED) if self.leaves_out_contention else None,
+        )
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.
@@ -269,22 +316,22 @@ class Figures:
 
 @dataclass(frozen=True, repr=False)
 class Point(Figures):
-    """A non-dominated design.
+    """A non-dominated design."""
 
-    `objectives` count in the units of the result's objectives, `decisions` are the active open ones.
-    `id` names the point in a result whatever it is ranked by; `score` says in words what the rank is founded on.
-    `is_first`: of all designs with these objectives it is the first in the order of the file.
-    """
-
-    id: int
-    rank: int
-    objectives: Mapping[str, int]
-    counts: Mapping[str, int]
+    id: Annotated[int, "The number by which commands call it; it is the same whatever the ranking."]
+    rank: Annotated[int, "Its rank, from 1; equally good points share one."]
+    objectives: Objectives
+    counts: Metrics
     counting_units: Mapping[str, str]
-    decisions: Mapping[str, str]
+    decisions: Decisions
     design: Design
-    score: str = ""
-    is_first: bool = True
+    score: Annotated[str, "What the rank is founded on, in words or figures."] = ""
+    is_first: Annotated[
+        bool,
+        "False where it is not proved that of all designs with these objectives this is the first in the order of the "
+        "file.",
+        Json(default=True),
+    ] = True
 
     def __repr__(self) -> str:
         """One line: its number, rank and objectives."""
@@ -294,28 +341,36 @@ class Point(Figures):
 
 @dataclass(frozen=True)
 class Clash:
-    """A member of a conflict: its limit, the closest that leaves a design while all else holds, the miss, in `unit`.
+    """A requirement or rule of a conflict."""
 
-    A rule has no figures, and none has where moving it alone does not help. A share of a processor or of a bandwidth
-    counts in ppm. `thread` names the thread that alone needs so much of one core, if that is what counts. Of a metric
-    in which the response time of the threads `unbounded` has no bound even in the best design there is no closest limit
-    either; nor is there where the time was too short to look for it (`is_sought` False). `overload` names the processor
-    or bus that the closest limit overloads, which has to be allowed.
-    """
+    JSON_NAME = "Member"
+    WRITTEN = ("text", "origin", "limit", "closest", "miss", "unit", "thread", "unbounded", "is_sought", "overload")
 
-    text: str
-    origin: str
-    unit: str = ""
-    limit: Fraction | None = None
-    closest: Fraction | None = None
-    thread: str = ""
-    unbounded: tuple[str, ...] = ()
-    is_sought: bool = True
-    overload: str = ""
+    text: Annotated[str, "In the words of the problem."]
+    origin: Annotated[str, "Where it stands: `FILE:LINE`, or `command line`."]
+    unit: Annotated[Unit, "What the figures count; empty where there are none."] = ""
+    limit: Annotated[Fraction | None, "Its limit, in `unit`; null for a rule."] = None
+    closest: Annotated[
+        Fraction | None, "The closest limit with which there is a design while all else holds, if any."
+    ] = None
+    thread: Annotated[str, NULL, "The thread that alone needs so much of one core, where that is what counts."] = ""
+    unbounded: Annotated[
+        tuple[str, ...],
+        "The threads whose response time has no bound even in the best design, so that no limit helps.",
+        Json(default=[]),
+    ] = ()
+    is_sought: Annotated[
+        bool,
+        "False where the time was too short to look for `closest`.",
+        Json("looked_for", default=True),
+    ] = True
+    overload: Annotated[
+        str, "The processor or bus whose `overload: allowed` the closest limit takes.", Json(default="")
+    ] = ""
 
     @property
     def miss(self) -> Fraction | None:
-        """How far the closest value, as it is written, is beyond the limit."""
+        """How far `closest` is beyond `limit`."""
         return (
             None if self.closest is None or self.limit is None else abs(Fraction(writable(self.closest)) - self.limit)
         )
@@ -323,95 +378,186 @@ class Clash:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Requirements and rules that cannot hold together, although without any one of them the others can.
+    """Requirements and rules that cannot hold together, although without any one of them the others can."""
 
-    `by_waiting` is False where there is no design even if each response time were as long as the job takes alone; True
-    where it takes that threads wait for each other, as far as is known.
-    """
-
-    members: tuple[Clash, ...]
-    by_waiting: bool = True
+    members: Annotated[tuple[Clash, ...], "They, in the order of the problem."]
+    by_waiting: Annotated[bool, BY_WAITING] = True
 
 
 @dataclass(frozen=True)
 class FurtherDesign(Figures):
-    """Another design at or near a point of the front; `id` is ``POINT.NUMBER``.
+    """Another design at or near a point of the front."""
 
-    `dominated_by` are the ids of the points that dominate it; `different` counts the decisions that differ from the
-    point's.
-    """
-
-    id: str
-    objectives: Mapping[str, int]
-    counts: Mapping[str, int]
+    id: Annotated[str, "`POINT.NUMBER`, such as `3.1`: the first further design of point 3."]
+    objectives: Objectives
+    counts: Metrics
     counting_units: Mapping[str, str]
-    decisions: Mapping[str, str]
+    decisions: Decisions
     design: Design
-    dominated_by: tuple[int, ...]
-    different: int
+    dominated_by: Annotated[tuple[int, ...], "The points that are as good in every objective, and better in one."]
+    different: Annotated[int, "In how many decisions it differs from its point.", Json("different_decisions")]
 
 
 @dataclass(frozen=True)
 class FurtherDesigns:
-    """Further designs of point `of`: with its objectives (`within` 0), or with each at most that share worse.
+    """The further designs of a point."""
 
-    They are chosen to differ from the point and from one another. `more` says whether there are others still: None
-    where the solver was stopped before it could tell.
-    """
-
-    of: int
-    within: Fraction
+    of: Annotated[int, "The point."]
+    within: Annotated[Fraction, "Each objective is at most this share worse than the point's; 0: the same objectives."]
     designs: tuple[FurtherDesign, ...]
-    more: bool | None
+    more: Annotated[bool | None, "Whether there are others still; null where time was too short to tell."]
+
+
+@dataclass(frozen=True)
+class KeptBy:
+    """The cores of a design of a result, and what it keeps with contention."""
+
+    cores: Annotated[
+        Mapping[str, int], "The core, from 1, of each thread with several to choose from.", Json(default={})
+    ]
+    core_use: Annotated[
+        Mapping[str, CoreUse], "How each processor with several cores is used, core by core.", Json(default={})
+    ]
+    contention: Annotated[
+        Contended | Mapping[str, Any] | None,
+        "What it keeps when response times count, where the question leaves them out.",
+        Json(default=None, kind=Contended),
+    ]
+
+
+@dataclass(frozen=True)
+class ListedPoint:
+    """A point of the front: the design that stands for it."""
+
+    JSON_NAME = "Point"
+    WRITTEN = (
+        *("point.id", "point.rank", "point.score", "point.objectives", "point.counts", "point.decisions"),
+        *("point.is_first", "variant_of", "kept.cores", "kept.core_use", "kept.contention", "reasons"),
+    )
+
+    point: Point
+    kept: KeptBy
+    variant_of: Annotated[
+        int | None, "The better-ranked point that this one is near-identical to.", Json(default=None, kind=int)
+    ]
+    reasons: Annotated[
+        Mapping[str, str] | None,
+        "In the JSON of a report: why it is on the front, in sentences.",
+        Json(default={}, kind=Mapping[str, str]),
+    ] = None
+
+
+@dataclass(frozen=True)
+class ListedDesign:
+    """A further design at or near a point."""
+
+    JSON_NAME = "FurtherDesign"
+    WRITTEN = (
+        *("item.id", "item.objectives", "item.counts", "item.decisions", "item.dominated_by", "item.different"),
+        *("kept.cores", "kept.core_use", "kept.contention"),
+    )
+
+    item: FurtherDesign
+    kept: KeptBy
+
+
+@dataclass(frozen=True)
+class ListedDesigns:
+    """The further designs of a point."""
+
+    JSON_NAME = "FurtherDesigns"
+    WRITTEN = ("found.of", "found.within", "designs", "found.more")
+
+    found: FurtherDesigns
+    designs: Annotated[
+        tuple[ListedDesign, ...],
+        "The designs that were found, chosen to differ from the point and from one another.",
+    ]
 
 
 @dataclass(frozen=True)
 class FurtherAsked:
-    """How many further designs were asked for, within which share (None: with the very objectives), of which points."""
+    """How many further designs were asked for, and where."""
 
-    count: int
-    within: Fraction | None
-    points: tuple[int, ...]
+    count: Annotated[int, "How many of each point."]
+    within: Annotated[Fraction | None, "Within which share of each objective; null: with the same objectives."]
+    points: Annotated[tuple[int, ...], "Of which points."]
 
 
 @dataclass(frozen=True)
 class Search:
-    """What the search did: calls, seconds, size of the space, solver, workers, seed."""
+    """What the search did; the only part that differs between two runs of one question."""
 
-    solver_calls: int
-    wall_s: float
-    space_size: int
-    solver: str
-    workers: int
-    seed: int
+    solver_calls: Annotated[int, "How often the solver was called."]
+    wall_s: Annotated[float, "Seconds that passed."]
+    space_size: Annotated[int, "The number of designs that the decisions make at most."]
+    solver: Annotated[str, "The solver and its version."]
+    workers: Annotated[int, "How many solvers worked side by side."]
+    seed: Annotated[int, "The seed."]
+
+
+class Ranking(Data):
+    """A way of ranking."""
+
+    method: Annotated[str, "The method, as `--rank-by` names it."]
+    words: Annotated[str, "The method with its parameters, in words."]
+
+
+class UnusedChoice(Data):
+    """A fixed decision that changes nothing in some points."""
+
+    decision: Annotated[str, "The decision."]
+    option: Annotated[str, "The option at which it was fixed."]
+    points: Annotated[list[int], "The ids of the points that have no use for it."]
 
 
 @dataclass(frozen=True)
 class Origin:
     """Which problem was solved: name, file, hashes, and the question as it was really asked.
 
-    `identity` is the digest of what the problem means (`dse.spec.loading.document`); `texts` are its files by name, as
-    found from the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it
-    was here.
+    `identity` is described in `dse.spec.loading.document`; `texts` are the files of the problem by name, as found from
+    the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was here.
     """
 
-    name: str
-    file: str
-    sha256: str
+    name: Annotated[str, "The name that the problem gives itself."]
+    file: Annotated[str, "The path of its file, as it was given."]
+    sha256: Annotated[str, "The SHA-256 of the file."]
     includes: Sequence[tuple[str, str]]
-    effective: Mapping[str, Any]
-    identity: str = ""
+    effective: Annotated[Mapping[str, Any], "The question as it was asked.", Json(kind=AskedQuestion)]
+    identity: Annotated[str, "A digest of what the problem means, the same whatever its layout and comments."] = ""
     texts: Mapping[str, str] = field(default_factory=dict, repr=False)
     is_carried: bool = False
 
     @property
-    def question(self) -> str:
-        """The digest of all that was asked: what the figures mean, what the problem means, and what was asked of it.
+    def included(self) -> Annotated[list[Mapping[str, str]], Json("includes", kind=list[Include])]:
+        """The files that it includes."""
+        return [{"file": name, "sha256": digest} for name, digest in self.includes]
 
-        Regions that were refuted belong to one question, and prove nothing of another.
+    @property
+    def question(self) -> str:
+        """A digest of meaning and question together; regions belong to one of them only.
+
+        It is made of what the figures mean, what the problem means, and what was asked of it.
         """
         asked = [SEMANTICS, self.identity, dict(self.effective)]
         return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+class ExplainedProblem(Data):
+    """Which problem was explained, and what was asked of it."""
+
+    OF = Origin
+    WRITTEN = ("name", "file", "sha256", "included", "effective")
+
+
+class SolvedProblem(Data):
+    """Which problem was solved, and what was asked of it."""
+
+    OF = Origin
+    WRITTEN = (
+        *("name", Of("file", limits={"pattern": r"^[^\x00]*$"}), "sha256", "included", "identity", "effective"),
+        "question",
+    )
 
 
 def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]) -> list[dict[str, Any]]:
@@ -433,36 +579,38 @@ def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]
 
 @dataclass(frozen=True)
 class InsistedPoint(Figures):
-    """A design that is on the front with some option fixed, but not on the whole front; ids go on after those there."""
+    """A design on the front with some option fixed that is not on the whole front."""
 
-    id: int
-    objectives: Mapping[str, int]
-    counts: Mapping[str, int]
+    WRITTEN = ("id", "objectives", "counts", "decisions")
+
+    id: Annotated[int, "Its number, after those of the points of `front`."]
+    objectives: Objectives
+    counts: Metrics
     counting_units: Mapping[str, str]
-    decisions: Mapping[str, str]
+    decisions: Decisions
     design: Design
 
 
 @dataclass(frozen=True)
 class InsistedOption:
-    """The front with an option fixed, as ids of points of the whole front and of `Insisting.points`.
+    """The front with an option of a decision fixed."""
 
-    `status` is ``complete`` (proved), ``incomplete`` (stopped: these points are on it, others may be too) or
-    ``infeasible`` (proved that no design has the option). Ids are in ascending order.
-    """
-
-    decision: str
-    option: str
-    status: Literal["complete", "incomplete", "infeasible"]
-    front: tuple[int, ...]
+    decision: Annotated[str, "The decision."]
+    option: Annotated[str, "The option that is insisted on."]
+    status: Annotated[
+        Status,
+        "`complete`: the front is proved; `incomplete`: stopped, these points are on it, others may be; `infeasible`: "
+        "proved that no design has the option.",
+    ]
+    front: Annotated[tuple[int, ...], "The points, by their ids in `front` and in `insisting.points`."]
 
 
 @dataclass(frozen=True)
 class Insisting:
-    """The front with each option fixed; decisions and options in the order of the problem."""
+    """The price of insisting: for each option of each open decision the front with that option fixed."""
 
-    points: tuple[InsistedPoint, ...]
-    options: tuple[InsistedOption, ...]
+    points: Annotated[tuple[InsistedPoint, ...], "The designs that only these fronts have."]
+    options: Annotated[tuple[InsistedOption, ...], "Every option of every open decision, in the order of the problem."]
 
     @property
     def is_complete(self) -> bool:

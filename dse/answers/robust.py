@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from dse.answers.base import Answer, With
+from dse.answers.base import Answer
 from dse.answers.result import Origin, Point, Result
+from dse.support.json_fields import COUNT, NULL, Data, Json, Of, Unit
 
 if TYPE_CHECKING:
     import pandas
@@ -19,28 +20,47 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a design of the nominal front is not robust.
+    """Why a design of the nominal front is not robust."""
 
-    A requirement, and the values of the inputs at which it misses its limit most.
-    """
+    JSON_NAME = "Lost"
 
-    point: int
-    requirement: str
-    value: Fraction
-    limit: Fraction
-    unit: str
-    inputs: Mapping[str, Fraction]
+    point: Annotated[int, "The id of the point on the nominal front.", Json("nominal_id")]
+    requirement: Annotated[str, "A requirement that it breaks somewhere in the stated ranges."]
+    value: Annotated[
+        Fraction,
+        NULL,
+        "What it has where it misses the limit most, in `unit`; null where it is unbounded.",
+        Json("worst"),
+    ]
+    limit: Annotated[Fraction, "The limit there, in `unit`."]
+    unit: Annotated[Unit, "What the two figures count."]
+    inputs: Annotated[
+        Mapping[str, Fraction], "The values of the inputs there, in base units (ns, B, bit/s) or as factors."
+    ]
+
+
+class NominalState(Data):
+    """How far the nominal front of a robust question is proved."""
+
+    OF = Result
+    WRITTEN = (
+        *(Of(name, "As for the result.") for name in ("status", "unexplored", "refuted", "potential")),
+        Of("ranked_by", "As for the result.", key="ranking"),
+    )
+
+
+class Cost(Data):
+    """The best value of an objective on two fronts."""
+
+    nominal: Annotated[int, COUNT, NULL, "On the nominal front; null where that is empty, or the best is unbounded."]
+    robust: Annotated[int, COUNT, NULL, "On the robust front; null where that is empty, or the best is unbounded."]
 
 
 @dataclass(frozen=True, repr=False)
 class RobustResult(Answer):
     """`robust` has the designs whose requirements hold for all stated values, proved complete.
 
-    Objectives are those of the nominal figures.
-
-    `nominal` is the front without uncertainties. `inputs` says what was stated; `corners` how many (requirement,
-    values) pairs stand for all values in between. `unjudged` are the ids of nominal points of which the time was too
-    short to tell whether they are robust.
+    Objectives are those of the nominal figures; `nominal` is the front without uncertainties.
 
     Examples
     --------
@@ -51,14 +71,20 @@ class RobustResult(Answer):
     (6000, 6000)
     """
 
-    FORM = "result.ResultForm"
+    FORMAT = "result"
 
     robust: Result
-    nominal: Result
-    inputs: Mapping[str, str]
-    corners: int
-    failures: tuple[Failure, ...]
-    unjudged: tuple[int, ...] = ()
+    nominal: Annotated[Result, "How far that front is proved.", Json(kind=NominalState)]
+    inputs: Annotated[Mapping[str, str], "What may vary, and what the problem states of it, in words."]
+    corners: Annotated[int, "How many pairs of a requirement and values stand for all values in between."]
+    failures: Annotated[
+        tuple[Failure, ...],
+        "The points of the nominal front that are not robust, each with what it breaks.",
+        Json("lost"),
+    ]
+    unjudged: Annotated[
+        tuple[int, ...], "Points of the nominal front that the time was too short to judge.", Json(default=[])
+    ] = ()
 
     @property
     def exit_code(self) -> int:
@@ -97,16 +123,48 @@ class RobustResult(Answer):
         nominal = {point.design for point in self.nominal.front}
         return tuple(point for point in self.robust.front if point.design not in nominal)
 
+    @property
+    def costs(self) -> Annotated[Mapping[str, Any], Json("price", kind=Mapping[str, Cost])]:
+        """The best value of each objective on both fronts."""
+        return {name: {"nominal": nominal, "robust": robust} for name, (nominal, robust) in self.price.items()}
+
+    @property
+    def kept_ids(self) -> Annotated[list[int], Json("kept")]:
+        """The points of the robust front that are on the nominal front too."""
+        return [point.id for point in self.kept]
+
+    @property
+    def entered_ids(self) -> Annotated[list[int], Json("entered")]:
+        """The points that only the robust front has."""
+        return [point.id for point in self.entered]
+
     def to_dict(self) -> dict[str, Any]:
         """The robust front in the form ``dse-result/1``, with a further entry ``robust``."""
-        from dse.answers.forms.result import Robust
-        from dse.answers.forms.writing import written
+        from dse.answers.forms.codec import written
 
-        nominal = self.nominal.to_dict()
-        told = {
-            "nominal_front": nominal["front"],
-            "nominal": nominal,
-            "kept": [point.id for point in self.kept],
-            "entered": [point.id for point in self.entered],
-        }
-        return {**self.robust.to_dict(), "robust": written(Robust, With(self, told))}
+        return {**self.robust.to_dict(), "robust": written(Robust, self)}
+
+
+class Robust(Data):
+    """What a robust front costs against the nominal one."""
+
+    OF = RobustResult
+    WRITTEN = (
+        *("inputs", Of("robust.space.currency", "The currency of prices.", kind=str), "corners"),
+        Of("nominal.listed_front", "The front without uncertainty.", key="nominal_front"),
+        *("nominal", "costs", "kept_ids", "entered_ids", "failures", "unjudged"),
+    )
+
+
+class AnyResult(Data):
+    """The outcome of `dse solve`: the front, its proof, and the question that was asked."""
+
+    WRITTEN = (
+        Result,
+        Of(
+            "robust",
+            "Of a robust question: the nominal front, and what the difference costs.",
+            kind=Robust,
+            default=None,
+        ),
+    )

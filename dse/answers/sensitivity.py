@@ -7,151 +7,129 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from dse.answers.base import DataAnswer
+from dse.answers.question_data import BUS_WAITING, StudiedProblem
 from dse.answers.tables.display import exact
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.json_fields import NULL, Json, Unit
 
 if TYPE_CHECKING:
     import pandas
 
-    from dse.answers.forms import margins as forms
-
 
 @dataclass(frozen=True)
 class Break:
-    """Where a requirement breaks in one direction.
+    """Where a requirement breaks in one direction."""
 
-    The last value that holds, the first that breaks, and which requirement.
-
-    `first` is None where the border is no whole number and every value beyond `last` breaks. `last` itself holds.
-    """
-
-    last: Fraction
-    first: Fraction | None
-    requirement: str
-    thread: str = ""
+    last: Annotated[Fraction, "The last value that holds."]
+    first: Annotated[Fraction | None, "The first whole one that breaks; null where every value beyond `last` does."]
+    requirement: Annotated[str, "The requirement that breaks."]
+    thread: Annotated[str, NULL, "The thread by which it breaks, where that is told."] = ""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one input may move, alone.
+    """How far one input may move, alone."""
 
-    `below` and `above` are None where no requirement breaks down to `least`, up to `most`.
-    """
-
-    path: str
-    unit: str
-    nominal: Fraction
-    below: Break | None
-    above: Break | None
-    least: Fraction
-    most: Fraction
-
-    @property
-    def searched(self) -> tuple[Fraction, Fraction]:
-        """Between which values borders were looked for."""
-        return self.least, self.most
-
-    @classmethod
-    def _heard(cls, form: forms.Margin) -> Mapping[str, Any]:
-        least, most = form.searched
-        return {"least": least, "most": most}
+    path: Annotated[str, "The input, as a path of the problem file."]
+    unit: Annotated[Unit, "What its figures count."]
+    nominal: Annotated[Fraction, "Its value in the problem."]
+    below: Annotated[Break | None, "What breaks when it decreases; null where nothing does."]
+    above: Annotated[Break | None, "What breaks when it increases; null where nothing does."]
+    searched: Annotated[tuple[Fraction, Fraction], "How far down and up it was looked for."]
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """All execution times multiplied by one factor.
+    """All execution times multiplied by one factor."""
 
-    Up to `factor` every requirement holds, beyond it `requirement` breaks (by `thread` alone, where one is named).
-
-    `factor` is None where no factor up to `most` breaks anything; `is_exact` tells the exact border from one found to
-    1e-9. `by_requirement` has the factor of each requirement alone, `utilisations` each processor's at that factor
-    (the breakdown utilisation).
-    """
-
-    factor: Fraction | None
-    requirement: str
-    thread: str
-    is_exact: bool
-    by_requirement: Mapping[str, Fraction | None]
-    utilisations: Mapping[str, Fraction]
-    most: Fraction
+    factor: Annotated[Fraction | None, "The greatest with which all requirements hold; null where none breaks any."]
+    requirement: Annotated[str, NULL, "The requirement that breaks beyond it."]
+    thread: Annotated[str, NULL, "The thread by which it breaks, where that is told."]
+    is_exact: Annotated[bool, "Whether the factor is the exact border; else it is found to 1e-9.", Json("exact")]
+    by_requirement: Annotated[Mapping[str, Fraction | None], "The factor of each requirement alone."]
+    utilisations: Annotated[
+        Mapping[str, Fraction], "The utilisation of each processor at the factor.", Json("utilisations_ppm")
+    ]
+    most: Annotated[Fraction, "The greatest factor that was looked at.", Json("searched_to")]
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of a tornado chart: the metric at the low and at the high value of one input, all else nominal."""
+    """A bar of a tornado chart: one metric at both ends of one input."""
 
-    metric: str
-    unit: str
-    path: str
-    input_unit: str
-    inputs: tuple[Fraction, Fraction]
-    values: tuple[Fraction, Fraction]
-    nominal: Fraction
+    WRITTEN = ("metric", "unit", "path", "input_unit", "inputs", "values", "nominal", "swing")
+
+    metric: Annotated[str, "The metric."]
+    unit: Annotated[Unit, "What its figures count."]
+    path: Annotated[str, "The input."]
+    input_unit: Annotated[Unit, "What its figures count."]
+    inputs: Annotated[tuple[Fraction, Fraction], "The low and the high value of the input."]
+    values: Annotated[
+        tuple[Annotated[Fraction, NULL], Annotated[Fraction, NULL]],
+        "The metric at these; null where it is unbounded.",
+    ]
+    nominal: Annotated[Fraction, NULL, "The metric at the stated value; null where it is unbounded."]
 
     @property
-    def swing(self) -> Fraction:
-        """The length of the bar."""
+    def swing(self) -> Annotated[Fraction, NULL]:
+        """The length of the bar; null where an end is unbounded."""
         return max(*self.values, self.nominal) - min(*self.values, self.nominal)
 
 
 @dataclass(frozen=True)
 class Chance:
-    """How likely a design meets every requirement, and each of them, when the uncertain inputs vary."""
+    """How likely a design meets its requirements when the uncertain inputs vary."""
 
-    decisions: Mapping[str, str]
-    all_met: float
-    standard_error: float
-    by_requirement: Mapping[str, float]
+    decisions: Annotated[Mapping[str, str], "The design."]
+    all_met: Annotated[float, "The share of the samples in which every requirement holds."]
+    standard_error: Annotated[float, "Its standard error."]
+    by_requirement: Annotated[Mapping[str, float], "The share in which each requirement holds."]
 
 
 @dataclass(frozen=True)
 class Indices:
-    """What of an output's variation each uncertain input explains.
+    """What of a metric's variation each uncertain input explains.
 
-    Sobol: `first` alone, `total` with its interactions. `effect` is the mean absolute change (in `unit`) when the input
-    goes from one end of its range to the other and the others are as drawn, `spread` the change's standard deviation;
-    `over` has both ends in the input's unit (or factors): its bounds, or where it has none the middle 95 % of its
-    values. `output` is a metric.
+    The others are as drawn for `effect`, in `unit`. `over` counts in the input's unit (or factors): its bounds, or
+    where it has none the middle 95 % of its values.
     """
 
-    output: str
-    unit: str
-    first: Mapping[str, float]
-    total: Mapping[str, float]
-    effect: Mapping[str, float]
-    spread: Mapping[str, float]
-    over: Mapping[str, tuple[float, float]]
+    output: Annotated[str, "The metric."]
+    unit: Annotated[Unit, "What its figures count."]
+    first: Annotated[Mapping[str, float], "The first-order Sobol index of each input."]
+    total: Annotated[Mapping[str, float], "The total Sobol index of each input."]
+    effect: Annotated[Mapping[str, float], "The mean absolute change when the input goes from one end to the other."]
+    spread: Annotated[Mapping[str, float], "The standard deviation of that change."]
+    over: Annotated[Mapping[str, tuple[float, float]], "Both ends of each input."]
 
 
 @dataclass(frozen=True)
 class UncertainResult:
-    """What stated uncertainties do: inputs in words, the chance of each alternative, indices of the studied design.
+    """What stated uncertainties do."""
 
-    The metrics `unbounded` have none: a response time in them has no bound for some of the stated values.
-    """
+    JSON_NAME = "Uncertain"
+    WRITTEN = ("inputs", "samples", "seed", "design_chance", "chances", "indices", "unbounded")
 
-    inputs: Mapping[str, str]
-    samples: int
-    seed: int
-    chances: tuple[Chance, ...]
-    indices: tuple[Indices, ...]
-    design_chance: Chance
-    unbounded: tuple[str, ...] = ()
+    inputs: Annotated[Mapping[str, str], "The uncertain inputs, each with what is stated, in words."]
+    samples: Annotated[int, "The number of samples."]
+    seed: Annotated[int, "The seed."]
+    chances: Annotated[tuple[Chance, ...], "The chances of the designs of the front.", Json("alternatives")]
+    indices: Annotated[tuple[Indices, ...], "What explains the variation of each metric."]
+    design_chance: Annotated[Chance, "The chance of the studied design.", Json("design")]
+    unbounded: Annotated[
+        tuple[str, ...],
+        "Metrics without indices: a response time in them has no bound for some of the stated values.",
+        Json(default=[]),
+    ] = ()
 
 
 @dataclass(frozen=True, repr=False)
 class SensitivityResult(DataAnswer):
-    """The sensitivity of one design.
-
-    `broken` are the requirements that the design breaks as it is; margins and scaling then look at the others.
-    `swing` says over what the bars go. `left_out` names what the time limit left no time for; where that is the factor
-    on all execution times, `scaling` is None. `bus_waiting` says that no latency counts it, where a
-    physical bus carries messages.
+    """The outcome of `dse sensitivity`: how one design's verdicts and metrics move with its inputs.
 
     Examples
     --------
@@ -162,20 +140,36 @@ class SensitivityResult(DataAnswer):
     ((), 'utilisation of computer <= 30 %')
     """
 
-    FORM = "margins.SensitivityForm"
+    FORMAT = "sensitivity"
+    WRITTEN = (
+        *("problem", "decisions", "broken", "margins", "scaling", "swing", "bars", "uncertain", "left_out"),
+        *("bus_waiting", "files"),
+    )
 
-    problem: Mapping[str, Any]
-    decisions: Mapping[str, str]
-    broken: tuple[str, ...]
-    margins: tuple[Margin, ...]
-    scaling: Scaling | None
-    bars: tuple[Bar, ...]
-    swing: str
-    uncertain: UncertainResult | None = None
-    currency: str = "EUR"
-    left_out: tuple[str, ...] = ()
-    bus_waiting: str | None = None
-    files: Mapping[str, str] = field(default_factory=dict)
+    problem: Annotated[Mapping[str, Any], "Which problem was studied.", Json(kind=StudiedProblem)]
+    decisions: Annotated[Mapping[str, str], "The studied design."]
+    broken: Annotated[tuple[str, ...], "The requirements that it breaks as it is; margins look at the others."]
+    margins: Annotated[tuple[Margin, ...], "How far each input may move, alone."]
+    scaling: Annotated[
+        Scaling | None, "All execution times together; null where time was too short.", Json("execution_times")
+    ]
+    bars: Annotated[tuple[Bar, ...], "How far each input moves each metric.", Json("tornado")]
+    swing: Annotated[str, "Over what the bars go."]
+    uncertain: Annotated[
+        UncertainResult | None,
+        "What stated uncertainties do; null where none are stated.",
+        Json("uncertainty"),
+    ] = None
+    left_out: Annotated[tuple[str, ...], "What the time limit left no time for.", Json(default=[])] = ()
+    bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
+    files: Annotated[
+        Mapping[str, str], "The text of the problem file, of what it includes and of its samples, by name."
+    ] = field(default_factory=dict)
+
+    @property
+    def currency(self) -> str:
+        """The currency of prices, which count in cents."""
+        return str(self.problem["currency"])
 
     @property
     def exit_code(self) -> int:
@@ -197,10 +191,6 @@ class SensitivityResult(DataAnswer):
                 row += [None, None] if side is None else [exact(side.last), side.requirement]
             rows.append(row)
         return rows
-
-    @classmethod
-    def _heard(cls, form: forms.SensitivityForm) -> Mapping[str, Any]:
-        return {"currency": form.problem.currency, "files": form.files or {}}
 
     COLUMNS = ("path", "unit", "nominal", "least that holds", "broken below", "greatest that holds", "broken above")
 

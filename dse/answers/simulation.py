@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from dse.answers.base import Answer
+from dse.answers.question_data import OF_SPACE
 from dse.answers.tables.frames import unit_frame
 from dse.space.model.space import Design, Space
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.json_fields import BY_NAME, NULL, Json, Of
 from dse.support.units import Exact
 
 if TYPE_CHECKING:
@@ -27,34 +29,46 @@ CONTENTION = "they leave out CPU contention"
 
 @dataclass(frozen=True)
 class Extreme:
-    """An observed extreme in ns, and what shows it again: offsets in ns, drifts in ppm, execution times, seed."""
+    """An observed extreme, and what shows it again."""
 
-    latency_ns: Exact
-    offsets_ns: Mapping[str, Exact]
-    drift_ppm: Mapping[str, int]
-    execution: str
-    seed: int
+    latency_ns: Annotated[Exact, "The latency."]
+    offsets_ns: Annotated[Mapping[str, Exact], "The offset of each timer."]
+    drift_ppm: Annotated[Mapping[str, int], "The drift of each clock."]
+    execution: Annotated[str, "How execution times were drawn."]
+    seed: Annotated[int, "The seed of the run."]
 
 
 @dataclass(frozen=True)
 class FlowObservation:
-    """The observed latencies of a flow (ns, with how often each was seen) and its analysed bounds.
+    """The observed latencies of a flow against its bounds.
 
-    `scheduled_ns` are the bounds with response times as processing times, where threads shared cores: then it is
-    these that must hold. `allowance_ns` is what drifting clocks add to an upper bound. `excuse` says why the bounds
-    need not hold for this flow or this run; without one an observation outside them is a contradiction. With one it is
-    outside all the same.
+    `latencies` has how often each was seen, in ns. Without an `excuse` an observation outside the bounds is a
+    contradiction; with one it is outside all the same.
     """
+
+    JSON_NAME = "ObservedFlow"
+    WRITTEN = (
+        *("count", "min_ns", "max_ns", Of("shown_mean_ns", key="mean_ns"), "bounds_ns", "scheduled_ns"),
+        *("allowance_ns", "outside", Of("is_contradiction", key="contradiction"), "excuse"),
+        *(Of("shown_reach", key="reach"), "histogram", "worst", "best"),
+    )
 
     name: str
     latencies: Mapping[Exact, int]
-    bounds_ns: tuple[Exact, Exact]
-    scheduled_ns: tuple[Exact, Exact] | None
-    allowance_ns: int
-    worst: Extreme | None
-    best: Extreme | None
-    histogram: Sequence[Mapping[str, Exact]]
-    excuse: str = ""
+    bounds_ns: Annotated[
+        tuple[Annotated[Exact, NULL], Annotated[Exact, NULL]],
+        "The analysed minimum and maximum, null where unbounded.",
+    ]
+    scheduled_ns: Annotated[
+        tuple[Annotated[Exact, NULL], Annotated[Exact, NULL]] | None,
+        "The same with response times as processing times, where threads share cores; then these must hold.",
+        Json("scheduled_bounds_ns", kind=tuple[Annotated[Exact, NULL], ...] | None),
+    ]
+    allowance_ns: Annotated[int, "What drifting clocks add to the upper bound."]
+    worst: Annotated[Extreme | None, "The greatest latency."]
+    best: Annotated[Extreme | None, "The least latency."]
+    histogram: Annotated[Sequence[Mapping[str, Exact]], "How often latencies were in which interval, in ns."]
+    excuse: Annotated[str, NULL, "Why the bounds need not hold for this flow or run."] = ""
 
     @property
     def count(self) -> int:
@@ -69,7 +83,7 @@ class FlowObservation:
 
     @property
     def outside(self) -> int:
-        """How many latencies lie outside the analysed bounds."""
+        """How many latencies lie outside `bounds_ns`."""
         return self._outside(self.bounds_ns)
 
     @property
@@ -83,7 +97,7 @@ class FlowObservation:
 
     @property
     def is_contradiction(self) -> bool:
-        """Whether an observation refutes the analysis."""
+        """Whether the observation refutes the analysis."""
         return self._outside(self.claimed_ns) > 0 and not self.excuse
 
     @property
@@ -103,32 +117,37 @@ class FlowObservation:
 
     @property
     def min_ns(self) -> Exact | None:
-        """The least latency; None when nothing arrived."""
+        """The least latency; null where nothing arrived."""
         return min(self.latencies, default=None)
 
     @property
     def max_ns(self) -> Exact | None:
-        """The greatest latency; None when nothing arrived."""
+        """The greatest latency; null where nothing arrived."""
         return max(self.latencies, default=None)
 
     @property
     def shown_mean_ns(self) -> float | None:
-        """The mean as JSON has it."""
+        """The mean; null where nothing arrived."""
         return None if self.mean_ns is None else round(float(self.mean_ns), 3)
 
     @property
     def shown_reach(self) -> float | None:
-        """The reach as JSON has it."""
+        """The part of the analysed range that was observed."""
         return None if self.reach is None else round(float(self.reach), 6)
 
 
 @dataclass(frozen=True)
 class TaskObservation:
-    """The longest observed response of a thread on a shared core, and its response time; None is unbounded."""
+    """The longest observed response of a thread on a shared core."""
+
+    JSON_NAME = "ObservedThread"
+    WRITTEN = ("observed_ns", "bound_ns", Of("is_contradiction", key="contradiction"))
 
     name: str
-    observed_ns: Exact
-    bound_ns: Exact | None
+    observed_ns: Annotated[Exact, "The longest that was observed."]
+    bound_ns: Annotated[
+        Exact | None, "The analysed response time; null where it has no bound.", Json("response_time_ns")
+    ]
     is_compared: bool = True
 
     @property
@@ -152,16 +171,16 @@ class TaskObservation:
 
 @dataclass(frozen=True)
 class DisparityObservation:
-    """The largest observed difference of age of a component's inputs (None: two were never there), and its bound.
+    """The largest observed difference of age of what a component reads by two flows."""
 
-    `bound_ns` counts response times where threads shared cores. `excuse` says why it need not hold.
-    """
+    JSON_NAME = "ObservedDisparity"
+    WRITTEN = ("observed_ns", "bound_ns", "allowance_ns", Of("is_contradiction", key="contradiction"), "excuse")
 
     name: str
-    observed_ns: Exact | None
-    bound_ns: Exact
-    allowance_ns: int = 0
-    excuse: str = ""
+    observed_ns: Annotated[Exact | None, "The largest that was observed; null where two inputs were never there."]
+    bound_ns: Annotated[Exact, NULL, "The disparity by the analysis; null where it is unbounded."]
+    allowance_ns: Annotated[int, "What drifting clocks add to it."] = 0
+    excuse: Annotated[str, NULL, "Why the bound need not hold for this run."] = ""
 
     @property
     def is_outside(self) -> bool:
@@ -181,9 +200,7 @@ class DisparityObservation:
 
 @dataclass(frozen=True, repr=False)
 class Simulation(Answer):
-    """A simulation of one design. `lost` counts data by where and why; `notes` is what a reader must know.
-
-    `is_stopped`: the time limit came before the last run.
+    """The outcome of `dse simulate`: what was observed, against what the analysis says.
 
     Examples
     --------
@@ -194,23 +211,40 @@ class Simulation(Answer):
     ('sensor_to_valve', True)
     """
 
-    FORM = "design.SimulationForm"
+    FORMAT = "simulation"
+    WRITTEN = (
+        Of("space.name", "The name of the problem.", key="problem"),
+        *OF_SPACE,
+        *("decisions", "offsets", "contention", "runs", "events", "duration_ns", "seed"),
+        Of("definition", "What a latency is.", kind=str),
+        *("contradictions", "outside", "flows", "tasks", "disparities", "lost", "notes", "is_stopped"),
+    )
 
     space: Space
     design: Design
-    decisions: Mapping[str, str]
-    flows: tuple[FlowObservation, ...]
-    tasks: tuple[TaskObservation, ...]
-    lost: Mapping[str, int]
-    notes: tuple[str, ...]
-    offsets: str
-    runs: int
-    events: int
-    duration_ns: int
-    contention: bool
-    seed: int
-    is_stopped: bool = False
-    disparities: tuple[DisparityObservation, ...] = ()
+    decisions: Annotated[Mapping[str, str], "The simulated design."]
+    flows: Annotated[tuple[FlowObservation, ...], BY_NAME, "What was observed of each flow."]
+    tasks: Annotated[
+        tuple[TaskObservation, ...], BY_NAME, "What was observed of each thread on a shared core.", Json("threads")
+    ]
+    lost: Annotated[Mapping[str, int], "How many messages each connection lost."]
+    notes: Annotated[tuple[str, ...], "What a reader should know."]
+    offsets: Annotated[str, "How the offsets of timers were chosen."]
+    runs: Annotated[int, "The number of runs."]
+    events: Annotated[int, "The number of events in all runs."]
+    duration_ns: Annotated[int, "The simulated time of a run."]
+    contention: Annotated[bool, "Whether threads waited for the processor."]
+    seed: Annotated[int, "The seed."]
+    is_stopped: Annotated[
+        bool, "Whether the time limit ended it: the other runs were not made.", Json("stopped", default=False)
+    ] = False
+    disparities: Annotated[
+        tuple[DisparityObservation, ...],
+        BY_NAME,
+        "What was observed of the inputs of each component whose disparity is defined.",
+        Json(default={}),
+    ] = ()
+    definition: ClassVar[str] = LATENCY
 
     @property
     def exit_code(self) -> int:
@@ -226,7 +260,7 @@ class Simulation(Answer):
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Every observation outside the bounds of the question that was asked, with the reason where one is known."""
+        """Every observation outside the bounds of the question, with the reason where one is known, in words."""
         found = [flow.outside_words for flow in self.flows]
         found += [task.outside_words for task in self.tasks]
         found += [item.outside_words for item in self.disparities]
@@ -273,6 +307,3 @@ class Simulation(Answer):
             for flow in self.flows
         ]
         return unit_frame(["flow", "count", *times], rows, dict.fromkeys(times, "ns"), units)
-
-    def _told(self) -> Mapping[str, Any]:
-        return {"definition": LATENCY}

@@ -10,44 +10,32 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import count
 from math import sqrt
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from dse.answers.base import DataAnswer
+from dse.answers.contention_verdicts import ContentionBasis
+from dse.answers.question_data import BUS_WAITING, Objective, StudiedProblem
 from dse.answers.ranking.ranking import competition_ranks, ideal_distances, range_of, score_texts
+from dse.answers.run_data import AnyRun, Change
 from dse.answers.tables.display import figure, in_table, titled
 from dse.answers.tables.frames import unit_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO
+from dse.support.json_fields import NULL, Data, Json, Of
 
 if TYPE_CHECKING:
     import pandas
-
-    from dse.answers.forms.studies import SweepForm
 
 RANKING = "distance to the ideal point, objectives scaled to their range on all fronts of the sweep (equal weights)"
 
 
 @dataclass(frozen=True)
 class VariedAxis:
-    """What was varied: a path or a metric; its values as text, or (for exact break-points) the whole interval."""
+    """What was varied: it has either `values` or an `interval`."""
 
-    name: str
-    kind: str
-    values: tuple[str, ...] = ()
-    interval: str = ""
-
-
-@dataclass(frozen=True)
-class Change:
-    """What a value wins and loses against the one before it: designs by their decisions, the best of each objective.
-
-    `moved` are designs on both fronts whose objectives differ. `best` has for each objective its best value before and
-    after, in the objective's unit (None: there was no design).
-    """
-
-    entered: tuple[Mapping[str, str], ...]
-    left: tuple[Mapping[str, str], ...]
-    moved: tuple[Mapping[str, str], ...]
-    best: Mapping[str, tuple[Fraction | None, Fraction | None]]
+    name: Annotated[str, "The path of an input, or the metric of a limit."]
+    kind: Annotated[str, "`limit` or what kind of input it is."]
+    values: Annotated[tuple[str, ...], "Its values as texts.", Json(default=[])] = ()
+    interval: Annotated[str, "The interval of a limit whose break-points are exact.", Json(default="")] = ""
 
 
 @dataclass(frozen=True)
@@ -88,25 +76,56 @@ class SweepRun:
 
 @dataclass(frozen=True)
 class ScaledObjective:
-    """An objective with its best and worst value on all fronts of a sweep, in `unit`."""
+    """An objective with its ends on all fronts of the sweep."""
+
+    WRITTEN = (Objective, "best", "worst")
 
     name: str
     sense: str
     unit: str
-    best: Fraction
-    worst: Fraction
+    best: Annotated[Fraction, NULL, "Its best value on all fronts, in `unit`; null where it is unbounded."]
+    worst: Annotated[Fraction, NULL, "Its worst value on all fronts, in `unit`; null where it is unbounded."]
+
+
+@dataclass(frozen=True)
+class SweepRanking:
+    """How designs are ranked, on one scale for the whole sweep."""
+
+    words: Annotated[str, "The method in words."]
+    scale: Annotated[tuple[ScaledObjective, ...], "The scale: each objective with its best and worst value."]
+
+
+class Changes(Data):
+    """What the caller asked beyond the file; what was not asked is left out."""
+
+    limits: Annotated[
+        list[tuple[str, str]], "Limits of `--max-METRIC`, each the metric and the text.", Json(default=[])
+    ]
+    require: Annotated[list[str], "Further requirements and rules.", Json(default=[])]
+    objectives: Annotated[list[str], "The objectives that take the place of those of the file.", Json(default=[])]
+    fix: Annotated[list[str], "Fixed decisions.", Json(default=[])]
+    profile: Annotated[str, "The profile, where another was asked for.", Json(default=None)]
+    worst_case: Annotated[str, "The worst-case setting, likewise.", Json(default=None)]
+    processing: Annotated[str, "What a flow counts for a thread, likewise.", Json(default=None)]
+    deadlines: Annotated[str, "Which deadlines count, likewise.", Json(default=None)]
+    overload: Annotated[str, "Whether cores and buses may be used beyond all of them, likewise.", Json(default=None)]
+
+
+class SweptProblem(StudiedProblem):
+    """Which problem was swept, and what was asked of it."""
+
+    WRITTEN = (*StudiedProblem.WRITTEN, "changes")
+
+    changes: Annotated[Changes, "What the caller asked beyond the file."]
 
 
 @dataclass(frozen=True, repr=False)
 class SweepResult(DataAnswer):
-    """Everything that a sweep found, in the order of the values, the last axis fastest.
+    """The outcome of `dse sweep`: the front for each value of what was varied.
 
     The same problem, changes and seed give the same text, however often the sweep was stopped and wherever its runs
     were solved; `solved` and `found` (in the store) tell what this sitting did and are no part of it. `scale` has for
     each objective its best and worst value on all fronts together: ranks and scores of every run rest on it.
-    `remarks` say what varying an input cannot show, `contention` what all fronts leave out of the latencies and their
-    designs are judged by all the same (None: nothing). `bus_waiting` says that no latency counts it, where a physical
-    bus carries messages. `files` are the texts of the problem, of what it includes and of its samples, by name.
 
     Examples
     --------
@@ -116,26 +135,37 @@ class SweepResult(DataAnswer):
     ['6000', '7500', '24000', '25500']
     """
 
-    FORM = "studies.SweepForm"
+    FORMAT = "sweep"
+    WRITTEN = (
+        *("problem", "semantics", "seed", "status", "ranking", "remarks", "contention", "bus_waiting"),
+        *("axes", Of("run_data", key="runs"), "files"),
+    )
 
-    problem: Mapping[str, Any]
-    semantics: str
-    axes: tuple[VariedAxis, ...]
+    problem: Annotated[Mapping[str, Any], "Which problem was swept.", Json(kind=SweptProblem)]
+    semantics: Annotated[str, "The version of what the figures mean, with a digest of the code that found them."]
+    axes: Annotated[tuple[VariedAxis, ...], "What was varied.", Json("vary")]
     runs: tuple[SweepRun, ...]
-    seed: int = 0
-    scale: tuple[ScaledObjective, ...] = ()
-    remarks: tuple[str, ...] = ()
-    contention: Mapping[str, Any] | None = None
-    bus_waiting: str | None = None
-    files: Mapping[str, str] = field(default_factory=dict)
+    seed: Annotated[int, "The seed."] = 0
+    ranking: Annotated[SweepRanking, "How designs are ranked."] = SweepRanking(RANKING, ())
+    remarks: Annotated[tuple[str, ...], "What varying an input cannot show."] = ()
+    contention: Annotated[
+        Mapping[str, Any] | None,
+        "What all fronts leave out; null where that is nothing.",
+        Json(kind=ContentionBasis | None),
+    ] = None
+    bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
+    files: Annotated[
+        Mapping[str, str], "The text of the problem file, of what it includes and of its samples, by name."
+    ] = field(default_factory=dict)
     solved: int = field(default=0, compare=False)
     found: int = field(default=0, compare=False)
 
     @property
-    def status(self) -> str:
-        """``complete``, ``invalid`` when some value makes no valid problem, ``incomplete`` when stopped.
+    def status(self) -> Literal["complete", "infeasible", "incomplete", "invalid"]:
+        """That of all runs together.
 
-        ``infeasible`` when all are.
+        It is ``invalid`` when some value makes no valid problem, ``incomplete`` when the sweep was stopped, and
+        ``infeasible`` when all runs are.
         """
         statuses = {run.status for run in self.runs}
         for worst in ("invalid", "open", "incomplete"):
@@ -168,30 +198,27 @@ class SweepResult(DataAnswer):
             found.append(_change(before, run) if before is not None and usable else None)
         return tuple(found)
 
-    def _told(self) -> Mapping[str, Any]:
-        from dse.answers.forms.studies import FrontChange
-        from dse.answers.forms.writing import written
+    @property
+    def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
+        """What was found for each value, the last axis fastest."""
+        from dse.answers.forms.codec import written
 
-        runs = [
+        return [
             {
                 "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
                 **(run.outcome or {"kind": "open", "status": "open"}),
-                "change": written(FrontChange, change) if change is not None else None,
+                "change": written(Change, change) if change is not None else None,
             }
             for run, change in zip(self.runs, self.changes, strict=True)
         ]
-        return {"ranking": (RANKING, self.scale), "vary": [_axis(axis) for axis in self.axes], "runs": runs}
 
     @classmethod
-    def _heard(cls, form: SweepForm) -> Mapping[str, Any]:
-        from dse.answers.forms.writing import written
-
+    def _read(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
         runs = []
-        for run in form.runs:
-            data = written(type(run), run)
-            outcome = {name: value for name, value in data.items() if name not in ("values", "change")}
-            runs.append(SweepRun(tuple(run.values.values()), outcome if run.kind != "open" else None))
-        return {"axes": form.vary, "runs": runs, "scale": form.ranking.scale, "files": form.files or {}}
+        for run in data["runs"]:
+            outcome = {name: value for name, value in run.items() if name not in ("values", "change")}
+            runs.append(SweepRun(tuple(run["values"].values()), outcome if run["kind"] != "open" else None))
+        return {"runs": tuple(runs)}
 
     def to_csv(self) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.
@@ -251,11 +278,6 @@ class SweepResult(DataAnswer):
                 yield head
             for item in run.front:
                 yield {**head, **_row(item)}
-
-
-def _axis(axis: VariedAxis) -> dict[str, Any]:
-    head = {"name": axis.name, "kind": axis.kind}
-    return {**head, "interval": axis.interval} if axis.interval else {**head, "values": list(axis.values)}
 
 
 def _change(before: SweepRun, after: SweepRun) -> Change:

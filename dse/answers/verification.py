@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from dse.answers.base import DataAnswer
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that is wrong: `place` in the result (``front[2].objectives``, ``refuted[0]``) and why."""
+    """Something that is wrong with a result."""
 
-    place: str
-    text: str
+    place: Annotated[str, "Where in the result, such as `front[2].objectives`."]
+    text: Annotated[str, "What is wrong."]
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}"
@@ -25,12 +25,9 @@ class Finding:
 
 @dataclass(frozen=True, repr=False)
 class Verification(DataAnswer):
-    """The outcome of `dse.verify`.
+    """The outcome of `dse verify`: a second look at a result.
 
-    `status` is ``verified``, ``rejected`` (`findings` say what is wrong) or ``unfinished`` (nothing wrong was found,
-    but `left_open` could not be proved again). As a condition it is true where it is ``verified``, and only there.
-    `checked` says what was looked at and how, `remarks` what a reader of
-    the result should know.
+    As a condition it is true where its `status` is ``verified``, and only there.
 
     Examples
     --------
@@ -40,16 +37,19 @@ class Verification(DataAnswer):
     ('verified', (), ())
     """
 
-    FORM = "verdicts.VerificationForm"
+    FORMAT = "verification"
 
-    result: str
-    problem: str
-    status: Literal["verified", "rejected", "unfinished"]
-    findings: tuple[Finding, ...]
-    checked: tuple[str, ...]
-    left_open: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
-    wall_s: float = 0.0
+    result: Annotated[str, "The result."]
+    problem: Annotated[str, "The problem file with which it was compared."]
+    status: Annotated[
+        Literal["verified", "rejected", "unfinished"],
+        "`unfinished`: nothing wrong was found, but `left_open` could not be proved again.",
+    ]
+    findings: Annotated[tuple[Finding, ...], "What is wrong."]
+    checked: Annotated[tuple[str, ...], "What was looked at, and how."]
+    left_open: Annotated[tuple[str, ...], "What could not be proved again."] = ()
+    remarks: Annotated[tuple[str, ...], "What a reader of the result should know."] = ()
+    wall_s: Annotated[float, "Seconds that passed."] = 0.0
 
     def frame(self) -> pandas.DataFrame:
         """A row for each line of the verdict.

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
 from dse.fitting.lines import Floats
 from dse.support.extras import needed_for
+from dse.support.json_fields import Json
 
 FEWEST = 400
 """Samples below which nothing is fitted: a tail of some ten values says nothing."""
@@ -29,22 +30,27 @@ Model: TypeAlias = Literal["block maxima (GEV)", "peaks over threshold (GPD)"]
 
 @dataclass(frozen=True)
 class Tail:
-    """A fitted tail.
+    """An extreme-value fit beside a sample maximum: an extrapolation, no bound.
 
-    `level_ns` is exceeded by one sample in `one_in`, if the fit holds; `p_value` is that of a Kolmogorov-Smirnov test
-    of the half that was not fitted (the model is fitted to every other value for it); `lag_1` is the correlation of
-    samples that follow each other.
+    For the test of `p_value` the model is fitted to every other value.
     """
 
-    model: Model
-    shape: float
-    location_ns: float
-    scale_ns: float
-    level_ns: float
-    one_in: int
-    values: int
-    p_value: float
-    lag_1: float
+    JSON_NAME = "FittedTail"
+    WRITTEN = (
+        *("size_bytes", "model", "shape", "location_ns", "scale_ns", "level_ns", "one_in", "values"),
+        *("p_value", "lag_1"),
+    )
+
+    model: Annotated[Model, "`block maxima (GEV)` or `peaks over threshold (GPD)`.", Json(kind=str)]
+    shape: Annotated[float, "The shape; above 0 the tail has no end."]
+    location_ns: Annotated[float, "The location, or the threshold."]
+    scale_ns: Annotated[float, "The scale."]
+    level_ns: Annotated[float, "What one sample in `one_in` exceeds, if the model holds."]
+    one_in: Annotated[int, "One sample in so many."]
+    values: Annotated[int, "How many block maxima or values beyond the threshold were fitted."]
+    p_value: Annotated[float, "Of a Kolmogorov-Smirnov test of the half that was left out of a fit for it."]
+    lag_1: Annotated[float, "The correlation of samples that follow each other; the models assume none."]
+    size_bytes: Annotated[int | None, "The size of the messages; null for execution times."] = None
 
     @property
     def is_rejected(self) -> bool:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
-from dse.answers.base import Answer, With
+from dse.answers.base import Answer
 from dse.answers.tables.display import exact
 from dse.answers.tables.frames import unit_frame
 from dse.fitting.extremes import Tail, tails
@@ -37,6 +37,7 @@ from dse.fitting.lines import (
 )
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.support.errors import Diagnostic, ProblemError, UsageError
+from dse.support.json_fields import Json, Of
 from dse.support.timelimit import in_time
 from dse.support.units import format_duration
 from dse.support.units.parse import round_to_int
@@ -54,25 +55,59 @@ Sizes = tuple[int, int]
 
 
 @dataclass(frozen=True)
+class FittedLine:
+    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits."""
+
+    WRITTEN = (
+        *("line.fixed_ns", "line.per_byte_ns"),
+        *("fit.r_squared", "fit.rms_ns", "fit.beyond", "fit.most_beyond_ns", "fit.at_bytes"),
+    )
+
+    line: Line
+    fit: Goodness
+
+
+@dataclass(frozen=True)
 class Transport:
-    """A transport on a platform: lines through its least and greatest transmission times.
+    """A transport on a platform."""
 
-    `fixed_ns` and `per_byte_ns` are the figures for a problem file, rounded outwards; `left_out` are sizes that were
-    not used.
-    """
+    JSON_NAME = "FittedTransport"
+    WRITTEN = (
+        *("transport", "platform", "fixed_ns", "per_byte_ns"),
+        Of("sizes_bytes", kind=tuple[int, ...]),
+        Of("low_line", key="low"),
+        Of("high_line", key="high"),
+        *("summaries", "left_out", "remarks", "tails"),
+    )
 
-    transport: str
-    platform: str
-    summaries: tuple[Summary, ...]
-    left_out: tuple[int, ...]
+    transport: Annotated[str, "Its name: of the bus type."]
+    platform: Annotated[str, "The processor type; empty where the files do not say it."]
+    summaries: Annotated[tuple[Summary, ...], "What was fitted, by size.", Json("sizes")]
+    left_out: Annotated[tuple[int, ...], "Sizes that were not used."]
     low: Line
     high: Line
     low_fit: Goodness
     high_fit: Goodness
-    fixed_ns: tuple[Fraction, Fraction]
-    per_byte_ns: tuple[Fraction, Fraction]
-    remarks: tuple[Remark, ...]
-    tails: tuple[tuple[int, Tail], ...] = ()
+    fixed_ns: Annotated[
+        tuple[Fraction, Fraction],
+        "Least and greatest fixed time, rounded outwards, as the catalogue has them.",
+        Json(kind=tuple[Fraction, ...]),
+    ]
+    per_byte_ns: Annotated[
+        tuple[Fraction, Fraction], "Least and greatest time per byte, likewise.", Json(kind=tuple[Fraction, ...])
+    ]
+    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
+
+    @property
+    def low_line(self) -> FittedLine:
+        """The line of the least times."""
+        return FittedLine(self.low, self.low_fit)
+
+    @property
+    def high_line(self) -> FittedLine:
+        """The line of the greatest times."""
+        return FittedLine(self.high, self.high_fit)
 
     @property
     def where(self) -> str:
@@ -81,9 +116,10 @@ class Transport:
 
     @property
     def sizes_bytes(self) -> SizeRange:
-        """The sizes that the figures hold for: what was measured and used, up to where a remark says to stay.
+        """From and to which size of messages they hold, as the catalogue has it.
 
-        Nor are they for what was left out between, so that they end below it.
+        These are the sizes that were measured and used, up to where a remark says to stay; they end below sizes between
+        that were left out.
         """
         used = [item.size_bytes or 0 for item in self.summaries]
         limits = [remark.limit_bytes for remark in self.remarks if remark.limit_bytes is not None]
@@ -95,11 +131,18 @@ class Transport:
 class Execution:
     """The execution times of a callback on a platform."""
 
-    name: str
-    platform: str
-    summary: Summary
-    remarks: tuple[Remark, ...]
-    tails: tuple[Tail, ...] = ()
+    JSON_NAME = "FittedExecution"
+    WRITTEN = (
+        *("name", "platform", "summary"),
+        Of("summary.is_single", "Whether there is only one.", key="is_single_sample"),
+        *("remarks", "tails"),
+    )
+
+    name: Annotated[str, "The thread type."]
+    platform: Annotated[str, "The processor type; empty where the files do not say it."]
+    summary: Annotated[Summary, "Its samples in a few figures.", Json("measured")]
+    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
 
     @property
     def where(self) -> str:
@@ -109,7 +152,7 @@ class Execution:
 
 @dataclass(frozen=True, repr=False)
 class Fit(Answer):
-    """Everything that measurements give, by transport and platform or by thread and platform.
+    """The outcome of `dse fit`: figures of a problem file from measurements.
 
     Examples
     --------
@@ -121,15 +164,28 @@ class Fit(Answer):
     per_byte: "10 ns .. 25 ns"
     """
 
-    FORM = "fit.FitForm"
+    FORMAT = "fit"
+    WRITTEN = (
+        *("files", "method", "quantiles", "is_round_trip", "transports", "executions", "unused"),
+        "catalogue",
+    )
 
-    files: tuple[str, ...]
-    method: Method
-    quantiles: tuple[Fraction, Fraction] | None
-    is_round_trip: bool
-    transports: tuple[Transport, ...] = ()
-    executions: tuple[Execution, ...] = ()
-    unused: tuple[str, ...] = ()
+    files: Annotated[tuple[str, ...], "The files of measurements, as they were given."]
+    method: Annotated[Method, "How lines are drawn."]
+    quantiles: Annotated[
+        tuple[Fraction, Fraction] | None,
+        "The shares below the lower and the upper line; null for other methods.",
+        Json(kind=tuple[Fraction, ...] | None),
+    ]
+    is_round_trip: Annotated[bool, "Whether times were halved.", Json("round_trip")]
+    transports: Annotated[tuple[Transport, ...], "Transmission times, by transport and platform."] = ()
+    executions: Annotated[tuple[Execution, ...], "Execution times, by thread and platform."] = ()
+    unused: Annotated[tuple[str, ...], "Columns that say nothing for this.", Json("unused_columns")] = ()
+
+    @property
+    def catalogue(self) -> str:
+        """The catalogue, as YAML."""
+        return self.to_yaml()
 
     def to_yaml(self, samples_file: str | None = None) -> str:
         """The catalogue: a file that problem files include; see `dse.fitting.catalogue.catalogue_text`."""
@@ -146,23 +202,6 @@ class Fit(Answer):
         Exact; `units` as for `Result.frame`.
         """
         return fit_frame(self, units)
-
-    def _told(self) -> Mapping[str, Any]:
-        transports = [
-            With(
-                item,
-                {
-                    "low": With(item.low, vars(item.low_fit)),
-                    "high": With(item.high, vars(item.high_fit)),
-                    "tails": [With(tail, {"size_bytes": size}) for size, tail in item.tails],
-                },
-            )
-            for item in self.transports
-        ]
-        executions = [
-            With(item, {"tails": [With(tail, {"size_bytes": None}) for tail in item.tails]}) for item in self.executions
-        ]
-        return {"transports": transports, "executions": executions, "catalogue": self.to_yaml()}
 
 
 @dataclass(frozen=True)
@@ -266,7 +305,7 @@ def _transport(
     remarks += [*crossed, *spread_remarks(used), *saturated_remarks(used)]
     remarks += left_out_remarks([item.size_bytes or 0 for item in used], left_out)
     found = [
-        (item.size_bytes or 0, tail)
+        replace(tail, size_bytes=item.size_bytes or 0)
         for item in in_time(used if options.extremes else (), every=10)
         for tail in tails(item.samples_ns, options.extremes or 1)
     ]

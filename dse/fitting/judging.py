@@ -6,12 +6,13 @@ from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
 from dse.fitting.lines import Floats, Line, Points
 from dse.fitting.measurements import Summary
+from dse.support.json_fields import Json
 from dse.support.timelimit import in_time
 
 Kind: TypeAlias = Literal[
@@ -32,26 +33,28 @@ CEILING_SHARE = 0.01
 
 @dataclass(frozen=True)
 class Remark:
-    """Something to know before the figures are used; `limit_bytes` is a message size to stay at or below."""
+    """Something to know before the figures are used."""
 
-    kind: Kind
-    text: str
-    limit_bytes: int | None = None
+    JSON_NAME = "FitRemark"
+
+    kind: Annotated[
+        Kind, "What it is about, such as `spread`, `saturated`, `negative part`, `sample maximum`.", Json(kind=str)
+    ]
+    text: Annotated[str, "In words."]
+    limit_bytes: Annotated[
+        int | None, "The size at or below which messages stay clear of it; null where there is none."
+    ] = None
 
 
 @dataclass(frozen=True)
 class Goodness:
-    """How well a line goes through the extremes of the sizes.
+    """How well a line goes through the extremes of the sizes."""
 
-    `r_squared` is None where all are equal; `beyond` counts sizes whose extreme lies beyond the line (above the upper,
-    below the lower), `most_beyond_ns` is by how much at most, and at which size.
-    """
-
-    r_squared: float | None
-    rms_ns: float
-    beyond: int
-    most_beyond_ns: Fraction
-    at_bytes: int | None
+    r_squared: Annotated[float | None, "The share of the variance that the line explains; null where there is none."]
+    rms_ns: Annotated[float, "The root of the mean squared residual."]
+    beyond: Annotated[int, "How many minima lie below, or maxima above, the line."]
+    most_beyond_ns: Annotated[Fraction, "By how much at most."]
+    at_bytes: Annotated[int | None, "At which size that is; null where nothing lies beyond."]
 
 
 def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -29,8 +29,8 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 class Line:
     """``fixed_ns + per_byte_ns * size``; `free` is the line that the method gives where parts may be negative."""
 
-    fixed_ns: Fraction
-    per_byte_ns: Fraction
+    fixed_ns: Annotated[Fraction, "The time of an empty message."]
+    per_byte_ns: Annotated[Fraction, "The time for each byte."]
     free: tuple[Fraction, Fraction] | None = None
 
     def at(self, size_bytes: int) -> Fraction:

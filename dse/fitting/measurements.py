@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from dse.fitting.columns import NAMES, TIMES, Column, ColumnError, OptionError, find_columns
 from dse.spec.loading.sources import OnDisk, read_source
 from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
+from dse.support.json_fields import NUMBER
 from dse.support.timelimit import in_time
 from dse.support.units import DATA, TIME, UnitError, parse_quantity
 
@@ -38,19 +39,20 @@ class Group(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """The samples of one group and size in a few figures, in ns, and the samples in ns where there are any.
+    """The samples of one size or thread, in a few figures (ns); of round trips, half of them."""
 
-    `count` is None where the file does not say how many there were.
-    """
+    JSON_NAME = "Measured"
 
     group: Group
-    size_bytes: int | None
-    min_ns: Fraction
-    max_ns: Fraction
-    mean_ns: Fraction | None = None
-    median_ns: Fraction | None = None
-    deviation_ns: Fraction | None = None
-    count: int | None = None
+    size_bytes: Annotated[int | None, "The size of the messages; null for execution times."]
+    min_ns: Annotated[Fraction, "The least sample."]
+    max_ns: Annotated[Fraction, "The greatest sample."]
+    mean_ns: Annotated[Fraction | None, NUMBER, "Their mean; null where the file does not say it."] = None
+    median_ns: Annotated[Fraction | None, NUMBER, "Their median; null where the file does not say it."] = None
+    deviation_ns: Annotated[
+        Fraction | None, NUMBER, "Their standard deviation; null where the file does not say it."
+    ] = None
+    count: Annotated[int | None, "How many there are; null where the file does not say it."] = None
     samples_ns: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0), compare=False)
     place: str = ""
 

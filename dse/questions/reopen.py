@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.base import DataAnswer
-from dse.answers.forms.base import Form
+from dse.answers.forms.codec import Form
 from dse.answers.forms.registry import FORMS
 from dse.answers.reading import check_data, no_json, read_result
 from dse.answers.result import (

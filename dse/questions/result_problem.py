@@ -17,7 +17,6 @@ from dse.support.errors import ProblemError, UsageError
 from dse.support.files.reading import read_text
 
 MOST_DIFFERENCES = 3
-NO_TEXT = "its text is another, and the result carries none to compare with"
 
 
 @dataclass(frozen=True)
@@ -75,15 +74,7 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
         raise mistakes[0]
     carried = carried_problem(data, path)
     if not candidates:
-        if carried is None:
-            raise UsageError(f"{path}: its problem file {stated['file']} is not there; name it with --problem")
         return Belonging(carried, is_carried=True)
-    if carried is None:
-        return Belonging(
-            candidates[0],
-            is_same_text=False,
-            differs=(NO_TEXT,),
-        )
     for item in candidates:
         if item.loaded.identity == carried.loaded.identity:
             return _belongs(item, data, is_same_text=False)
@@ -98,8 +89,8 @@ def _belongs(problem: Problem, data: Mapping[str, Any], *, is_same_text: bool = 
     return Belonging(problem, is_carried=is_carried, absent=absent, is_same_text=is_same_text)
 
 
-def carried_problem(data: Mapping[str, Any], path: str | Path) -> Problem | None:
-    """The problem that a result carries; None in results of earlier versions, and in those that were shortened.
+def carried_problem(data: Mapping[str, Any], path: str | Path) -> Problem:
+    """The problem that a result carries.
 
     Raises
     ------
@@ -107,8 +98,6 @@ def carried_problem(data: Mapping[str, Any], path: str | Path) -> Problem | None
         when what it carries is no problem.
     """
     texts = data.get("files")
-    if texts is None:
-        return None
     if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
         raise UsageError(f"{path}: is not a whole result: files is not what `dse solve --json` writes")
     try:

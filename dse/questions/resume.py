@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from dse.answers.forms.from_data import read_as
-from dse.answers.forms.result import Robust
+from dse.answers.forms.codec import read_as
 from dse.answers.reading import read_result
 from dse.answers.result import Result
 from dse.answers.robust import Failure, RobustResult
@@ -111,9 +110,9 @@ def reopen_robust(path: str | Path, problem: str | Path | None = None) -> Robust
         robust = found_again(data, asked, search, path)
         alone = {**nominal_data(data), "conflicts": [], "give_up": [], "others": [], "insisting": None}
         nominal = found_again(alone, replace(asked, robust=False), search_in(asked.space, alone), path)
-        said = Robust.model_validate(data["robust"])
-        failures = tuple(read_as(Failure, item) for item in said.lost)
-    return RobustResult(robust, nominal, said.inputs, said.corners, failures, tuple(said.unjudged))
+        said = data["robust"]
+        failures = tuple(read_as(Failure, item) for item in said["lost"])
+    return RobustResult(robust, nominal, said["inputs"], said["corners"], failures, tuple(said.get("unjudged", ())))
 
 
 def resume_robust(path: str | Path, problem: str | Path | None, budget: Budget, watcher: RobustWatcher) -> RobustResult:

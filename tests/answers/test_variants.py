@@ -175,7 +175,7 @@ def test_the_best_choice_does_not_come_back() -> None:
 
 def test_a_grid_of_limits_has_one_scale() -> None:
     study = dse.sweep(example_path("inmark"), "price=290EUR,310EUR,1040EUR,1055EUR,1080EUR")
-    assert {item.name for item in study.scale} == {
+    assert {item.name for item in study.ranking.scale} == {
         "jitter of gnss_to_sprayer", "price", "utilisation of computer"
     }  # fmt: skip
     scores = [{json.dumps(item["decisions"]): item["score"] for item in run.front} for run in study.runs]

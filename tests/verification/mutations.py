@@ -8,9 +8,8 @@ from typing import Any
 
 from dse.analysis.diagnosis.front_verdicts import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.answers.contention_verdicts import judge
-from dse.answers.forms.result import Contention
-from dse.answers.forms.writing import written
+from dse.answers.contention_verdicts import Contended, judge
+from dse.answers.forms.codec import written
 from dse.answers.ranking.ranking import rank
 from dse.answers.result import decisions_of, ranked
 from dse.questions.problem import Problem
@@ -143,7 +142,7 @@ def listed(evaluator: Evaluator, design: Design) -> Data:
     space = evaluator.space
     cores = {space.components[thread].name: core for thread, core in cores_of(space, evaluation.design).items()}
     counted = with_contention(space)
-    judged = {} if counted is None else written(Contention, judge(ContentionReferee(counted), evaluation.design))
+    judged = {} if counted is None else written(Contended, judge(ContentionReferee(counted), evaluation.design))
     return {
         "objectives": dict(zip(names, evaluation.objectives, strict=True)),
         "metrics": evaluator.metric_values(evaluation.design),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 from dse.analysis.diagnosis.lateness import Late, Teller
 from dse.analysis.diagnosis.shortening import Candidate, Shorter
@@ -26,23 +27,20 @@ MOST_CUT = 24
 
 @dataclass(frozen=True)
 class Waiting:
-    """A thread of a flow that ends `waited_ns` later than by itself, and what it waits for."""
+    """A thread of a flow that waits for others."""
 
-    thread: str
-    waited_ns: Exact
-    waits: tuple[Wait, ...]
+    thread: Annotated[str, "The thread."]
+    waited_ns: Annotated[Exact, "How much later than by itself it ends."]
+    waits: Annotated[tuple[Wait, ...], "What it waits for, with segments piece by piece."]
 
 
 @dataclass(frozen=True)
 class Delayed:
-    """A broken limit on what counts response times of flows: who waits in them, longest first; nobody may.
+    """A broken limit on what counts response times of flows, and who waits in these."""
 
-    Each of `shorter` would keep it by itself.
-    """
-
-    requirement: str
-    waiting: tuple[Waiting, ...]
-    shorter: tuple[Shorter, ...]
+    requirement: Annotated[str, "The limit, in the words of the problem."]
+    waiting: Annotated[tuple[Waiting, ...], "The threads that wait, longest first."]
+    shorter: Annotated[tuple[Shorter, ...], "Each of these would keep it by itself."]
 
 
 def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delayed]:

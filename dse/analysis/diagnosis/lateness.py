@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
+from typing import Annotated
 
 from dse.analysis.diagnosis.reservation_budgets import Budget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
@@ -29,6 +30,7 @@ from dse.analysis.scheduling.waiting import Known, Place, Wait, waits_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
+from dse.support.json_fields import FIGURE
 from dse.support.units import Exact
 
 PPM = 10**6
@@ -36,50 +38,65 @@ PPM = 10**6
 
 @dataclass(frozen=True)
 class Full:
-    """A processor's core (from 1; `is_served` where that has no number) of which more than all is needed.
+    """A core of which more than all is needed.
 
-    `share_ppm` is what a thread and what goes before it there need of it together.
+    Where `is_served` it has no number to anybody.
     """
 
-    processor: str
-    core: int
+    processor: Annotated[str, "The processor or accelerator."]
+    core: Annotated[int, "The core, from 1."]
     is_served: bool
-    share_ppm: Exact
+    share_ppm: Annotated[Exact, "The share that a thread and what goes before it need together, in ppm."]
 
 
 @dataclass(frozen=True)
 class Late:
-    """A thread that ends too late: `late_ns` behind its limit of `limit_ns` on a core (from 1), None without a bound.
+    """A thread that ends too late, and why.
 
-    Of one without a bound that has no limit of its own `limit_ns` is None.
-
-    `work_ns` is what its own jobs take up to then, `waits` what it waits for, piece by piece of one that
-    `has_segments`, on its core and on `accelerators`; `blocked_ns` and `delays` are those of one without. In an
-    `executor` the others that it runs count. Each of `shorter` is enough by itself. `budget` is that of the reservation
-    it is in.
-
-    Of one without a bound `endless` are the threads that have none themselves and because of which it has none. Else
-    `full` is where more than all is needed, if it is, and the `waits` of its pieces are those which would make its job
-    end `ends_ns` after its release, at least, though its next one comes `apart_ns` after it.
+    `blocked_ns` and `delays` are those of a thread without segments, `waits` also of one that `has_segments`.
     """
 
-    thread: str
-    processor: str
-    core: int
-    late_ns: Exact | None
-    work_ns: int
-    blocked_ns: Exact
-    executor: str
-    delays: tuple[Delay, ...]
-    shorter: tuple[Shorter, ...]
+    WRITTEN = (
+        *("thread", "processor", "core", "late_ns", "work_ns", "blocked_ns", "executor", "delays", "shorter", "budget"),
+        *("accelerators", "endless", "limit_ns", "waits", "full", "ends_ns", "apart_ns"),
+    )
+
+    thread: Annotated[str, "The thread."]
+    processor: Annotated[str, "The processor that it runs on."]
+    core: Annotated[int, "The core, from 1."]
+    late_ns: Annotated[Exact | None, "How long after its limit it ends; null where it has no bound."]
+    work_ns: Annotated[int, FIGURE, "What its own jobs take up to then."]
+    blocked_ns: Annotated[Exact, "What less urgent work takes that has begun before."]
+    executor: Annotated[str, "The executor or accelerator in which it waits for others; empty where there is none."]
+    delays: Annotated[
+        tuple[Delay, ...], "What goes before it, the most urgent first; empty without a bound, and of segments."
+    ]
+    shorter: Annotated[tuple[Shorter, ...], "Each of these is enough by itself."]
     has_segments: bool = False
-    budget: Budget | None = None
-    accelerators: tuple[str, ...] = ()
-    endless: tuple[str, ...] = ()
-    limit_ns: Fraction | None = None
-    waits: tuple[Wait, ...] = ()
-    full: Full | None = None
-    apart_ns: Exact | None = None
+    budget: Annotated[Budget | None, "Of the reservation that it is in; null outside of any."] = None
+    accelerators: Annotated[
+        tuple[str, ...],
+        "The accelerators that its segments wait for, in the order of these; empty where it has none.",
+    ] = ()
+    endless: Annotated[
+        tuple[str, ...],
+        "Of one without a bound, the threads that have none themselves and because of which it has none.",
+    ] = ()
+    limit_ns: Annotated[Fraction | None, "The limit that it misses; null where it has none of its own."] = None
+    waits: Annotated[
+        tuple[Wait, ...],
+        "What it waits for, with segments piece by piece; the response times add up to its own. Without a bound and "
+        "with segments what would make a job end after `ends_ns`, at the least; else empty without a bound.",
+    ] = ()
+    full: Annotated[
+        Full | None,
+        "Of one without a bound, where it and what goes before it need more than there is; null where they do not.",
+    ] = None
+    apart_ns: Annotated[
+        Exact | None,
+        "Of one with segments and without a bound, how long after its release the next job may come, before which it "
+        "has to end; else null.",
+    ] = None
 
     @property
     def is_late_alone(self) -> bool:
@@ -88,7 +105,7 @@ class Late:
 
     @property
     def ends_ns(self) -> Exact | None:
-        """How long after its release its job ends, as far as that is known of one without a bound."""
+        """When a job of it ends after its release, if `waits` tell it; else null."""
         return sum(item.response_ns for item in self.waits) if self.waits else None
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor
+from typing import Annotated
 
 from dse.analysis.binding import own_core
 from dse.analysis.diagnosis.lateness import PPM, Late
@@ -32,33 +33,37 @@ OF_BUSES = ("load", "busy")
 
 @dataclass(frozen=True)
 class Use:
-    """What a thread uses of a core, or a connection of a bus, in ppm of it."""
+    """What a thread uses of a core, or a connection of a bus."""
 
-    thread: str
-    share_ppm: Fraction
+    thread: Annotated[str, "The thread, or the connection."]
+    share_ppm: Annotated[Fraction, "Its share of the core or the bus, in ppm."]
 
 
 @dataclass(frozen=True)
 class Overload:
-    """A core (from 1; `is_served` where that has no number), or a bus, used beyond a limit, all in ppm of all of it.
+    """A core or bus that is used beyond a limit, or threads that have no partition which keeps it.
 
-    The core is 0 where threads have none yet: `uses` are then those of threads that have no partition on as many
-    `cores` as there are, of which none can be left out. `unbounded` are the late threads that have no bound because of
-    it, each of `shorter` would be enough by itself. `executor` is one whose threads, which share a core, break the
-    limit by themselves, though others of these use the core, too, or other cores are there.
+    Where `is_served` the core has no number to anybody. The threads of `executor` break the limit by themselves though
+    others use the core, too, or other cores are there.
     """
 
-    requirement: str
-    processor: str
-    core: int
-    cores: int
+    requirement: Annotated[str, "The limit, in the words of the problem."]
+    processor: Annotated[str, "The processor, accelerator or bus."]
+    core: Annotated[int, "The core, from 1; 0 where threads have no core yet and no partition keeps the limit."]
+    cores: Annotated[int, "How many cores the processor has."]
     is_served: bool
-    limit_ppm: Fraction
-    total_ppm: Fraction
-    uses: tuple[Use, ...]
-    unbounded: tuple[str, ...] = ()
-    shorter: tuple[Shorter, ...] = ()
-    executor: str = ""
+    limit_ppm: Annotated[Fraction, "How much of each core may be used, in ppm of it."]
+    total_ppm: Annotated[Fraction, "What the threads use together, in ppm of one core."]
+    uses: Annotated[
+        tuple[Use, ...],
+        "The threads, those that use most first; without a core those that have no partition, of which none can be "
+        "left out.",
+    ]
+    unbounded: Annotated[tuple[str, ...], "The late threads that have no bound because of it."] = ()
+    shorter: Annotated[tuple[Shorter, ...], "Each of these would keep the limit by itself; empty without a core."] = ()
+    executor: Annotated[
+        str, "An executor whose threads, which share a core, break the limit by themselves; empty where none do."
+    ] = ""
 
 
 def overloads(space: Space, verdicts: Sequence[Verdict], view: View, late: Sequence[Late] = ()) -> Iterator[Overload]:

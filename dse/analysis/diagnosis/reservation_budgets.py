@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.scheduling.overheads import interrupting
@@ -20,22 +21,21 @@ from dse.analysis.scheduling.turns import turns_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
+from dse.support.json_fields import FIGURE
 from dse.support.units import Exact
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The budget of the reservation that a late thread is in: `budget_ns` of each `period_ns`.
+    """The budget of the reservation that a late thread is in."""
 
-    `is_served` says whether it is there in each period; `enough_ns` is the least budget with which the thread is in
-    time, everything else as it is, None where no budget is enough.
-    """
-
-    reservation: str
-    budget_ns: int
-    period_ns: int
-    is_served: bool
-    enough_ns: int | None
+    reservation: Annotated[str, "The reservation."]
+    budget_ns: Annotated[int, FIGURE, "Its budget."]
+    period_ns: Annotated[int, FIGURE, "The period in which it has that."]
+    is_served: Annotated[bool, "Whether the budget is there in each period behind what goes before the reservation."]
+    enough_ns: Annotated[
+        int | None, FIGURE, "The least budget with which the thread is in time; null where none is enough."
+    ]
 
 
 def budget_of(space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]) -> Budget | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 from dse.analysis.diagnosis.reservation_budgets import least
 from dse.analysis.limits import build_limit, judge
@@ -22,6 +22,7 @@ from dse.analysis.scheduling.waiting import told_name
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
+from dse.support.json_fields import FIGURE
 from dse.support.units import Exact
 
 MOST_CANDIDATES = 64
@@ -32,15 +33,11 @@ MOST_ROUNDS = 10_000
 
 @dataclass(frozen=True)
 class Shorter:
-    """So much less of something each time, and what was late is in time.
+    """What alone would let a late thread end in time."""
 
-    `name` is the thread, its piece or the interrupt whose jobs take less; of a `section` that nothing interrupts it is
-    the thread's.
-    """
-
-    name: str
-    by_ns: int
-    section: bool = False
+    name: Annotated[str, "The thread, its piece, or the interrupt."]
+    by_ns: Annotated[int, FIGURE, "How much less each of its jobs takes then, or each of its sections."]
+    section: Annotated[bool, "Whether its section that nothing interrupts is meant, not its jobs."] = False
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil
+from typing import Annotated
 
 from dse.analysis.latency.contributors import neighbours
 from dse.analysis.latency.sampling import Pair, common_step, wait_ns
@@ -20,6 +21,7 @@ from dse.space.architecture.clocks import with_past
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
+from dse.support.json_fields import Json
 from dse.support.units import Exact, is_unbounded
 
 MOST_CASES = 10_000
@@ -30,33 +32,37 @@ MOST_OFFSETS = 256
 
 @dataclass(frozen=True)
 class Shift:
-    """Another offset of a reader: what the latency of the flow is shorter by, and that of others longer."""
+    """Another offset of a reader, all others as they are."""
 
-    offset_ns: Exact
-    saves_ns: Exact
-    costs_ns: Mapping[str, Exact]
+    JSON_NAME = "BetterOffset"
+
+    offset_ns: Annotated[Exact, "The offset."]
+    saves_ns: Annotated[Exact, "What the latency of the flow is shorter by."]
+    costs_ns: Annotated[Mapping[str, Exact], "What the latencies of other flows are longer by, by flow."]
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """A reader on the clock of the timer before it on a flow.
+    """A reader on the clock of the timer before it on a flow."""
 
-    Data are there between `there_ns` after the sender's release. `room_ns` is how much later the last of them may be
-    there before they miss the read that they meet now; None where an offset is unknown. `is_crossed` says whether some
-    meet a read that others miss.
-    """
-
-    flow: str
-    sender: str
-    receiver: str
-    offsets_ns: tuple[Exact | None, Exact | None]
-    periods_ns: tuple[Exact, Exact]
-    there_ns: tuple[Exact, Exact]
-    wait_ns: tuple[Exact, Exact]
+    flow: Annotated[str, "The flow."]
+    sender: Annotated[str, "The timer whose data are read."]
+    receiver: Annotated[str, "The timer that reads."]
+    offsets_ns: Annotated[tuple[Exact | None, Exact | None], "The offset of each; null where it is unknown."]
+    periods_ns: Annotated[tuple[Exact, Exact], "The period of each."]
+    there_ns: Annotated[
+        tuple[Exact, Exact], "How long after the sender's release data are there, at least and at most."
+    ]
+    wait_ns: Annotated[
+        tuple[Exact, Exact], "How long these then wait: what is there first at least, what is there last at most."
+    ]
     step_ns: Exact
-    room_ns: Exact | None
-    is_crossed: bool
-    better: Shift | None
+    room_ns: Annotated[
+        Exact | None,
+        "How much later the last data may be there before they miss the read; null where an offset is unknown.",
+    ]
+    is_crossed: Annotated[bool, "Whether some data meet a read that others miss.", Json("crossed")]
+    better: Annotated[Shift | None, "The reader's offset with which the flow is shortest; null where it is."]
 
     @property
     def is_just_missed(self) -> bool:

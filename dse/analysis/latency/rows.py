@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import Part
@@ -11,6 +12,7 @@ from dse.analysis.views import View
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
+from dse.support.json_fields import NULL, Json
 from dse.support.units import Exact
 
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
@@ -20,19 +22,23 @@ UNBOUNDED_METHOD = "response time (unbounded)"
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One contribution to a flow's latency, in ns, exact; `category` and `contributor` as OSATE prints them.
+    """A contributor to the latency of a flow.
 
-    `medium` is the bus of a connection's row, `specified_ns` what is specified (`dse.analysis.osate.findings`).
+    `category` and `contributor` are as OSATE prints them.
     """
 
-    category: str
-    contributor: str
-    min_ns: Exact
-    min_method: str
-    max_ns: Exact
-    max_method: str
-    medium: str = ""
-    specified_ns: tuple[Exact, Exact] | None = None
+    category: Annotated[str, "What kind of contribution it is."]
+    contributor: Annotated[str, "The component, connection or bus."]
+    min_ns: Annotated[Exact, "What it adds to the minimum latency."]
+    min_method: Annotated[str, "The rule that gives the minimum."]
+    max_ns: Annotated[Exact, NULL, "What it adds to the maximum latency; null where it is unbounded."]
+    max_method: Annotated[str, "The rule that gives the maximum."]
+    medium: Annotated[str, "The bus or virtual bus of a row of a connection.", Json(default="")] = ""
+    specified_ns: Annotated[
+        tuple[Exact, Exact] | None,
+        "Under the `osate` profiles: the minimum and maximum that are specified for it.",
+        Json(default=None, kind=tuple[Exact, ...] | None),
+    ] = None
 
 
 def counts_responses(space: Space) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal
+from typing import Annotated, Literal
 
 from dse.analysis.binding import bus_figure
 from dse.analysis.latency.rows import Row, in_flow
@@ -31,10 +31,12 @@ CARRYING = ("transmission time", "specified")
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What OSATE says of a flow: its severity, and the text."""
+    """What OSATE says of a flow."""
 
-    severity: Literal["error", "warning"]
-    text: str
+    JSON_NAME = "FlowFinding"
+
+    severity: Annotated[Literal["error", "warning"], "How grave it is."]
+    text: Annotated[str, "In words."]
 
 
 def specified_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:

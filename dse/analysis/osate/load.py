@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Annotated
 
 from dse.analysis.binding import carriers_of
 from dse.analysis.osate.findings import Finding
@@ -22,11 +23,11 @@ ZERO = Fraction(0)
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """The budget of a bus and what it is required to be, in B/s (None: nobody states any), with OSATE's verdicts."""
+    """OSATE's budgets of a bus."""
 
-    stated: Fraction | None
-    required: Fraction
-    findings: tuple[Finding, ...] = ()
+    stated: Annotated[Fraction | None, "Its own, in B/s; null without one."]
+    required: Annotated[Fraction, "The sum of those of what is bound to it."]
+    findings: Annotated[tuple[Finding, ...], "OSATE's errors and warnings about them."] = ()
 
 
 def states_budgets(space: Space) -> bool:

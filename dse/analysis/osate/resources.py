@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from dse.analysis.osate.components import period_ns
 from dse.analysis.osate.findings import Finding
@@ -19,6 +19,7 @@ from dse.analysis.views import View
 from dse.space.model.budgets import Budgeted, MemorySizes
 from dse.space.model.space import EMPTY, Space
 from dse.space.model.trees import at
+from dse.support.json_fields import Unit
 from dse.support.units import format_number, format_speed
 
 Kind: TypeAlias = Literal["speed", "memory", "RAM", "ROM"]
@@ -29,37 +30,39 @@ PER_S = 1000
 
 @dataclass(frozen=True, slots=True)
 class BudgetUse:
-    """What an entry needs of a resource, in its unit, and what it is to use at most (None: nothing is stated)."""
+    """What an entry of `budgets` needs of a resource."""
 
-    name: str
-    used: Fraction
-    budget: Fraction | None
+    WRITTEN = ("name", "used", "budget", "slack_ppm")
+
+    name: Annotated[str, "The thread, device or subsystem."]
+    used: Annotated[Fraction, "What it needs, or its budget where it says of nothing that it needs it."]
+    budget: Annotated[Fraction | None, "What it is to use at most; null without a budget."]
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the budget, as a share of it; None without one."""
+        """What is left of the budget, as a share of it; null without one."""
         return (self.budget - self.used) / self.budget * 10**6 if self.budget else None
 
 
 @dataclass(frozen=True, slots=True)
 class ResourceUse:
-    """What a processor, a partition, a memory, or the whole `system` has of a resource, and who needs how much of it.
+    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system."""
 
-    `unit` is ``MIPS`` or ``B``; `capacity` None where it is not stated. `users` are the outermost that are bound to it;
-    of the system everything with a budget.
-    """
+    WRITTEN = ("name", "resource", "unit", "capacity", "total", "slack_ppm", "users", "findings")
 
-    name: str
-    resource: Kind
-    unit: str
-    capacity: Fraction | None
-    total: Fraction
-    users: tuple[BudgetUse, ...]
-    findings: tuple[Finding, ...]
+    name: Annotated[str, "The processor, partition or memory; `system` for all together."]
+    resource: Annotated[Kind, "What is compared."]
+    unit: Annotated[Unit, "What the figures count: `MIPS` or `B`."]
+    capacity: Annotated[Fraction | None, "What there is of it; null where that is not stated."]
+    total: Annotated[Fraction, "What is needed together."]
+    users: Annotated[
+        tuple[BudgetUse, ...], "The outermost that are bound to it; of the system everything with a budget."
+    ]
+    findings: Annotated[tuple[Finding, ...], "OSATE's errors and warnings."]
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the capacity, as a share of it; None without one."""
+        """What is left of the capacity, as a share of it; null without one."""
         return (self.capacity - self.total) / self.capacity * 10**6 if self.capacity else None
 
 

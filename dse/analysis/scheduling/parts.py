@@ -8,20 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
 
 from dse.analysis.scheduling.response_time import Task, most_jobs, worst_job_ns
 from dse.analysis.scheduling.servers.executors import Fellow, executor_worst_job, jobs_before
 from dse.space.model.space import ExecutorKind
+from dse.support.json_fields import Data, Of
 from dse.support.units import Exact
 
 
 @dataclass(frozen=True)
 class Delay:
-    """The jobs of another task that go before the end of a task's worst job: their number, and their work together."""
+    """Jobs of what goes before a late thread."""
 
-    name: str
-    jobs: int
-    work_ns: Exact
+    name: Annotated[str, "The thread or interrupt."]
+    jobs: Annotated[int, "How many jobs of it go before the worst one of the late thread."]
+    work_ns: Annotated[Exact, "What they take together."]
+
+
+class Interference(Data):
+    """What goes before the worst job of a thread."""
+
+    WRITTEN = (
+        Of("name", "The more urgent thread, or the interrupt.", key="thread", kind=str),
+        Of("jobs", "How many of its jobs, from the beginning of the busy period on.", kind=int),
+        Of("work_ns", "What these take together.", kind=Fraction),
+    )
 
 
 @dataclass(frozen=True)
@@ -34,9 +47,14 @@ class Parts:
 
     delays: tuple[Delay, ...] = ()
     earlier_jobs: int = 0
-    earlier_ns: Exact = 0
+    earlier_ns: Annotated[
+        Exact, "What earlier jobs of its own take before its worst job; missing where there is none."
+    ] = 0
     blocked_ns: Exact = 0
-    over_ns: Exact = 0
+    over_ns: Annotated[
+        Exact,
+        "How much of all that goes before its worst job is over when this is released; missing where nothing is.",
+    ] = 0
 
     @property
     def waited_ns(self) -> Exact:

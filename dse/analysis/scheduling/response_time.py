@@ -18,6 +18,7 @@ from heapq import merge
 from itertools import count, islice, takewhile
 from math import gcd, lcm
 from operator import ge
+from typing import Annotated
 
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, Rounded
@@ -36,10 +37,15 @@ PLAIN = (int, Fraction, Rounded, type(None))
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """Events at least `period_ns` apart, each up to `jitter_ns` late, which is exact."""
+    """A stream of releases of a thread.
 
-    period_ns: int
-    jitter_ns: Exact = 0
+    Events are at least `period_ns` apart.
+    """
+
+    JSON_NAME = "Releases"
+
+    period_ns: Annotated[int, "Its period."]
+    jitter_ns: Annotated[Exact, "How much later than periodically a release may come."] = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.scheduling.holistic import fixed_point
 from dse.analysis.scheduling.overheads import interrupting
-from dse.analysis.scheduling.parts import Delay, Parts, executed, preempted
+from dse.analysis.scheduling.parts import Delay, Interference, Parts, executed, preempted
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.releases import task_of
 from dse.analysis.scheduling.responding import around, beside_piece, respond
@@ -33,6 +33,7 @@ from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.space import ExecutorKind, Space
 from dse.space.model.trees import at
+from dse.support.json_fields import Json, Of
 from dse.support.units import Exact, Unbounded
 
 UNBOUNDED_NS = 10**14
@@ -44,8 +45,11 @@ ONLY = "only these groups"
 
 @dataclass(frozen=True)
 class Response:
-    """The response time of a thread or a hybrid thread's callback; None where it has no bound.
+    """The response time of a thread on its core.
 
+    Or that of a hybrid thread's callback.
+
+    `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
     priority; `deadline_ns` is the thread's, else its period, else None; `blocking_ns` how long a less urgent thread of
     the core may keep that, whether or not this counts (`parts`). `worst_ns` is the longest execution time, the task's
@@ -56,22 +60,34 @@ class Response:
     on a core. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
     """
 
+    JSON_NAME = "ResponseTime"
+    WRITTEN = (
+        *(Of("name", "The thread.", key="thread"), "core", "executor", "reservation", "rank", "execution_ns"),
+        *(Of("task.streams", "What releases it.", key="releases"), "switching_ns", "blocked_ns", "blocked_by"),
+        *("delays", Of("parts.earlier_ns", default=0), Of("parts.over_ns", default=0)),
+        *("response_ns", "deadline_ns", "meets_deadline"),
+    )
+
     component: int
     part: Part
-    core: int
-    rank: int
+    core: Annotated[int, "Its core, from 1."]
+    rank: Annotated[int, "Its rank among the threads of the core, from 1, the most urgent."]
     task: Task
     best_ns: int
-    response_ns: Exact | None
-    deadline_ns: int | None
+    response_ns: Annotated[
+        Exact | None,
+        "The longest time from release to completion; null where it has no bound. But for segments it is the longest "
+        "execution, switching, blocking, interference and earlier jobs, less what is over.",
+    ]
+    deadline_ns: Annotated[int | None, "The deadline that it is compared with; null where there is none."]
     blocking_ns: int
     worst_ns: int
-    executor: str
+    executor: Annotated[str, "The executor that runs it beside others, where one does.", Json(default="")]
     rivals: tuple[Task, ...] = ()
     fellows: tuple[Fellow, ...] = ()
     kind: ExecutorKind | None = None
     is_piece: bool = False
-    reservation: str = ""
+    reservation: Annotated[str, "The reservation that it runs in, where it is in one.", Json(default="")] = ""
     is_served: bool = False
     is_in_line: bool = False
     blocking_name: str = ""
@@ -82,8 +98,18 @@ class Response:
         return self.task.name
 
     @property
+    def execution_ns(self) -> tuple[int, int]:
+        """Its shortest and its longest execution time."""
+        return self.best_ns, self.worst_ns
+
+    @property
+    def switching_ns(self) -> int:
+        """What the context switches of a job take."""
+        return self.task.worst_ns - self.worst_ns
+
+    @property
     def meets_deadline(self) -> bool | None:
-        """Whether it ends by its deadline; None when there is none."""
+        """Whether it is met; null where there is none."""
         if self.deadline_ns is None:
             return None
         return self.response_ns is not None and self.response_ns <= self.deadline_ns
@@ -102,18 +128,21 @@ class Response:
         return found or Parts()
 
     @property
-    def delays(self) -> tuple[Delay, ...]:
-        """The jobs of others before the worst one."""
+    def delays(self) -> Annotated[tuple[Delay, ...], Json("interference", kind=tuple[Interference, ...])]:
+        """What goes before its worst job; empty where it has no bound, and of segments."""
         return self.parts.delays
 
     @property
-    def blocked_ns(self) -> Exact:
-        """How long less urgent work keeps the core in the response time; of a piece how long it may."""
+    def blocked_ns(self) -> Annotated[Exact, Json("blocking_ns")]:
+        """How long a less urgent thread of the core keeps it; 0 where that does not count.
+
+        Of a piece of a thread with segments, how long it may.
+        """
         return self.blocking_ns if self.is_piece else self.parts.blocked_ns
 
     @property
-    def blocked_by(self) -> str:
-        """The less urgent thread whose work that is; empty where none counts."""
+    def blocked_by(self) -> Annotated[str, Json(default="")]:
+        """That thread; missing where there is none."""
         return self.blocking_name if self.blocked_ns else ""
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from operator import attrgetter
+from typing import Annotated
 
 from dse.analysis.scheduling.overheads import interrupting
 from dse.analysis.scheduling.parts import Delay, Parts, delays_of, executed, preempted
@@ -36,23 +37,29 @@ Known = Mapping[TaskKey, "Exact | None"]
 
 @dataclass(frozen=True)
 class Wait:
-    """What a thread or a piece of one does and waits for on a core (from 1; `is_served` where that has no number).
+    """What a thread does on a core, or a piece of it does there or on an accelerator, and what it waits for there.
 
-    `work_ns` is its own, `earlier_ns` that of `earlier_jobs` of its own thread, `delays` that of others. Less urgent
-    work of `blocked_by` has begun and takes `blocked_ns`. Of all that `over_ns` are over when the job is released.
+    Where `is_served` the core has no number to anybody.
     """
 
-    name: str
-    processor: str
-    core: int
+    WRITTEN = (
+        *("name", "processor", "core", "work_ns", "earlier_jobs", "earlier_ns", "delays", "blocked_by"),
+        *("blocked_ns", "over_ns", "response_ns"),
+    )
+
+    name: Annotated[str, "The thread or the piece; the thread where all its pieces on the core are taken together."]
+    processor: Annotated[str, "The processor or accelerator."]
+    core: Annotated[int, "The core, from 1."]
     is_served: bool
-    work_ns: Exact
-    delays: tuple[Delay, ...] = ()
-    earlier_jobs: int = 0
-    earlier_ns: Exact = 0
-    blocked_ns: Exact = 0
-    blocked_by: str = ""
-    over_ns: Exact = 0
+    work_ns: Annotated[Exact, "What it does itself."]
+    delays: Annotated[tuple[Delay, ...], "The jobs of others that go before it."] = ()
+    earlier_jobs: Annotated[int, "How many earlier jobs of its own thread go before it."] = 0
+    earlier_ns: Annotated[Exact, "What these take."] = 0
+    blocked_ns: Annotated[Exact, "What that takes."] = 0
+    blocked_by: Annotated[
+        str, "The thread whose section that nothing interrupts has begun before; empty where none has."
+    ] = ""
+    over_ns: Annotated[Exact, "How much of all this is over when it is released."] = 0
 
     @property
     def waited_ns(self) -> Exact:
@@ -61,7 +68,7 @@ class Wait:
 
     @property
     def response_ns(self) -> Exact:
-        """From its release to its end."""
+        """From its release to its end: all of this without what is over by then."""
         return self.work_ns + self.waited_ns
 
 

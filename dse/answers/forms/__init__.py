@@ -1,14 +1,10 @@
-"""The forms of JSON: one class for each format, which gives its schema, its writer and its reader.
+"""Answers as JSON: one codec writes, reads and describes them, from the annotations of their classes.
 
-Read `base.py` first, then `result.py` as an example. CONTRIBUTING.md adds a field to an answer.
+Read `codec.py` first, and beside it `dse.support.json_fields`, in whose words a class says what is written of it.
+CONTRIBUTING.md adds a field to an answer.
 
-* `base.py`: strictness, exact figures, and fields with their descriptions.
-* `result.py`, `design.py`: `dse solve`; one design or problem (analyse, check, simulate).
-* `verdicts.py`, `late.py`: explanations, comparisons, verifications; causes of late threads.
-* `studies.py`, `margins.py`: sweeps; sensitivity.
-* `fit.py`, `sizes.py`: fits of measurements; sizes of ROS messages.
+* `codec.py`: an object as plain data, plain data as an object, and the model that checks data.
 * `registry.py`: every format by name: its schema, and checks of data.
-* `writing.py`, `from_data.py`: answers to plain data; plain data to answers.
 * `consistency.py`: checks across the parts of a file.
 
 Not allowed here: accepting an unknown field, and computing a figure while it is written.

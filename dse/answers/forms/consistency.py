@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from dse.answers.forms.registry import Mistake, form_at, mistakes_in, mistakes_in_part
+from dse.answers.forms.codec import kind_of
+from dse.answers.forms.registry import Mistake, mistakes_in, mistakes_in_part
+from dse.answers.run_data import Found
 
 Data = Mapping[str, Any]
 
@@ -26,7 +28,7 @@ def check_whole(name: str, data: object) -> Iterator[Mistake]:
 
 def mistakes_in_outcome(data: Data) -> Iterator[Mistake]:
     """What is wrong with what a run of a sweep has found, taken by itself."""
-    found = list(mistakes_in_part(form_at("studies.Found"), "sweep", data))
+    found = list(mistakes_in_part(kind_of(Found).form(), "sweep", data))
     yield from found
     if not found and data["kind"] in ("front", "breaks"):
         yield from (Mistake(item.place.removeprefix("."), item.text) for item in _run(data, ""))

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
+from dse.answers.forms.codec import model_of
 from dse.spec.schema.fields import describe
 from dse.spec.schema.json_schema import json_schema, schema_head, simplified
 from dse.support import arguments
@@ -19,14 +20,9 @@ from dse.support.errors import UsageError
 
 
 def form_at(place: str) -> type[BaseModel]:
-    """The form that `place` names: a module of `dse.answers.forms` and the form in it.
-
-    >>> form_at("fit.FitForm").__name__
-    'FitForm'
-    """
-    module, _, name = place.partition(".")
-    found: type[BaseModel] = getattr(import_module(f"dse.answers.forms.{module}"), name)
-    return found
+    """The model of a class by its place, such as ``answers.verification:Verification``."""
+    home, _, name = place.partition(":")
+    return model_of(getattr(import_module(f"dse.{home}"), name))
 
 
 class Forms(Mapping[str, type[BaseModel]]):
@@ -47,20 +43,20 @@ class Forms(Mapping[str, type[BaseModel]]):
 
 FORMS = Forms(
     {
-        "result": "result.ResultForm",
-        "analysis": "design.AnalysisForm",
-        "check": "design.CheckForm",
-        "comparison": "verdicts.ComparisonForm",
-        "explanation": "verdicts.ExplanationForm",
-        "fit": "fit.FitForm",
-        "sensitivity": "margins.SensitivityForm",
-        "simulation": "design.SimulationForm",
-        "sizes": "sizes.SizesForm",
-        "sweep": "studies.SweepForm",
-        "verification": "verdicts.VerificationForm",
+        "result": "answers.robust:AnyResult",
+        "analysis": "answers.analysis:Analysis",
+        "check": "questions.verbs.check:Description",
+        "comparison": "answers.measured:Comparison",
+        "explanation": "answers.explanation:Explanation",
+        "fit": "fitting.fit:Fit",
+        "sensitivity": "answers.sensitivity:SensitivityResult",
+        "simulation": "answers.simulation:Simulation",
+        "sizes": "questions.verbs.sizes:Sizes",
+        "sweep": "answers.sweep:SweepResult",
+        "verification": "answers.verification:Verification",
     }
 )
-"""The form of ``dse-NAME/1`` by NAME."""
+"""The model of ``dse-NAME/1`` by NAME, made of the class of the answer when it is asked for."""
 
 
 def form_schema(name: str) -> dict[str, Any]:

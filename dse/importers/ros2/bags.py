@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.extras import needed_for
@@ -24,17 +24,19 @@ MOST_NS = 2**63
 
 @dataclass(frozen=True)
 class Topic:
-    """The messages of a topic: serialised sizes in bytes, times between two of them in ns (None where there is one)."""
+    """What a bag has of a topic."""
 
-    name: str
-    type: str
-    count: int
-    least: int
-    most: int
-    mean: float
-    shortest_ns: int | None
-    longest_ns: int | None
-    mean_ns: float | None
+    JSON_NAME = "TopicSize"
+
+    name: Annotated[str, "The topic."]
+    type: Annotated[str, "Its message type."]
+    count: Annotated[int, "How many messages there are."]
+    least: Annotated[int, "The least serialised size in bytes."]
+    most: Annotated[int, "The greatest."]
+    mean: Annotated[float, "Their mean."]
+    shortest_ns: Annotated[int | None, "The shortest time between two messages; null with fewer than two."]
+    longest_ns: Annotated[int | None, "The longest."]
+    mean_ns: Annotated[float | None, "The mean."]
 
 
 def read_bag(path: Path) -> list[Topic]:

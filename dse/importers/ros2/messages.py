@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from dse.importers.ros2.idl import wrong_expressions
 from dse.importers.ros2.serialised import NOTHING, WIDTHS, Kind, Layout
@@ -41,17 +41,15 @@ DEFAULT = "ros2_humble"
 
 @dataclass(frozen=True)
 class MessageSize:
-    """The sizes of one type in bytes.
+    """The sizes of a message type in bytes."""
 
-    `rule` is that of the report; `least` has empty strings and sequences; `stated` the lengths that were given (None
-    where none is of this type); `most` is None where a string or sequence has no bound.
-    """
+    JSON_NAME = "TypeSize"
 
-    name: str
-    rule: int
-    least: int
-    stated: int | None
-    most: int | None
+    name: Annotated[str, "The type, such as `sensor_msgs/msg/Imu`."]
+    rule: Annotated[int, "By the report's rule: each array one element, a string 8, a header 24."]
+    least: Annotated[int, "Serialised, with empty strings and sequences."]
+    stated: Annotated[int | None, "Serialised, with the stated lengths; null where none is of this type."]
+    most: Annotated[int | None, "Serialised, at its largest; null where a string or sequence has no bound."]
 
 
 class LengthError(UsageError):

@@ -75,7 +75,7 @@ def _margin(function: DesignFunction, variable: Variable, bounds: tuple[Bound, .
     way = Way(function, {variable.index: Fraction(1)}, bounds)
     least, most = domain(function, variable)
     breaks = [_first_break(way, variable.nominal, end, variable.is_whole) for end in (least, most)]
-    return Margin(variable.path, variable.unit, variable.nominal, breaks[0], breaks[1], least, most)
+    return Margin(variable.path, variable.unit, variable.nominal, breaks[0], breaks[1], (least, most))
 
 
 def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Fraction]:

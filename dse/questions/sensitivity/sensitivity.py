@@ -162,7 +162,6 @@ def sensitivity_asked(
         uncertain=part.made("uncertain inputs", lambda: _uncertain(inputs, function, uncertain, settings, tell, part))
         if uncertain
         else None,
-        currency=space.currency,
         bus_waiting="not counted" if leaves_out_buses(space) else None,
     )
     return replace(found, left_out=tuple(part.left_out))

@@ -11,11 +11,10 @@ from dse.analysis.diagnosis.front_verdicts import ContentionReferee, with_conten
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import Measure, build_measure
 from dse.analysis.views import View
-from dse.answers.contention_verdicts import contended
-from dse.answers.forms.result import Contention
-from dse.answers.forms.studies import FoundFront
-from dse.answers.forms.writing import written
+from dse.answers.contention_verdicts import Contended, contended
+from dse.answers.forms.codec import written
 from dse.answers.result import decisions_of
+from dse.answers.run_data import FoundFront
 from dse.answers.tables.display import exact
 from dse.search.front import Budget, FrontSearch, search_front
 from dse.space.model.criteria import Metric
@@ -162,7 +161,7 @@ class Jury:
         if self._referee is None:
             return {}
         found = self._referee.judge(design)
-        said = written(Contention, contended(found))
+        said = written(Contended, contended(found))
         if self._limited is not None:
             said["limited"] = exact(self._measure(found.space, self._limited).value(View(found.design)))
         return {"contention": said}

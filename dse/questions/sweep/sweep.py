@@ -11,7 +11,7 @@ from typing import Any, Unpack
 
 from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
 from dse.answers.contention_verdicts import basis_dict
-from dse.answers.sweep import SweepResult, SweepRun, VariedAxis, rank_together
+from dse.answers.sweep import RANKING, SweepRanking, SweepResult, SweepRun, VariedAxis, rank_together
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Changes, Question
 from dse.questions.sweep.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis
@@ -159,7 +159,7 @@ def sweep_asked(
         axes=tuple(_varied(axis) for axis in axes),
         runs=tuple(SweepRun(_labels(axes, run), outcome) for run, outcome in zip(runs, outcomes, strict=True)),
         seed=seed,
-        scale=scale,
+        ranking=SweepRanking(RANKING, scale),
         remarks=tuple(_remarks(asked, axes)),
         contention=basis_dict(asked.space),
         bus_waiting="not counted" if leaves_out_buses(asked.space) else None,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar, Unpack
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar, Unpack
 
 from dse.analysis.bounds import Ends, Impossible, impossible, largest
 from dse.analysis.diagnosis.remarks import problem_remarks
@@ -12,6 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.measures import counted_decisions
 from dse.analysis.validity import slot_users
 from dse.answers.base import Answer
+from dse.answers.question_data import OF_SPACE
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Question
 from dse.space.architecture.activation import exclusions
@@ -26,6 +27,7 @@ from dse.space.size import space_size
 from dse.spec.quantities.rounding import rounded_figures
 from dse.support import arguments
 from dse.support.errors import EXIT_COMPLETE, EXIT_INVALID, TooLargeError
+from dse.support.json_fields import Data, Json, Of, Unit
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.support.units import TimeRange
 from dse.support.units.text import writable
@@ -46,9 +48,22 @@ MOST_NAMES = 10
 """The most decisions that one remark names."""
 
 
+class OutOfReach(Data):
+    """A requirement that no design meets, as bounds alone show; it has either `least` or `most`."""
+
+    JSON_NAME = "Impossible"
+
+    requirement: Annotated[str, "In the words of the problem."]
+    origin: Annotated[str, "Where it stands."]
+    least: Annotated[str, "The least value that any design can have, an exact number as text.", Json(default="")]
+    most: Annotated[str, "The greatest value that any design can have, an exact number as text.", Json(default="")]
+    limit: Annotated[str, "The limit, an exact number as text."]
+    unit: Annotated[Unit, "What the figures count."]
+
+
 @dataclass(frozen=True, repr=False)
 class Description(Answer):
-    """The space of a problem: open decisions with their options, its size, and remarks.
+    """The outcome of `dse check`: the space of a valid problem.
 
     `impossible` are requirements and deadlines that no design meets, as bounds alone show, each with its place and both
     figures; there may be others. `too_large` says which sum the search cannot count exactly, with its place, where it
@@ -61,14 +76,23 @@ class Description(Answer):
     ['computer.type', 'can0.type']
     """
 
-    FORM = "design.CheckForm"
+    FORMAT = "check"
+    WRITTEN = (
+        Of("space.name", "The name of the problem.", key="problem"),
+        "valid",
+        *OF_SPACE,
+        *("size", Of("options", key="decisions"), "flows", "requirements", "implied", "rules", "objectives"),
+        *(Of("out_of_reach", key="impossible"), "too_large", "remarks"),
+    )
 
     space: Space
     decisions: tuple[Decision, ...]
-    size: int
-    remarks: tuple[str, ...]
+    size: Annotated[int, "The number of designs that the decisions make at most.", Json("space_size")]
+    remarks: Annotated[tuple[str, ...], "What a careful reader would remark."]
     impossible: tuple[Impossible, ...] = ()
-    too_large: str = ""
+    too_large: Annotated[
+        str, "Which sum the search cannot count exactly, where it refuses the problem for that.", Json(default="")
+    ] = ""
 
     @property
     def exit_code(self) -> int:
@@ -82,26 +106,54 @@ class Description(Answer):
         rows = [[item.name, ", ".join(item.options)] for item in self.decisions]
         return pandas.DataFrame(rows, columns=["decision", "options"])
 
-    def _told(self) -> Mapping[str, Any]:
-        space = self.space
-        return {
-            "decisions": {decision.name: decision.options for decision in self.decisions},
-            "flows": [flow.name for flow in space.flows],
-            "requirements": [item.text for item in space.requirements if not item.implied],
-            "implied": [item.text for item in space.requirements if item.implied],
-            "rules": [item.text for item in space.rules],
-            "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
-            "impossible": [
-                {
-                    "requirement": item.requirement.text,
-                    "origin": item.requirement.origin,
-                    item.side: str(writable(item.value)),
-                    "limit": str(writable(item.limit)),
-                    "unit": item.unit,
-                }
-                for item in self.impossible
-            ],
-        }
+    @property
+    def valid(self) -> Literal[True]:
+        """A problem with mistakes has no description."""
+        return True
+
+    @property
+    def options(self) -> Mapping[str, Sequence[str]]:
+        """The options of each open decision, in the order of the file."""
+        return {decision.name: decision.options for decision in self.decisions}
+
+    @property
+    def flows(self) -> list[str]:
+        """The names of the flows."""
+        return [flow.name for flow in self.space.flows]
+
+    @property
+    def requirements(self) -> list[str]:
+        """The requirements in words."""
+        return [item.text for item in self.space.requirements if not item.implied]
+
+    @property
+    def implied(self) -> list[str]:
+        """The limits that nobody states: 100 % of cores, bandwidths and exclusive buses."""
+        return [item.text for item in self.space.requirements if item.implied]
+
+    @property
+    def rules(self) -> list[str]:
+        """The rules in words."""
+        return [item.text for item in self.space.rules]
+
+    @property
+    def objectives(self) -> list[str]:
+        """The objectives with their senses."""
+        return [f"{item.sense} {item.metric.name}" for item in self.space.objectives]
+
+    @property
+    def out_of_reach(self) -> Annotated[list[Mapping[str, str]], Json(kind=list[OutOfReach])]:
+        """Requirements that no design meets, as bounds alone show."""
+        return [
+            {
+                "requirement": item.requirement.text,
+                "origin": item.requirement.origin,
+                item.side: str(writable(item.value)),
+                "limit": str(writable(item.limit)),
+                "unit": item.unit,
+            }
+            for item in self.impossible
+        ]
 
 
 @arguments.checked(also=Question.__annotations__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.answers.base import DataAnswer
 from dse.answers.tables.frames import unit_frame
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Sizes(DataAnswer):
-    """Sizes of message types and of the messages of bags.
+    """The outcome of `dse sizes`.
 
     Examples
     --------
@@ -30,12 +30,12 @@ class Sizes(DataAnswer):
     1812
     """
 
-    FORM = "sizes.SizesForm"
+    FORMAT = "sizes"
 
-    distribution: str
-    lengths: Mapping[str, int]
-    types: tuple[MessageSize, ...]
-    topics: tuple[Topic, ...]
+    distribution: Annotated[str, "The distribution of ROS: its types, and how they are serialised."]
+    lengths: Annotated[Mapping[str, int], "The lengths that were stated, by path."]
+    types: Annotated[tuple[MessageSize, ...], "Message types."]
+    topics: Annotated[tuple[Topic, ...], "Topics of bags."]
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each type, and one for each topic of bags.

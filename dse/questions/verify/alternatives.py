@@ -41,7 +41,7 @@ def check_others(bench: Bench, method: Method, deadline: float | None) -> None:
         return
     groups = _groups(bench, listed)
     if asked is None:
-        bench.left_open.append("others_asked is missing, as in results of earlier versions: some others may be, too")
+        bench.find("others_asked", "is missing, though there are others")
     elif groups is not None:
         _check_asked(bench, listed, asked)
     if groups is None or len(groups) != len(listed):

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from dse.analysis.diagnosis.front_verdicts import ContentionReferee, cores_of, with_contention
 from dse.analysis.evaluate import Evaluator
-from dse.answers.contention_verdicts import NOT_JUDGED, Contended, core_use, judge
-from dse.answers.forms.result import Contention, CoreUse
-from dse.answers.forms.writing import written
+from dse.answers.contention_verdicts import NOT_JUDGED, Contended, CoreUse, core_use, judge
+from dse.answers.forms.codec import written
 from dse.answers.result import Result
 from dse.questions.result_question import named_design
 from dse.space.model.space import Design, Space
@@ -84,7 +83,7 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
         if referee is None or stated is None or stated == NOT_JUDGED:
             continue
         found[number] = judge(referee, designs[number])
-        if written(Contention, found[number]) != stated:
+        if written(Contended, found[number]) != stated:
             raise UsageError(f"{path}: alternative {number} keeps and breaks something else with response times")
     return found
 
@@ -112,7 +111,7 @@ def check_contention(bench: Bench, deadline: float | None) -> None:
         elif stated != NOT_JUDGED:
             try:
                 with until(deadline):
-                    bench.compare(f"{place}.contention", written(Contention, judge(referee, design)), stated)
+                    bench.compare(f"{place}.contention", written(Contended, judge(referee, design)), stated)
                 judged += 1
             except OutOfTime:
                 left += 1

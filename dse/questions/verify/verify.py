@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Any, get_args
 
 from dse.analysis.evaluate import Evaluator
+from dse.answers.forms.codec import written
 from dse.answers.forms.consistency import check_whole
-from dse.answers.forms.result import Lost
-from dse.answers.forms.writing import written
 from dse.answers.reading import check_semantics, read_stated
 from dse.answers.result import Result, decisions_of
-from dse.answers.robust import RobustResult
+from dse.answers.robust import Failure, RobustResult
 from dse.answers.tables.display import exact, figure
 from dse.answers.verification import Finding, Verification
 from dse.questions.problem import Problem, origin_of, set_up
@@ -157,11 +156,10 @@ def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
     except UsageError as error:
         bench.find("files", str(error))
         return
-    if carried is not None:
-        sha256, includes = carried_digests(carried)
-        own = {"sha256": sha256, "includes": [{"file": file, "sha256": digest} for file, digest in includes]}
-        bench.compare("problem", own, {key: stated[key] for key in own})
-        bench.compare("problem.identity", carried.loaded.identity, stated["identity"])
+    sha256, includes = carried_digests(carried)
+    own = {"sha256": sha256, "includes": [{"file": file, "sha256": digest} for file, digest in includes]}
+    bench.compare("problem", own, {key: stated[key] for key in own})
+    bench.compare("problem.identity", carried.loaded.identity, stated["identity"])
     if stated["name"] != bench.problem.name:
         bench.find("problem.name", f"is {stated['name']!r}, the file says {bench.problem.name!r}")
     bench.checked.append("the problem, with what it includes and its samples, by what it means")
@@ -316,7 +314,7 @@ class RobustWitness:
         if unjudged and bench.data["status"] != "incomplete" and not bench.under_way:
             bench.find("robust.unjudged", "there is none where the search was not stopped")
         lost = [
-            written(Lost, failure)
+            written(Failure, failure)
             for point, design in zip(nominal.data["front"], nominal.designs, strict=False)
             if point["id"] not in unjudged
             for failure in self.question.failures(point["id"], design)

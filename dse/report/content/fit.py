@@ -68,7 +68,7 @@ def _transports(fit: Fit) -> Iterator[Block]:
     yield _table(headings, map(_transport_row, fit.transports))
     yield from _remarks(fit.transports)
     for item in fit.transports:
-        yield from _tails((f"{item.where}, {size} B", tail) for size, tail in item.tails)
+        yield from _tails((f"{item.where}, {tail.size_bytes} B", tail) for tail in item.tails)
     yield from chain.from_iterable(map(transport_plots, fit.transports))
 
 

@@ -16,10 +16,8 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.validity import canonical
 from dse.answers.explanation import Demand, Example, Explanation
-from dse.answers.forms.result import Member
-from dse.answers.forms.verdicts import Demand as DemandForm
-from dse.answers.forms.writing import written
-from dse.answers.result import decisions_of
+from dse.answers.forms.codec import written
+from dse.answers.result import Clash, decisions_of
 from dse.cli.main import run
 from dse.examples.shipped import example_path
 from dse.questions.explain.explain import Explainer, Wishes, explain_asked
@@ -169,7 +167,7 @@ def test_the_conflicts_of_a_stopped_solve_are_confirmed(drawn: list[tuple[int, P
                 for clash in conflict.members:
                     if not clash.is_sought:
                         seen += 1
-                        assert (clash.limit, clash.closest, written(Member, clash)["looked_for"]) == (None, None, False)
+                        assert (clash.limit, clash.closest, written(Clash, clash)["looked_for"]) == (None, None, False)
     assert seen
 
 
@@ -261,7 +259,7 @@ def test_offers_that_were_not_tried_are_said() -> None:
     found = explain_asked(problem, Wishes(offers=("first.period += 5 ms",), time_limit_s=0.0))
     assert found.status == "incomplete" and found.left_open == ("whether there is a design",)
     assert isinstance(found.to_dict()["left_open"], list)
-    assert written(DemandForm, Demand("rule", "x", "y")) == {"kind": "rule", "text": "x", "origin": "y"}
+    assert written(Demand, Demand("rule", "x", "y")) == {"kind": "rule", "text": "x", "origin": "y"}
     assert decisions_of(problem.space, (0,) * len(problem.space.decisions))
 
 

@@ -73,8 +73,8 @@ def _looked_at(drawn: Problem, decisions: dict[str, str], rng: random.Random) ->
                 for value, good in ((side.last, True), (halfway, True), (first, False)):
                     said = _broken(problem, decisions, {margin.path: value_text(margin, value)})
                     assert bool(said) != good, (margin, value, said)
-            elif margin.most > margin.nominal and side is margin.above:
-                value = min(margin.most, margin.nominal * 1000)
+            elif margin.searched[1] > margin.nominal and side is margin.above:
+                value = min(margin.searched[1], margin.nominal * 1000)
                 assert not _broken(problem, decisions, {margin.path: value_text(margin, value)}), margin
     return seen
 

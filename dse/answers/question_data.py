@@ -1,0 +1,79 @@
+"""What answers say of the question and its problem, as plain data: settings, objectives, files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Literal, TypeAlias, get_type_hints
+
+from dse.space.question.settings import SETTINGS
+from dse.support.json_fields import Data, Of, Unit
+
+Sense: TypeAlias = Literal["minimise", "maximise"]
+
+
+class Settings(Data):
+    """How the question was read."""
+
+    profile: Annotated[Literal["dse", "osate-2.2", "osate-2.19"], "The latency rules that were applied."]
+    worst_case: Annotated[Literal["execution_time", "deadline"], "OSATE's worst-case setting."]
+    system: Annotated[
+        Literal["asynchronous", "synchronous"], "OSATE's setting for ends that may or may not share a clock."
+    ]
+    partition_output: Annotated[
+        Literal["major_frame", "partition_end"], "OSATE's setting for when output leaves a partition."
+    ]
+    best_case: Annotated[Literal["empty_queue", "full_queue"], "OSATE's setting for queues."]
+    bus_queuing: Annotated[Literal["counted", "not_counted"], "OSATE's setting for buses."]
+    processing: Annotated[Literal["execution_time", "response_time"], "What a flow counts for a thread."]
+    deadlines: Annotated[Literal["stated", "all", "none"], "Which deadlines count."]
+    overload: Annotated[Literal["forbidden", "allowed"], "Whether cores and buses may be used beyond all of them."]
+
+
+OF_SPACE = tuple(Of(f"space.{name}", kind=get_type_hints(Settings, include_extras=True)[name]) for name in SETTINGS)
+"""The settings of an answer that has a `space`."""
+
+
+class Objective(Data):
+    """An objective of the question."""
+
+    name: Annotated[str, "The metric."]
+    sense: Annotated[Sense, "Whether less or more of it is better."]
+    unit: Annotated[Unit, "What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`."]
+
+
+class Include(Data):
+    """A file that the problem includes."""
+
+    file: Annotated[str, "Its path, as found from the folder of the problem file."]
+    sha256: Annotated[str, "The SHA-256 of its content."]
+
+
+class StudiedProblem(Settings):
+    """A problem as a study names it."""
+
+    WRITTEN = ("name", "sha256", *SETTINGS, "currency")
+
+    name: Annotated[str, "The name that the problem gives itself."]
+    sha256: Annotated[str, "The SHA-256 of its file."]
+    currency: Annotated[str, "The currency of prices, which count in cents."]
+
+
+BUS_WAITING = "Where it is not counted in latencies although a physical bus carries messages; null elsewhere."
+BY_WAITING = (
+    "False where there is no design even if each response time were as long as the job takes alone; true where it "
+    "takes that threads wait for each other, as far as is known."
+)
+
+
+class AskedQuestion(Settings):
+    """The question as it was really asked: that of the file, with what the command line or a caller added."""
+
+    JSON_NAME = "Question"
+    WRITTEN = ("requirements", "implied", "rules", "objectives", "fixed", *SETTINGS, "robust")
+
+    requirements: Annotated[list[str], "The requirements, in the order of the file; then those that were added."]
+    implied: Annotated[list[str], "The limits that nobody states: 100 % of cores, bandwidths and exclusive buses."]
+    rules: Annotated[list[str], "The rules, likewise."]
+    objectives: Annotated[list[str], "The objectives with their senses, such as `minimise price`."]
+    fixed: Annotated[Mapping[str, str], "The decisions that were fixed, each with its option."]
+    robust: Annotated[bool, "Whether every requirement had to hold for all values that `uncertainty` states."]

@@ -1,0 +1,211 @@
+"""What a run of a sweep finds, as plain data: as the store keeps it, and as it is written once designs are ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated, Literal, TypeAlias
+
+from dse.answers.contention_verdicts import Contended
+from dse.answers.question_data import Objective
+from dse.support.json_fields import BY_KIND, NULL, Data, Json, Unit
+
+Decisions: TypeAlias = Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Change:
+    """What a run wins and loses against the one before it on the last axis."""
+
+    JSON_NAME = "FrontChange"
+
+    entered: Annotated[tuple[Decisions, ...], "Designs that only this front has."]
+    left: Annotated[tuple[Decisions, ...], "Designs that only the front before has."]
+    moved: Annotated[tuple[Decisions, ...], "Designs on both whose objectives differ."]
+    best: Annotated[
+        Mapping[str, tuple[Annotated[Fraction, NULL] | None, Annotated[Fraction, NULL] | None]],
+        "The best value of each objective before and after; null where there is no design, or it is unbounded.",
+    ]
+
+
+class LimitedContention(Data):
+    """The same of a design whose limit varies."""
+
+    WRITTEN = (Contended, "limited")
+
+    limited: Annotated[
+        Fraction,
+        NULL,
+        "The tightest limit that it keeps then, in the `unit` of the limit; null where none. Left out where it is a "
+        "share, which response times do not change.",
+        Json(default=None),
+    ]
+
+
+class _Design(Data):
+    """What is said of every design."""
+
+    decisions: Annotated[Decisions, "The chosen option of each open decision that matters in it."]
+    metrics: Annotated[
+        Mapping[str, Annotated[Fraction, NULL]],
+        "Every metric and objective, in the `units` of the run; null where it is unbounded.",
+    ]
+
+
+class FrontDesign(_Design):
+    """A design of a front."""
+
+    contention: Annotated[
+        Contended, "What it keeps when response times count, where the front leaves that out.", Json(default=None)
+    ]
+
+
+class Alternative(FrontDesign):
+    """A design of a front, with its rank there."""
+
+    WRITTEN = ("rank", "score", "decisions", "metrics", "contention")
+
+    rank: Annotated[int, "Its rank, from 1."]
+    score: Annotated[str, "Its score: the distance to the ideal point of all fronts."]
+
+
+class LimitedDesign(_Design):
+    """A design of some stretch of limits."""
+
+    WRITTEN = ("id", "limited", "decisions", "metrics", "contention")
+
+    id: Annotated[int, "The number by which stretches name it."]
+    limited: Annotated[Fraction, "The tightest limit that it keeps, in the `unit` of the limit."]
+    contention: Annotated[
+        LimitedContention,
+        "What it keeps when response times count, beside the limit that varies.",
+        Json(default=None),
+    ]
+
+
+class Named(Data):
+    """A design of a stretch, by its number."""
+
+    id: Annotated[int, "Which design it is."]
+
+
+class Entry(Named):
+    """A design of a stretch."""
+
+    WRITTEN = ("rank", "score", "id")
+
+    rank: Annotated[int, "Its rank among those of the stretch."]
+    score: Annotated[str, "Its score."]
+
+
+class _Interval(Data):
+    """An interval of the limit."""
+
+    from_: Annotated[Fraction, "Where it begins, seen from the tightest limit; included.", Json("from")]
+    to: Annotated[Fraction, "Where the next one begins, or the loosest limit."]
+
+
+class FoundStretch(_Interval):
+    """An interval of the limit over which the front stays the same."""
+
+    front: Annotated[list[Named], "The front, in the order of objectives.", Json(limits={"min_length": 1})]
+
+
+class Stretch(_Interval):
+    """An interval of the limit over which the front stays the same."""
+
+    front: Annotated[list[Entry], "The front, best first.", Json(limits={"min_length": 1})]
+    best: Annotated[int, "The design that is ranked first."]
+
+
+class Failure(Data):
+    """What a run finds whose values make no valid problem."""
+
+    kind: Annotated[Literal["error"], "What was found."]
+    status: Annotated[Literal["invalid", "other version"], "What is wrong."]
+    message: Annotated[str, "The same in words."]
+
+
+class FoundFront(Data):
+    """What a run finds, and the store keeps: a front that is not ranked yet, for that is on the scale of its sweep."""
+
+    kind: Annotated[Literal["front"], "What was found."]
+    status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]
+    objectives: Annotated[list[Objective], "The objectives."]
+    units: Annotated[Mapping[str, Unit], "What the figures of each metric count."]
+    front: Annotated[list[FrontDesign], "The front, in the order of objectives."]
+
+
+class FoundBreaks(Data):
+    """The same of the break-points of a limit."""
+
+    kind: Annotated[Literal["breaks"], "What was found."]
+    status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]
+    definition: Annotated[str, "What a break-point is."]
+    metric: Annotated[str, "The limited metric."]
+    operator: Annotated[Literal["<=", ">="], "The sense of the limit."]
+    unit: Annotated[Unit, "What limits count."]
+    from_: Annotated[Fraction, "The least limit of the interval.", Json("from")]
+    to: Annotated[Fraction, "The greatest limit of the interval."]
+    exact: Annotated[bool, "Whether the figures of the metric are exact, not rounded up to a unit."]
+    objectives: Annotated[list[Objective], "The objectives."]
+    units: Annotated[Mapping[str, Unit], "What the figures of each metric count."]
+    infeasible_until: Annotated[
+        Fraction | None, "The tightest limit that leaves a design, where it lies inside the interval."
+    ]
+    stretches: Annotated[list[FoundStretch], "The stretches, from the tightest limit to the loosest."]
+    alternatives: Annotated[list[LimitedDesign], "The designs of all stretches."]
+
+
+Found: TypeAlias = Annotated[Failure | FoundFront | FoundBreaks, BY_KIND]
+"""What a run finds, by itself."""
+
+
+class _Run(Data):
+    """What every run has."""
+
+    values: Annotated[Mapping[str, str], "The value of each axis that has values."]
+    change: Annotated[
+        Change | None,
+        "What it wins and loses against the run before it; null for the first, and where one of the two is not proved.",
+    ]
+
+
+class OpenRun(_Run):
+    """A run that was not solved: the sweep was stopped before."""
+
+    WRITTEN = ("values", "kind", "status", "change")
+
+    kind: Annotated[Literal["open"], "What was found."]
+    status: Annotated[Literal["open"], "How far."]
+
+
+class FailedRun(_Run, Failure):
+    """A run whose values make no valid problem."""
+
+    WRITTEN = ("values", "kind", "status", "message", "change")
+
+
+class FrontRun(_Run, FoundFront):
+    """A run with a front."""
+
+    WRITTEN = ("values", "kind", "status", "objectives", "units", "front", "change")
+
+    front: Annotated[list[Alternative], "The front, best first."]  # type: ignore[assignment]
+
+
+class BreaksRun(_Run, FoundBreaks):
+    """A run with the exact break-points of a limit."""
+
+    WRITTEN = (
+        *("values", "kind", "status", "definition", "metric", "operator", "unit", "from_", "to", "exact", "objectives"),
+        *("units", "infeasible_until", "stretches", "alternatives", "change"),
+    )
+
+    stretches: Annotated[  # type: ignore[assignment]
+        list[Stretch], "The stretches, from the tightest limit to the loosest."
+    ]
+
+
+AnyRun: TypeAlias = Annotated[OpenRun | FailedRun | FrontRun | BreaksRun, BY_KIND]
