@@ -3,7 +3,8 @@
 Read `base.py` first, then `result.py`, the answer of `dse solve`.
 
 * `base.py`: an answer and its form of JSON.
-* `result.py`, `robust.py`: the front of a question; the robust front.
+* `result.py`, `designs.py`, `robust.py`: the front of a question; the designs that it lists; the robust front.
+* `question_data.py`, `run_data.py`: a question, a run of a sweep, as plain data.
 * `analysis.py`, `simulation.py`, `measured.py`: one design, analysed, simulated, against measurements.
 * `explanation.py`, `verification.py`, `comparison.py`: conflicts and relaxations; verdicts; two results or designs.
 * `sweep.py`, `sensitivity.py`: fronts over a varied input or limit; margins, tornado bars, probabilities.

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 from dse.analysis.measures import all_metrics
 from dse.answers.analysis import Analysis
 from dse.answers.base import Answer
+from dse.answers.designs import Point
 from dse.answers.ranking.core_numbering import numbered_like
-from dse.answers.result import ObjectiveInfo, Point, Result, decisions_of
+from dse.answers.result import ObjectiveInfo, Result, decisions_of
 from dse.answers.tables.display import scaled_unit
 from dse.answers.tables.frames import mixed_frame
 from dse.space.model.criteria import Metric

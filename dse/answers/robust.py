@@ -11,7 +11,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.answers.base import Answer
-from dse.answers.result import Origin, Point, Result
+from dse.answers.designs import Point
+from dse.answers.result import Origin, Result
 from dse.support.json_fields import COUNT, NULL, Data, Json, Of, Unit
 
 if TYPE_CHECKING:

@@ -10,23 +10,11 @@ from typing import Any, Final
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.base import DataAnswer
+from dse.answers.designs import FurtherAsked, FurtherDesign, FurtherDesigns, InsistedPoint, Point
 from dse.answers.forms.codec import Form
 from dse.answers.forms.registry import FORMS
 from dse.answers.reading import check_data, no_json, read_result
-from dse.answers.result import (
-    Clash,
-    Conflict,
-    FurtherAsked,
-    FurtherDesign,
-    FurtherDesigns,
-    InsistedPoint,
-    ObjectiveInfo,
-    Origin,
-    Point,
-    Result,
-    Search,
-    decisions_of,
-)
+from dse.answers.result import Clash, Conflict, ObjectiveInfo, Origin, Result, Search, decisions_of
 from dse.answers.tables.display import figures_of
 from dse.questions.complete_design import baseline_design
 from dse.questions.problem import Problem, origin_of

@@ -148,7 +148,20 @@ flows: {f: {path: [sensor, nav]}}
 requirements: [latency of f <= 27 ms]
 objectives: [minimise price]
 """
+LATER = """
+dse: 1
+name: later
+processor_types: {cpu: {price: 10 EUR}}
+processors: {p: {type: cpu}, q: {type: cpu}}
+threads:
+  a: {processor: p, period: 70 ms, compute_execution_time: 26 ms}
+  b: {processor: p, period: 100 ms, compute_execution_time: 62 ms, deadline: 1 s}
+  c: {processor: q, period: 100 ms, compute_execution_time: 62 ms}
+objectives: [minimise price]
+"""
+"""The fifth job of b responds last; both processors are used by more than half."""
 PROBLEMS = {
+    "later": LATER,
     "contended": CONTENDED,
     "pump": PUMP,
     "node": NODE,
@@ -192,6 +205,8 @@ COMMANDS = (
     "analyse missed.yaml --json missed.json",
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
+    "analyse later.yaml --response-times --json later.json",
+    "explain later.yaml --max-utilisation 50% --json stated_once.json",
     "explain pump.yaml --json feasible.json",
     (
         "explain shared.yaml --require 'response time of b <= 3 ms' --fix p.type=big --fix a.core=1 --fix b.core=1 "

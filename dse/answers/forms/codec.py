@@ -349,16 +349,16 @@ def _list(kind: Kind, length: int | None) -> Kind:
 def _by_kind(cases: Sequence[type]) -> Kind:
     """Data of one of several classes; the tags are no names of entries, so that places of mistakes do without them."""
 
-    def tag_of(data: Any) -> str | None:
-        kind = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
-        return f"a run of kind {kind}" if isinstance(kind, str) else None
+    def kind(data: Any) -> str | None:  # its name is the place of a mistake
+        found = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
+        return f"a run of kind {found}" if isinstance(found, str) else None
 
     def form() -> Any:
         tagged = []
         for case in cases:
-            (kind,) = get_args(_plain(_hints(case)["kind"]))
-            tagged.append(Annotated[model_of(case), Tag(f"a run of kind {kind}")])
-        return Annotated[reduce(or_, tagged), Discriminator(tag_of)]
+            (word,) = get_args(_plain(_hints(case)["kind"]))
+            tagged.append(Annotated[model_of(case), Tag(f"a run of kind {word}")])
+        return Annotated[reduce(or_, tagged), Discriminator(kind)]
 
     return Kind(form)
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from dse.answers.result import Point, Result
+from dse.answers.designs import Point
+from dse.answers.result import Result
 
 UNBOUNDED = 2**62
 """Stands for the bound of a region in an objective in which it has none."""

@@ -15,8 +15,9 @@ from dse.analysis.latency.rows import Row
 from dse.analysis.limits import Limit, comparisons
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable, analyse_design
+from dse.answers.designs import Point
 from dse.answers.ranking.changes import Change, Delta, changes_between, counted_changes, deltas
-from dse.answers.result import Point, Result
+from dse.answers.result import Result
 from dse.space.model.criteria import Requirement
 from dse.support.units import Exact, Rounding, parse_duration_ns, whole
 

@@ -60,10 +60,6 @@ class LengthError(UsageError):
         self.path, self.reason = path, reason
 
 
-class _WrongFormError(ValueError):
-    """A file that has not the form of a definition, in our words."""
-
-
 class Types:
     """Message types: those of a distribution of ROS, and of files of definitions."""
 

@@ -13,12 +13,13 @@ from typing import Any, Literal, TypeAlias, get_args
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.answers.analysis import analyse_design
+from dse.answers.designs import FurtherDesign, Point
 from dse.answers.exports.aadl.chosen import ChosenModel, Side
 from dse.answers.exports.aadl.whole import WholeModel
 from dse.answers.exports.cie import cie_configuration
 from dse.answers.exports.formats import graphml, graphviz, pinning_table, ros2_parameters
 from dse.answers.exports.problem_file import fixed_problem, without
-from dse.answers.result import FurtherDesign, Point, Result
+from dse.answers.result import Result
 from dse.importers.aadl.document.implementations import Subsystem, replacement, subsystems, with_implementations
 from dse.importers.aadl.document.problem import Writer
 from dse.importers.aadl.instance.model import Model as AadlModel

@@ -10,7 +10,8 @@ from time import monotonic
 from typing import Literal, TypeAlias, cast
 
 from dse.analysis.evaluate import Evaluator
-from dse.answers.result import InsistedOption, InsistedPoint, Insisting, Result, decisions_of
+from dse.answers.designs import InsistedOption, InsistedPoint, Insisting
+from dse.answers.result import Result, decisions_of
 from dse.answers.tables.display import figure, figures_of
 from dse.questions.stopped_search import search_of
 from dse.questions.sweep.cluster import run_on_cluster

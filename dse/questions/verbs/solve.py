@@ -9,9 +9,10 @@ from importlib.metadata import version
 from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
+from dse.answers.designs import Point
 from dse.answers.explanation import Explanation, Relaxation
 from dse.answers.ranking.order import ranked_by
-from dse.answers.result import Clash, Conflict, ObjectiveInfo, Point, Result, Search, decisions_of, ranked
+from dse.answers.result import Clash, Conflict, ObjectiveInfo, Result, Search, decisions_of, ranked
 from dse.questions.complete_design import baseline_design
 from dse.questions.explain.explain import Explainer, Wishes
 from dse.questions.problem import Problem, Source, load, origin_of

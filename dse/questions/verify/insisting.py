@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dse.analysis.evaluate import Evaluator
-from dse.answers.result import InsistedOption, InsistedPoint, Insisting
+from dse.answers.designs import InsistedOption, InsistedPoint, Insisting
 from dse.questions.verify.points import Bench, recomputed
 from dse.space.model.space import INACTIVE, Design, Space
 from dse.verification.diagrams import TooLarge

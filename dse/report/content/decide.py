@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from dse.answers.result import InsistedOption, ObjectiveInfo, Result
+from dse.answers.designs import InsistedOption
+from dse.answers.result import ObjectiveInfo, Result
 from dse.answers.tables.display import counted, display_unit, scaled_unit
 from dse.report.amounts import MOST_ROWS, amount_words
 from dse.report.page import NOTHING, Section, Table, texts

@@ -12,10 +12,11 @@ from dse.analysis.binding import bus_stack, message_bytes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.answers.analysis import FlowTable
+from dse.answers.designs import Point
 from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Reasoner
 from dse.answers.ranking.variants import varying
-from dse.answers.result import Point, Result, decisions_of
+from dse.answers.result import Result, decisions_of
 from dse.answers.tables.display import counted, display_unit
 from dse.report.content.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
 from dse.report.content.decide import insisting_section

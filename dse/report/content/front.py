@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from dse.answers.designs import Point
 from dse.answers.ranking.variants import varying
-from dse.answers.result import Point, Result
+from dse.answers.result import Result
 from dse.answers.tables.display import counted
 from dse.report.content.decide import insisting_section
 from dse.report.content.document import Alternative, Document, OthersPart

@@ -12,7 +12,8 @@ from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
 from dse.analysis.terms import PPM
 from dse.analysis.views import View
 from dse.answers.contention_verdicts import Broken, Contended
-from dse.answers.result import Point, Result
+from dse.answers.designs import Point
+from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in

@@ -8,11 +8,12 @@ from fractions import Fraction
 
 from dse.analysis.diagnosis.remarks import Outside, outside_sizes, outside_words
 from dse.analysis.views import View
+from dse.answers.designs import FurtherDesign, FurtherDesigns, Point
 from dse.answers.ranking.changes import Change
 from dse.answers.ranking.optimality_gap import is_proved
 from dse.answers.ranking.reasons import Comparison, Dominant, Improvement, Reasoner, Reasons, Spared
 from dse.answers.ranking.variants import NEAR
-from dse.answers.result import FurtherDesign, FurtherDesigns, Point, Result
+from dse.answers.result import Result
 from dse.answers.tables.display import counted, readable
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.words.clocks import boundary_words

@@ -1,0 +1,218 @@
+"""Designs that a result lists: points of the front, further designs at or near them, designs with an option fixed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from dse.answers.contention_verdicts import Contended, CoreUse
+from dse.answers.tables.display import in_base_units
+from dse.space.model.space import Design
+from dse.support.json_fields import NULL, WHOLE, Json, Values
+
+if TYPE_CHECKING:
+    pass
+
+
+Status: TypeAlias = Literal["complete", "incomplete", "infeasible"]
+Objectives: TypeAlias = Annotated[
+    Values, "The figure of each objective, in the unit that `objectives` states; null where it is unbounded."
+]
+
+
+Metrics: TypeAlias = Annotated[
+    Mapping[str, Annotated[int, WHOLE, NULL]],
+    "The figure of each further metric, in the unit that `metric_units` states; null where it is unbounded.",
+    Json("metrics"),
+]
+
+
+Decisions: TypeAlias = Annotated[
+    Mapping[str, str], "The chosen option of each open decision that matters in this design."
+]
+
+
+class Figures:
+    """The metrics of a design: as they are counted, and as they are.
+
+    `counts` are integers in the `counting_units` of the result, as its JSON has them.
+    """
+
+    counts: Mapping[str, int]
+    counting_units: Mapping[str, str]
+
+    @property
+    def metrics(self) -> Mapping[str, Fraction]:
+        """Every metric in the unit that `metric_units` of the result states, as `dse.analyse` has it.
+
+        Exact but for those that the result lists as `rounded`: these are rounded up.
+        """
+        return in_base_units(self.counts, self.counting_units)
+
+
+@dataclass(frozen=True, repr=False)
+class Point(Figures):
+    """A non-dominated design."""
+
+    id: Annotated[int, "The number by which commands call it; it is the same whatever the ranking."]
+    rank: Annotated[int, "Its rank, from 1; equally good points share one."]
+    objectives: Objectives
+    counts: Metrics
+    counting_units: Mapping[str, str]
+    decisions: Decisions
+    design: Design
+    score: Annotated[str, "What the rank is founded on, in words or figures."] = ""
+    is_first: Annotated[
+        bool,
+        "False where it is not proved that of all designs with these objectives this is the first in the order of the "
+        "file.",
+        Json(default=True),
+    ] = True
+
+    def __repr__(self) -> str:
+        """One line: its number, rank and objectives."""
+        told = ", ".join(f"{name} = {value}" for name, value in self.objectives.items())
+        return f"<Point {self.id}, rank {self.rank}: {told}>"
+
+
+@dataclass(frozen=True)
+class FurtherDesign(Figures):
+    """Another design at or near a point of the front."""
+
+    id: Annotated[str, "`POINT.NUMBER`, such as `3.1`: the first further design of point 3."]
+    objectives: Objectives
+    counts: Metrics
+    counting_units: Mapping[str, str]
+    decisions: Decisions
+    design: Design
+    dominated_by: Annotated[tuple[int, ...], "The points that are as good in every objective, and better in one."]
+    different: Annotated[int, "In how many decisions it differs from its point.", Json("different_decisions")]
+
+
+@dataclass(frozen=True)
+class FurtherDesigns:
+    """The further designs of a point."""
+
+    of: Annotated[int, "The point."]
+    within: Annotated[Fraction, "Each objective is at most this share worse than the point's; 0: the same objectives."]
+    designs: tuple[FurtherDesign, ...]
+    more: Annotated[bool | None, "Whether there are others still; null where time was too short to tell."]
+
+
+@dataclass(frozen=True)
+class KeptBy:
+    """The cores of a design of a result, and what it keeps with contention."""
+
+    cores: Annotated[
+        Mapping[str, int], "The core, from 1, of each thread with several to choose from.", Json(default={})
+    ]
+    core_use: Annotated[
+        Mapping[str, CoreUse], "How each processor with several cores is used, core by core.", Json(default={})
+    ]
+    contention: Annotated[
+        Contended | Mapping[str, Any] | None,
+        "What it keeps when response times count, where the question leaves them out.",
+        Json(default=None, kind=Contended),
+    ]
+
+
+@dataclass(frozen=True)
+class ListedPoint:
+    """A point of the front: the design that stands for it."""
+
+    JSON_NAME = "Point"
+    WRITTEN = (
+        *("point.id", "point.rank", "point.score", "point.objectives", "point.counts", "point.decisions"),
+        *("point.is_first", "variant_of", "kept.cores", "kept.core_use", "kept.contention", "reasons"),
+    )
+
+    point: Point
+    kept: KeptBy
+    variant_of: Annotated[
+        int | None, "The better-ranked point that this one is near-identical to.", Json(default=None, kind=int)
+    ]
+    reasons: Annotated[
+        Mapping[str, str] | None,
+        "In the JSON of a report: why it is on the front, in sentences.",
+        Json(default={}, kind=Mapping[str, str]),
+    ] = None
+
+
+@dataclass(frozen=True)
+class ListedDesign:
+    """A further design at or near a point."""
+
+    JSON_NAME = "FurtherDesign"
+    WRITTEN = (
+        *("item.id", "item.objectives", "item.counts", "item.decisions", "item.dominated_by", "item.different"),
+        *("kept.cores", "kept.core_use", "kept.contention"),
+    )
+
+    item: FurtherDesign
+    kept: KeptBy
+
+
+@dataclass(frozen=True)
+class ListedDesigns:
+    """The further designs of a point."""
+
+    JSON_NAME = "FurtherDesigns"
+    WRITTEN = ("found.of", "found.within", "designs", "found.more")
+
+    found: FurtherDesigns
+    designs: Annotated[
+        tuple[ListedDesign, ...],
+        "The designs that were found, chosen to differ from the point and from one another.",
+    ]
+
+
+@dataclass(frozen=True)
+class FurtherAsked:
+    """How many further designs were asked for, and where."""
+
+    count: Annotated[int, "How many of each point."]
+    within: Annotated[Fraction | None, "Within which share of each objective; null: with the same objectives."]
+    points: Annotated[tuple[int, ...], "Of which points."]
+
+
+@dataclass(frozen=True)
+class InsistedPoint(Figures):
+    """A design on the front with some option fixed that is not on the whole front."""
+
+    WRITTEN = ("id", "objectives", "counts", "decisions")
+
+    id: Annotated[int, "Its number, after those of the points of `front`."]
+    objectives: Objectives
+    counts: Metrics
+    counting_units: Mapping[str, str]
+    decisions: Decisions
+    design: Design
+
+
+@dataclass(frozen=True)
+class InsistedOption:
+    """The front with an option of a decision fixed."""
+
+    decision: Annotated[str, "The decision."]
+    option: Annotated[str, "The option that is insisted on."]
+    status: Annotated[
+        Status,
+        "`complete`: the front is proved; `incomplete`: stopped, these points are on it, others may be; `infeasible`: "
+        "proved that no design has the option.",
+    ]
+    front: Annotated[tuple[int, ...], "The points, by their ids in `front` and in `insisting.points`."]
+
+
+@dataclass(frozen=True)
+class Insisting:
+    """The price of insisting: for each option of each open decision the front with that option fixed."""
+
+    points: Annotated[tuple[InsistedPoint, ...], "The designs that only these fronts have."]
+    options: Annotated[tuple[InsistedOption, ...], "Every option of every open decision, in the order of the problem."]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every option's front is proved."""
+        return all(item.status != "incomplete" for item in self.options)
