@@ -7,6 +7,7 @@ Read `errors.py` first: every mistake of a user is a `Diagnostic` with its place
 * `files/`: bounded reading and guarded writing of files.
 * `timelimit.py`: the time limit of a command, which the loops of formulas look at.
 * `arguments.py`: arguments of the Python verbs, checked as the options of the command line are.
+* `json_fields.py`: the words in which a class says what is written of it as JSON.
 * `extras.py`: libraries of optional extras, and the message where one is not installed.
 * `version.py`: the version of the program, and the version of the meaning of its figures.
 
