@@ -78,14 +78,14 @@ def test_what_is_wrong_is_refused_by_name(verb: str, keyword: str, given: dict[s
 
 @pytest.mark.parametrize("name", [name for name in VERBS if checks_of(name) and name != "import_file"])
 def test_a_keyword_that_there_is_not_is_refused_with_the_nearest(name: str) -> None:
-    keyword = next(reversed(checks_of(name)))
+    keyword = [*checks_of(name)][-1]
     with pytest.raises(UsageError, match=rf"^{name}: unknown keyword '{keyword}x' \(did you mean \"{keyword}\"\?\)$"):
         getattr(dse, name)(**{f"{keyword}x": 1})
 
 
 def options() -> list[tuple[str, str, click.ParamType[Any]]]:
     """Verbs and keywords with the type of the option that is theirs on the command line."""
-    found = []
+    found: list[tuple[str, str, click.ParamType[Any]]] = []
     renamed = {"drift": "drift_ppm", "further": "count", "of": "of", "form": "form"}
     verbs = {"import": "import_file", "new": "random_problem"}
     for command in COMMANDS:

@@ -19,7 +19,10 @@ INMARK = str(Path(__file__).parents[1] / "problems" / "inmark.yaml")
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["new", "x.yaml", "--random", "--threads", "999999999999"], "at most 5,000 threads"),
+        (
+            ["new", "x.yaml", "--random", "--threads", "999999999999"],
+            "a whole number from 5 to 5,000",
+        ),
         (["simulate", INMARK, "--duration", "1e9s"], "give a shorter --duration"),
         (["simulate", INMARK, "--duration", "1e30s"], "give a shorter --duration"),
     ],

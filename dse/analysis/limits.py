@@ -7,7 +7,7 @@ A ratio limits the utilisation of a processor by limit * cores, and each thread 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
@@ -29,13 +29,11 @@ from dse.analysis.placement.bin_packing import Room
 from dse.analysis.placement.partition import Spread, asks_for_first_fit, even_spread, spread
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
-from dse.analysis.terms import Extreme, extreme_term
 from dse.analysis.views import View, tabulate
 from dse.space.model.criteria import Requirement
 from dse.space.model.metric_kinds import metric_dimension
 from dse.space.model.space import EMPTY, Bus, Component, Space
 from dse.space.model.trees import Choice, Tree, at, leaves
-from dse.space.question.metrics import worst_of
 from dse.support.errors import TooLargeError
 from dse.support.json_fields import NULL, Of, Unit
 from dse.support.units import Exact
@@ -253,17 +251,6 @@ def excess(space: Space, limit: Limit) -> Measure:
     terms.append(Term("limit", lambda view: -sign * limit.bound(view)))
     too_fine = measure.rounded or scale > SCALE_LIMIT
     return Measure(measure.metric, measure.unit, tuple(terms), min(scale, SCALE_LIMIT), rounded=too_fine)
-
-
-def worst_excess(space: Space, limits: Sequence[Limit]) -> Measure:
-    """How far a design is beyond the limit that it misses by most, in the unit of all measures; see `excess`."""
-    measures = [excess(space, item) for item in limits]
-    if len(measures) == 1:
-        return measures[0]
-    scale = lcm(*(item.scale if not item.rounded else SCALE_LIMIT + 1 for item in measures))
-    metric = worst_of("excess", [item.metric for item in measures], "<=")
-    term = extreme_term(metric.name, Extreme("max", tuple(item.terms for item in measures)))
-    return Measure(metric, measures[0].unit, (term,), min(scale, SCALE_LIMIT), rounded=scale > SCALE_LIMIT)
 
 
 def thread_values(limit: Limit, view: View, threads: Collection[str] | None = None) -> dict[str, Fraction]:

@@ -76,15 +76,35 @@ def margin_words(margin: Margin, currency: str) -> str:
 
 
 def _limit_words(margin: Margin, currency: str) -> str:
-    """The limit, and of what it is a share: ``280 % (70 % of 4 cores)``, ``7.812 KB/s (50 % of 15.625 KB/s)``."""
+    """The limit, and of what it is a share: ``280 % (70 % of each of 4 cores)``, ``7.8 KB/s (50 % of 15.6 KB/s)``."""
     limit = readable(margin.limit, margin.unit, currency)
     if margin.thread:
         return f"{limit} of one core"
     whole = margin.capacity
     if whole is None or (margin.unit == "ppm" and whole == PPM):
         return limit
-    of = f"{whole / PPM} cores" if margin.unit == "ppm" else readable(whole, margin.unit, currency)
-    return f"{limit} ({readable(margin.limit / whole * PPM, 'ppm')} of {of})"
+    if margin.unit == "ppm":
+        return f"{limit} ({each_core_words(margin.limit, whole)})"
+    return f"{limit} ({readable(margin.limit / whole * PPM, 'ppm')} of {readable(whole, margin.unit, currency)})"
+
+
+def each_core_words(limit: Fraction, whole: Fraction) -> str:
+    """What a limit of the sum of several cores, `whole` together, is for each of them; all in ppm of one core.
+
+    >>> each_core_words(Fraction(2_800_000), Fraction(4_000_000))
+    '70 % of each of 4 cores'
+    """
+    return f"{readable(limit / whole * PPM, 'ppm', digits=6)} of each of {whole / PPM} cores"
+
+
+def of_cores(capacity: Fraction) -> str:
+    """What a processor has in all, on the scale on which one core is 100 %.
+
+    >>> of_cores(Fraction(4_000_000)), of_cores(Fraction(1_000_000))
+    ('of 400 % (4 cores)', 'of its core')
+    """
+    count = int(capacity / PPM)
+    return "of its core" if count == 1 else f"of {count * 100} % ({count} cores)"
 
 
 def rate_words(loss: Delta, gain: Delta, currency: str) -> str:

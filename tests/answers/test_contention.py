@@ -421,5 +421,5 @@ def test_where_first_fit_chooses_cores_the_fullest_is_told_beside_the_mean(tmp_p
         encoding="utf-8",
     )
     shown = CliRunner().invoke(cli, ["analyse", str(file)], env={"COLUMNS": "200"}).output
-    row = "utilisation of p <= 90 % 65 % 90 % 25 % holds (mean of 2 cores; core 1 has 80 % by first-fit)"
+    row = "utilisation of p <= 90 % 130 % 180 % 50 % holds (90 % of each of 2 cores; core 1 has 80 % by first-fit)"
     assert row in " ".join(shown.split())

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.answers.result import FurtherDesign, Point
 from dse.report.content.decide import decide_data
 
 SHIPPED = ["inmark", "starter"]
@@ -21,8 +22,8 @@ def test_metrics_of_a_point_are_those_of_its_analysis(name: str, tmp_path: Path)
     path = tmp_path / "r.json"
     path.write_text(result.to_json(), encoding="utf-8")
     again = dse.reopen(path)
-    designs = [*result.front, *(item for group in result.others for item in group.designs)]
-    read = [*again.front, *(item for group in again.others for item in group.designs)]
+    designs: list[Point | FurtherDesign] = [*result.front, *(item for group in result.others for item in group.designs)]
+    read: list[Point | FurtherDesign] = [*again.front, *(item for group in again.others for item in group.designs)]
     for one, other in zip(designs, read, strict=True):
         analysis = dse.analyse(file, one)
         assert dict(one.metrics) == dict(other.metrics) == dict(analysis.metrics)

@@ -135,7 +135,7 @@ def test_a_limit_says_what_it_is_a_share_of() -> None:
     whole = next(item for item in margins if not item.thread and item.limit == 2_000_000)
     # 40 % + 40 % of one core, against half of four
     assert margin_words(whole, "EUR") == (
-        "utilisation of cpu <= 50 %: 80 % against 200 % (50 % of 4 cores), "
+        "utilisation of cpu <= 50 %: 80 % against 200 % (50 % of each of 4 cores), "
         "slack 120 percentage points (60 % of the limit)."
     )
 

@@ -214,6 +214,7 @@ COMMANDS = (
     ),
     "explain missed.yaml --max-latency f=5ms --json missing.json",
     "explain node.yaml --require 'response time of timer <= 2 ms' --json short.json",
+    "explain shared.yaml --max-utilisation 0.1% --json once.json",
     "explain shared.yaml --max-latency 10ms --offer 'b.period += 10 ms' --json offer.json",
     "sweep pump.yaml --vary 'jitter of sensor_to_valve=1ms..40ms' --no-store --json breaks.json",
     (

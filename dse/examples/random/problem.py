@@ -23,7 +23,6 @@ from dse.space.build import build_space
 from dse.space.model.space import Space
 from dse.spec.loading.load import parse_spec
 from dse.support import arguments
-from dse.support.errors import UsageError
 
 LEAST_THREADS = 5
 MOST_THREADS = 5_000
@@ -64,14 +63,6 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
     >>> random_problem(5).splitlines()[-1] == random_problem(5, seed=1).splitlines()[-1]
     True
     """
-    if threads < LEAST_THREADS:
-        raise UsageError(f"a random problem has at least {LEAST_THREADS} threads, got {threads}")
-    if threads > MOST_THREADS:
-        raise UsageError(f"a random problem has at most {MOST_THREADS:,} threads, got {threads:,}")
-    if not 1 <= objectives <= MOST_OBJECTIVES:
-        raise UsageError(f"a random problem has 1 to {MOST_OBJECTIVES} objectives, got {objectives}")
-    if family not in FAMILIES:
-        raise UsageError(f'no family is called "{family}" (known: {", ".join(FAMILIES)})')
     rng = random.Random(f"{family} {threads} {seed}")
     draft = draw_draft(rng, FAMILIES[family], draw_topology(rng, threads))
     cores, wire_classes, used = 1, [0] * draft.buses, {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from dse.analysis.diagnosis.flow_delays import Delayed, delayed_flows, unbounded_threads
@@ -52,6 +52,13 @@ class NamedDesigns:
         if isinstance(member, Fixed):
             return Demand("fixed decision", member.text, member.origin)
         return Demand("rule" if isinstance(member, Rule) else "requirement", member.text, member.origin)
+
+    def stated(self, statement: tuple[int, ...]) -> Demand:
+        """Members that are stated as one, in the user's words."""
+        demand, member = self.demand(statement[0]), self.oracle.members[statement[0]]
+        if len(statement) > 1 and isinstance(member, Requirement):
+            return replace(demand, text=member.stated)
+        return demand
 
     def decisions(self, design: Design) -> Mapping[str, str]:
         """The active open decisions of a design."""

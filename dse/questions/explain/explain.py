@@ -93,14 +93,9 @@ def explain(
     >>> found.status, [(item.demand.text, item.closest) for item in found.relaxations]
     ('infeasible', [('jitter of sensor_to_valve <= 5 ms', Fraction(6934000, 1))])
     """
-    return explain_asked(
-        load(problem).ask(**question),
-        Wishes(every, limit, _texts(offer), arguments.time_limit(time_limit_s).seconds, seed),
-    )
-
-
-def _texts(given: str | Sequence[str]) -> Sequence[str]:
-    return (given,) if isinstance(given, str) else given
+    seconds = arguments.time_limit(time_limit_s).seconds
+    wishes = Wishes(every, limit, arguments.texts("offer", offer), seconds, seed)
+    return explain_asked(load(problem).ask(**question), wishes)
 
 
 def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
@@ -308,7 +303,7 @@ class Explainer:
         try:
             found += (self.relaxation(item, frozenset(item)) for item in statements)
         except OutOfTime:
-            texts = "; ".join(self._demand(item).text for item in statements[len(found) :])
+            texts = "; ".join(self.designs.stated(item).text for item in statements[len(found) :])
             self.left_open.append(f"whether one of these alone mends it, and how far it must move: {texts}")
         return tuple(found)
 
@@ -320,7 +315,7 @@ class Explainer:
         try:
             members = tuple(self.relaxation(item, together) for item in ordered)
         except OutOfTime:
-            members = tuple(Relaxation(self._demand(item), True, is_sought=False) for item in ordered)
+            members = tuple(Relaxation(self.designs.stated(item), True, is_sought=False) for item in ordered)
             self.left_open.append("how far each of those that must be given up is from its limit")
         return GiveUp(members, self._example(smallest.witness))
 
@@ -352,24 +347,15 @@ class Explainer:
                 return first
         return self.lighter[design]
 
-    def _demand(self, statement: tuple[int, ...]) -> Demand:
-        """A statement in the user's words."""
-        demand, member = self.designs.demand(statement[0]), self.oracle.members[statement[0]]
-        if len(statement) == 1 or not isinstance(member, Requirement):
-            return demand
-        return replace(demand, text=member.stated)
-
     def relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
         """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds."""
-        found = self._relaxation(statement, given_up)
-        if len(statement) == 1:
-            return found
-        return replace(found, together=tuple(self.oracle.members[number].text for number in statement))
+        texts = tuple(self.oracle.members[number].text for number in statement)
+        return replace(self._relaxation(statement, given_up), together=texts if len(texts) > 1 else ())
 
     def _relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
         oracle, member = self.oracle, self.oracle.members[statement[0]]
         witness = oracle.witness(oracle.everything - given_up)
-        demand = self._demand(statement)
+        demand = self.designs.stated(statement)
         if witness is None:
             return Relaxation(demand, False, Example({}), *own_limit(self.space, member))
         if not isinstance(member, Requirement) or (self.designs.unseen and limits_use(member)):

@@ -82,8 +82,6 @@ def export(
     >>> chosen.space.baseline is not None
     True
     """
-    if form not in get_args(Format):
-        raise UsageError(f"form: expected {', '.join(get_args(Format))}; got {form!r}")
     if response_times and form != "aadl":
         raise UsageError("response times are written to AADL models only")
     chosen = find_design(result, alternative)

@@ -15,7 +15,7 @@ from dse.answers.result import Result, decisions_of
 from dse.answers.tables.display import figure, figures_of
 from dse.questions.stopped_search import search_of
 from dse.questions.sweep.cluster import run_on_cluster
-from dse.questions.sweep.workers import check_workers, run_all
+from dse.questions.sweep.workers import run_all
 from dse.questions.verify.insisting import open_options
 from dse.search.front import Budget, FrontSearch
 from dse.search.insist import Insistence
@@ -87,7 +87,6 @@ def insist(
     >>> [(item.option, item.status, item.front) for item in result.insisting.options if item.decision == "can0.type"]
     [('can_250k', 'complete', (1, 4)), ('can_500k', 'complete', (2, 3))]
     """
-    check_workers(workers)
     limit = arguments.time_limit(time_limit_s)
     return insisted(result, Machines(workers, scheduler), limit, progress or (lambda done, whole: None))
 

@@ -133,8 +133,6 @@ def simulate(
         evaluation = Evaluator(space).evaluate(chosen)
     if evaluation.breaches:
         raise UsageError(f"not a valid design: {'; '.join(evaluation.breaches)}")
-    if runs < 1 or not 0 <= drift_ppm <= MOST_DRIFT_PPM:
-        raise UsageError(f"at least one run, and a drift from 0 to {MOST_DRIFT_PPM} ppm")
     cores = cores_of(space, evaluation.design) if contention else None
     plan = build_plan(space, evaluation.design, cores=cores, endless_queues=endless_queues)
     whole = _setting(space, plan, _read_duration(duration))

@@ -12,7 +12,7 @@ from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis, FlowTable, Usage
 from dse.answers.tables.display import counted, readable
-from dse.report.amounts import amount_words, slack_words
+from dse.report.amounts import amount_words, each_core_words, of_cores, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
@@ -157,14 +157,10 @@ def _core_loads(usage: Usage) -> dict[int, Fraction]:
 
 
 def _processor_words(usage: Usage) -> str:
-    """``computer (soc_high) 231.9 % of 4 cores, of core 1, the fullest, 60.2 %``."""
+    """``computer (soc_high) 231.9 % of 400 % (4 cores), 60.2 % of core 1, the fullest``."""
     assert usage.capacity is not None
-    count = int(usage.capacity / PPM)
-    said = f"{usage.name} ({usage.type}) {readable(usage.total, 'ppm')}"
-    if count == 1:
-        return said
+    said = f"{usage.name} ({usage.type}) {readable(usage.total, 'ppm')} {of_cores(usage.capacity)}"
     loads = _core_loads(usage)
-    said += f" of {count} cores"
     fullest = max(loads, key=lambda core: loads[core], default=None)
     return said if fullest is None else f"{said}, {readable(loads[fullest], 'ppm')} of core {fullest}, the fullest"
 
@@ -309,24 +305,26 @@ def _closeness(analysis: Analysis, verdict: Verdict) -> tuple[bool, bool, Fracti
 
 
 def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple[str, ...]:
-    """A requirement with its figures, on the scale of the limit as it was written.
+    """A requirement with its figures: utilisation in per cent of one core, load that a share limits of the bandwidth.
 
-    Where the sum of a processor's cores decides they are those of the mean of its cores, so that 100 % is one core; of
-    a load that a share limits they are shares of the bandwidth.
+    Where the sum of a processor's cores decides the limit is that of all of them, and it is said what it is of each;
+    where one core or thread decides value and limit are its own, and the value says whose.
     """
     currency, text = analysis.space.currency, verdict.requirement.shown
     if analysis.limits_empty_slot(verdict):
         said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
         return (text, NOTHING, NOTHING, NOTHING, said)
-    cores, bandwidth = _summed_cores(analysis, verdict), _shared_bandwidth(analysis, verdict)
-    one, unit = (bandwidth / PPM, "ppm") if bandwidth else (Fraction(cores), verdict.unit)
+    whole, bandwidth = _summed_cores(analysis, verdict), _shared_bandwidth(analysis, verdict)
+    one, unit = (bandwidth / PPM, "ppm") if bandwidth else (Fraction(1), verdict.unit)
     figures = [value if is_unbounded(value) else value / one for value in (verdict.value, verdict.limit, verdict.slack)]
     values = [readable(value, unit, currency, digits) for value in figures[:2]]
     values.append(slack_words(figures[2], unit, currency, digits))
-    mean = f" (mean of {cores} cores{_fullest_words(verdict, digits)})" if cores > 1 else ""
-    said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{mean}"
+    each = f" ({each_core_words(verdict.limit, whole)}{_fullest_words(verdict, digits)})" if whole else ""
+    said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{each}"
     if not verdict.holds:
-        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{mean}"
+        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{each}"
+    if verdict.who:
+        values[0] = f"{values[0]} ({verdict.who})"
     return (text, *values, said)
 
 
@@ -339,13 +337,13 @@ def _fullest_words(verdict: Verdict, digits: int) -> str:
     return f"; core {found.fullest} has {used} by first-fit"
 
 
-def _summed_cores(analysis: Analysis, verdict: Verdict) -> int:
-    """Of how many cores a verdict on the utilisation of a processor has the sum; 1 where one alone decides."""
+def _summed_cores(analysis: Analysis, verdict: Verdict) -> Fraction | None:
+    """What the cores have whose sum a verdict compares, in ppm of one; None where there is one, or one decides."""
     metric = verdict.requirement.metric
     if metric.kind != "utilisation" or metric.index is None or verdict.who or verdict.limit != verdict.whole_limit:
-        return 1
+        return None
     capacity = analysis.processors[metric.index].capacity
-    return int(capacity / PPM) if capacity else 1
+    return capacity if capacity and capacity > PPM else None
 
 
 def _shared_bandwidth(analysis: Analysis, verdict: Verdict) -> Fraction | None:
@@ -362,16 +360,24 @@ def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
     currency = analysis.space.currency
     for name, value in analysis.metrics.items():
         unit = analysis.metric_units[name]
-        here = readable(value, unit, currency)
+        here = f"{readable(value, unit, currency)}{_of_cores(analysis, name)}"
         if base is None:
             rows.append((name, here))
             continue
         change = value - base.metrics[name]
         sign = "+" if change > 0 else MINUS if change < 0 else "±"
         said = NOTHING if is_unbounded(change) else f"{sign}{amount_words(abs(change), unit, currency)}"
-        rows.append((name, readable(base.metrics[name], unit, currency), here, said))
+        rows.append((name, f"{readable(base.metrics[name], unit, currency)}{_of_cores(base, name)}", here, said))
     headings = ("metric", "value") if base is None else ("metric", "baseline", "here", "difference")
     return Table("Metrics", headings, tuple(rows), tuple(range(1, len(headings))))
+
+
+def _of_cores(analysis: Analysis, name: str) -> str:
+    """What there is in all of the processor whose utilisation a metric is, where it has several cores."""
+    for usage in analysis.processors:
+        if name == f"utilisation of {usage.name}" and usage.capacity and usage.capacity > PPM:
+            return f" of {readable(usage.capacity, 'ppm')}"
+    return ""
 
 
 def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:

@@ -13,7 +13,7 @@ from dse.analysis.scheduling.overheads import safe_bounds
 from dse.answers.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.answers.result import Clash, Conflict, Result
 from dse.answers.tables.display import readable
-from dse.report.amounts import amount_words, listed
+from dse.report.amounts import amount_words, each_core_words, listed
 from dse.report.page import Block, Item, Listing, Page, Section, Text, few, listing, texts
 from dse.report.text_table import basis_words
 from dse.report.words.clocks import boundary_words
@@ -361,7 +361,16 @@ def bound_words(item: Impossible, currency: str) -> str:
     value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
     if item.requirement.metric.key == "deadline":
         return f"its own work takes {value} at its longest, the deadline is {limit}"
-    return f"it is at {item.side} {value}, the limit is {limit}{_parts(item, currency)}"
+    return f"it is at {item.side} {value}, the limit is {limit}{_of_each_core(item)}{_parts(item, currency)}"
+
+
+def _of_each_core(item: Impossible) -> str:
+    """What a limit on the sum of several cores is of each of them."""
+    requirement = item.requirement
+    share = requirement.limit.value * 10**6
+    if requirement.metric.kind != "utilisation" or not share or item.limit in (0, share):
+        return ""
+    return f" ({each_core_words(item.limit, item.limit / requirement.limit.value)})"
 
 
 def _parts(item: Impossible, currency: str) -> str:

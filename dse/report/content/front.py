@@ -12,7 +12,7 @@ from dse.answers.tables.display import counted
 from dse.report.content.decide import insisting_section
 from dse.report.content.document import Alternative, Document, OthersPart
 from dse.report.page import Block, Page, Section, Text, labelled, listing, texts
-from dse.report.text_table import basis_words, scale_words
+from dse.report.text_table import basis_words, scale_of, scale_words
 from dse.report.words.contention import (
     asks_for_responses,
     bound_words,
@@ -109,7 +109,9 @@ def _table(document: Document, shown: Sequence[Point]) -> Iterator[Block]:
     first = len(table.headings) - len(names)
     kept = [*range(first), *(first + names.index(name) for name in told[:DECISIONS])]
     rows = tuple(tuple(row[at] for at in kept) for row in table.rows)
-    yield replace(table, headings=tuple(table.headings[at] for at in kept), rows=rows)
+    is_scaled = scale_of(info.name for info in document.result.objectives) and scale_words(document.space)
+    caption = f"{table.caption}; utilisation in % of one core" if is_scaled else table.caption
+    yield replace(table, caption=caption, headings=tuple(table.headings[at] for at in kept), rows=rows)
     if len(told) > DECISIONS:
         yield from texts(
             f"They differ in {count_words(len(told) - DECISIONS, 'further decision')}: --explain tells them."

@@ -7,15 +7,20 @@ one core for each thread).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from math import lcm
 
-from dse.analysis.limits import Limit, excess, needed_share, worst_excess
+from dse.analysis.limits import Limit, excess, needed_share
+from dse.analysis.measures import SCALE_LIMIT, Measure
 from dse.analysis.rates import NS_PER_S
+from dse.analysis.terms import Extreme, extreme_term
 from dse.analysis.views import View
 from dse.search.feasibility.oracle import Oracle
 from dse.space.model.criteria import Requirement
-from dse.space.model.space import Design
+from dse.space.model.space import Design, Space
+from dse.space.question.metrics import worst_of
 from dse.spec.language.expressions import Operator
 from dse.support.units import Quantity
 
@@ -104,7 +109,7 @@ def _extreme(
     best: Closest | None = None
     tight, asked = tuple(build(oracle, item) for item in requirements), also
     while True:
-        design = oracle.find(kept, worst_excess(space, tight), asked)
+        design = oracle.find(kept, _worst_excess(space, tight), asked)
         if design is None:
             return best
         needed = [_needed_limit(oracle, item, design, of_total=of_total) for item in requirements]
@@ -118,3 +123,14 @@ def _extreme(
 
 def _limited(requirement: Requirement, limit: Fraction) -> Requirement:
     return replace(requirement, limit=Quantity(limit, requirement.limit.dimension, requirement.limit.unit))
+
+
+def _worst_excess(space: Space, limits: Sequence[Limit]) -> Measure:
+    """How far a design is beyond the limit that it misses by most, in the unit of all measures; see `excess`."""
+    measures = [excess(space, item) for item in limits]
+    if len(measures) == 1:
+        return measures[0]
+    scale = lcm(*(item.scale if not item.rounded else SCALE_LIMIT + 1 for item in measures))
+    metric = worst_of("excess", [item.metric for item in measures], "<=")
+    term = extreme_term(metric.name, Extreme("max", tuple(item.terms for item in measures)))
+    return Measure(metric, measures[0].unit, (term,), min(scale, SCALE_LIMIT), rounded=scale > SCALE_LIMIT)
