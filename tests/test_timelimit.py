@@ -7,7 +7,7 @@ import time
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from tests.helpers.support import space_of
 
@@ -66,7 +66,7 @@ def test_todays_design_is_an_answer_however_late_it_is() -> None:
     listed = "requirements: [response time of t0 <= 1 s]\nobjectives: [minimise price]\n"
     space = space_of(COPRIME[: COPRIME.index("  t4:")] + "connections: {}\n" + listed)
     late = TimeLimit(0.001, time.monotonic() - 5)
-    search = search_front(Evaluator(space), Budget(late), start=())
+    search = search_front(Evaluator(space), SearchLimits(late), start=())
     assert list(search.points.values()) == [()]
     assert not search.is_complete and search.not_first
     assert (late.for_what_is_needed().deadline or 0) > time.monotonic()

@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Part:
+class Contribution:
     """What a thread, connection or device adds to a figure."""
 
     name: Annotated[str, "Which."]
@@ -56,7 +56,7 @@ class Impossible:
     limit: Annotated[Fraction, "The limit."]
     unit: Annotated[Unit, "What the figures count."]
     parts: Annotated[
-        tuple[Part, ...], "Of a sum what each thread, connection or device adds to the bound, largest first."
+        tuple[Contribution, ...], "Of a sum what each thread, connection or device adds to the bound, largest first."
     ] = ()
 
 
@@ -96,7 +96,7 @@ def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
                     break
 
 
-def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Part, ...]:
+def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Contribution, ...]:
     """What each thread, connection or device adds to the bound of a sum, largest first; nothing if not all is known."""
     found: dict[str, Fraction] = {}
     for term in limit.measure.terms:
@@ -104,7 +104,7 @@ def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Part, ...]:
         if bound is None or not term.label:
             return ()
         found[term.label] = found.get(term.label, ZERO) + bound
-    parts = [Part(name, value) for name, value in found.items() if value]
+    parts = [Contribution(name, value) for name, value in found.items() if value]
     return tuple(sorted(parts, key=lambda part: -abs(part.value)))
 
 

@@ -17,7 +17,7 @@ from dse.analysis.latency.rows import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.measures import loaded_buses
 from dse.analysis.osate.findings import CURRENT, Finding, flow_findings, specified_rows
-from dse.analysis.osate.load import Budget, bus_budget
+from dse.analysis.osate.load import BusBudget, bus_budget
 from dse.analysis.osate.quirks import quirks
 from dse.analysis.osate.resources import ResourceUse, resource_uses
 from dse.analysis.scheduling.overheads import stated_overheads
@@ -115,7 +115,7 @@ class Usage:
     ] = None
     unit: Annotated[Unit, "What the figures count: `ppm` of one core, or `B/s`."] = "ppm"
     budget: Annotated[
-        Budget | None, "Under `osate-2.19`, where budgets are stated: those of the bus.", Json(default=None)
+        BusBudget | None, "Under `osate-2.19`, where budgets are stated: those of the bus.", Json(default=None)
     ] = None
 
     @property

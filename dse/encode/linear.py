@@ -74,15 +74,15 @@ class OpenTerm:
     """Whether it may be less where some response time is longer."""
 
 
-class Model(cp_model.CpModel):
+class SolverModel(cp_model.CpModel):
     """A model without the names that its methods had before PEP 8: to make those takes longer than a small model."""
 
     def _add_pre_pep8_methods(self) -> None:
         pass
 
-    def clone(self) -> Model:
+    def clone(self) -> SolverModel:
         """A model of its own with the same variables and constraints."""
-        made = Model()
+        made = SolverModel()
         made.proto.copy_from(self.proto)
         made.rebuild_constant_map()
         return made
@@ -94,7 +94,7 @@ class Board:
     def __init__(self, space: Space, tuning: ModelTuning | None = None) -> None:
         self.space = space
         self.tuning = tuning or tuned.MODEL
-        self.model = Model()
+        self.model = SolverModel()
         self.options: list[list[cp_model.IntVar]] = []
         self.inactive: list[cp_model.IntVar | None] = []
         self._all_of: dict[frozenset[int], Any] = {}

@@ -18,7 +18,7 @@ from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.robust.robust import RobustSearch, RobustWatcher, solve_question
 from dse.questions.stopped_search import read_search, search_in, search_of
 from dse.questions.verbs.solve import Watcher, solve_asked
-from dse.search.front import Budget, Progress
+from dse.search.front import Progress, SearchLimits
 from dse.support import arguments
 from dse.support.errors import UsageError, about
 
@@ -66,7 +66,7 @@ def resume(
     >>> dse.resume("stopped.json").status
     'complete'
     """
-    budget = Budget(arguments.time_limit(time_limit_s), seed, workers)
+    budget = SearchLimits(arguments.time_limit(time_limit_s), seed, workers)
     asked, earlier = read_search(path, problem)
     with about(path):
         if asked.robust:
@@ -115,7 +115,9 @@ def reopen_robust(path: str | Path, problem: str | Path | None = None) -> Robust
     return RobustResult(robust, nominal, said["inputs"], said["corners"], failures, tuple(said.get("unjudged", ())))
 
 
-def resume_robust(path: str | Path, problem: str | Path | None, budget: Budget, watcher: RobustWatcher) -> RobustResult:
+def resume_robust(
+    path: str | Path, problem: str | Path | None, budget: SearchLimits, watcher: RobustWatcher
+) -> RobustResult:
     """Go on with a robust search; see `resume`."""
     question, earlier = read_robust(path, problem)
     return solve_question(question, budget, watcher, earlier)

@@ -39,7 +39,7 @@ from dse.search.workers import Pace, SolverPool, stop_on_interrupt
 from dse.space.model.space import Design
 from dse.support.timelimit import NEVER, OutOfTime, TimeLimit, until
 
-__all__ = ["ANYTHING", "Budget", "FrontSearch", "Progress", "Watch", "search_front"]
+__all__ = ["ANYTHING", "SearchLimits", "FrontSearch", "Progress", "Watch", "search_front"]
 
 CHAIN = 16
 """The number of points in a row that get their canonical designs one from another, whatever the number of workers."""
@@ -60,7 +60,7 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class Budget:
+class SearchLimits:
     """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default)."""
 
     limit: TimeLimit = NEVER
@@ -187,7 +187,7 @@ class _State:
 
 def search_front(
     evaluator: Evaluator,
-    budget: Budget | None = None,
+    budget: SearchLimits | None = None,
     watch: Watch | None = None,
     earlier: FrontSearch | None = None,
     start: Design | None = None,
@@ -210,7 +210,7 @@ def search_front(
     OutOfTime
         when there was no time to look at the points of `earlier`.
     """
-    budget, watch = budget or Budget(), watch or Watch()
+    budget, watch = budget or SearchLimits(), watch or Watch()
     tuning = budget.tuning or tuned.DEFAULT
     started = time.monotonic()
     with until(budget.limit):
@@ -252,7 +252,7 @@ def _keeping(state: _State, watch: Watch) -> Callable[[], None]:
     )
 
 
-def _explore(state: _State, budget: Budget, watch: Watch, keep: Callable[[], None]) -> None:
+def _explore(state: _State, budget: SearchLimits, watch: Watch, keep: Callable[[], None]) -> None:
     """Search regions until none is open, or time is up; each solver of the pool has a region of its own."""
     pool, search = state.pool, state.regions
     while search.open and not pool.stopped:

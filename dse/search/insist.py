@@ -12,7 +12,7 @@ from dataclasses import replace
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
 from dse.search.certificate import Frame, narrowed
-from dse.search.front import Budget, FrontSearch, search_front
+from dse.search.front import FrontSearch, SearchLimits, search_front
 from dse.space.model.space import INACTIVE, Design
 from dse.support.errors import RefereeError
 
@@ -44,7 +44,7 @@ class Insistence:
 
         return narrowed(self.whole, self.senses, keeps)
 
-    def front(self, decision: int, option: int, budget: Budget) -> FrontSearch:
+    def front(self, decision: int, option: int, budget: SearchLimits) -> FrontSearch:
         """The front with an option: as far as it was searched, when the budget ends.
 
         Raises

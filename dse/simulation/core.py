@@ -56,7 +56,7 @@ class Entry:
 
 
 @dataclass
-class Waiting:
+class ExecutorQueue:
     """The jobs that wait in an executor, each with the number of its release; `window` are those of a polling point.
 
     An executor that is ready has not chosen yet: its OS thread looks at what waits when it gets the core.
@@ -93,7 +93,7 @@ class Server:
     """
 
     share: Share
-    ready: list[tuple[int, int, Job | Waiting]] = field(default_factory=list)
+    ready: list[tuple[int, int, Job | ExecutorQueue]] = field(default_factory=list)
     used: Exact = 0
     is_listed: bool = False
     is_interrupt: ClassVar[bool] = False
@@ -121,9 +121,9 @@ class Core:
         self.running: Job | None = None
         self.since: Exact = 0
         self.version = 0
-        self.ready: list[tuple[int, int, Job | Waiting | Server]] = []
+        self.ready: list[tuple[int, int, Job | ExecutorQueue | Server]] = []
         self.used: Exact = 0
-        self.queues: dict[int, Waiting] = {}
+        self.queues: dict[int, ExecutorQueue] = {}
         self.servers: dict[int, Server] = {}
 
     @property
@@ -137,7 +137,7 @@ class Core:
         if queue is None:
             self._list(job.task, job.task.urgency, order, job)
             return
-        waiting = self.queues.setdefault(queue.executor, Waiting())
+        waiting = self.queues.setdefault(queue.executor, ExecutorQueue())
         waiting.jobs.append((order, job))
         if not waiting.is_busy:
             self._begin(waiting)
@@ -150,14 +150,14 @@ class Core:
         if server is not None:
             self.offer(server, PUT_BACK)
 
-    def _begin(self, waiting: Waiting) -> None:
+    def _begin(self, waiting: ExecutorQueue) -> None:
         following = waiting.window or waiting.jobs
         waiting.is_busy = bool(following)
         if following:
             order, job = following[0]
             self._list(job.task, job.task.urgency, order, waiting)
 
-    def _list(self, task: Task, urgency: int, order: int, entry: Job | Waiting) -> None:
+    def _list(self, task: Task, urgency: int, order: int, entry: Job | ExecutorQueue) -> None:
         """Something is ready, on the core or in the reservation of its task."""
         server = self.server_of(task)
         if server is None:
@@ -230,7 +230,7 @@ class Core:
             first.is_listed = False
             length = [first.left]
             first = heappop(first.ready)[2]
-        self.running = first.take() if isinstance(first, Waiting) else first
+        self.running = first.take() if isinstance(first, ExecutorQueue) else first
         self.since = now
         self.version += 1
         if self.budget_ns is not None and not self.running.is_interrupt:

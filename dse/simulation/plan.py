@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
-from dse.simulation.readings import ComponentFigures, Figures, Phase, Range, read_figures
+from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
 from dse.space.model.space import Design, ExecutorKind, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
@@ -241,7 +241,7 @@ def _meetings(space: Space, places: Mapping[int, Sequence[StepKey]]) -> dict[int
     return found
 
 
-def _interrupts(space: Space, figures: Figures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, Task]:
+def _interrupts(space: Space, figures: PlanFigures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, Task]:
     """The interrupts of each core, as tasks of nobody that go before all others."""
     found: dict[TaskKey, Task] = {}
     for processor, core in cores:
@@ -255,7 +255,7 @@ def _interrupts(space: Space, figures: Figures, cores: Sequence[tuple[int, int]]
     return found
 
 
-def _gap(space: Space, figures: Figures, place: tuple[int, int]) -> Gap | None:
+def _gap(space: Space, figures: PlanFigures, place: tuple[int, int]) -> Gap | None:
     for item in figures.overheads[place[0]].interference:
         if item.is_throttling:
             name = f"{space.processors[place[0]].name} core {place[1] + 1} {item.name}"
@@ -263,7 +263,7 @@ def _gap(space: Space, figures: Figures, place: tuple[int, int]) -> Gap | None:
     return None
 
 
-def _guessed(space: Space, figures: Figures, tasks: Mapping[TaskKey, Task], links: Sequence[Link]) -> list[str]:
+def _guessed(space: Space, figures: PlanFigures, tasks: Mapping[TaskKey, Task], links: Sequence[Link]) -> list[str]:
     """Follows the triggers downstream from whatever is dispatched at a rate that the problem does not state."""
     todo = [number for number, part in enumerate(figures.components) if part.period_ns is None and not part.rate_hz]
     todo += [
@@ -286,7 +286,7 @@ def _guessed(space: Space, figures: Figures, tasks: Mapping[TaskKey, Task], link
     return [task.name for key, task in tasks.items() if key[0] in found and task.core is not None]
 
 
-def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -> dict[TaskKey, Task]:
+def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: bool) -> dict[TaskKey, Task]:
     placed = figures.placed if contention else {}
     found: dict[TaskKey, Task] = {}
     for number, component in enumerate(space.components):
@@ -319,7 +319,7 @@ def _tasks(space: Space, figures: Figures, *, contention: bool, endless: bool) -
     return found
 
 
-def _share(space: Space, figures: Figures, number: int) -> Share | None:
+def _share(space: Space, figures: PlanFigures, number: int) -> Share | None:
     """The reservation of a thread that runs on a core."""
     found = figures.reserved.get(number)
     if found is None:
@@ -329,7 +329,7 @@ def _share(space: Space, figures: Figures, number: int) -> Share | None:
     return Share(found.number, name, core, found.budget_ns, found.period_ns, 2 * rank + 1)
 
 
-def _queue(space: Space, figures: Figures, key: TaskKey) -> Queue | None:
+def _queue(space: Space, figures: PlanFigures, key: TaskKey) -> Queue | None:
     """The place of a task in the executor that runs it."""
     number, part = key
     executor = figures.executors[number]
@@ -349,7 +349,7 @@ def _on_core(part: ComponentFigures, time: Range, core: tuple[int, int] | None) 
     return (time[0] + part.switching_ns, time[1] + part.switching_ns), int(min(part.section_ns, time[1]))
 
 
-def _links(space: Space, figures: Figures, *, endless: bool) -> list[Link]:
+def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Link]:
     found = []
     for number, connection in enumerate(space.connections):
         part = figures.connections[number]

@@ -79,7 +79,7 @@ class Reserved:
 
 
 @dataclass(frozen=True)
-class Figures:
+class PlanFigures:
     """Everything, by index.
 
     `placed` gives each thread on a processor its core and its place there; `shares` the use of one core by each
@@ -114,7 +114,7 @@ class Figures:
         return NS_PER_S / max(rates) if rates else Fraction(self.probe_ns)
 
 
-def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figures:
+def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> PlanFigures:
     """The figures of a valid design; `cores` has the core, from 1, of each thread by number (else the first)."""
     reader = _Reader(space, design)
     components = [reader.component(number) for number in range(len(space.components))]
@@ -125,7 +125,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Figu
         for item, figures in zip(space.components, components, strict=True)
         if figures.executes
     }
-    return Figures(
+    return PlanFigures(
         space,
         components,
         connections,

@@ -28,8 +28,8 @@ from dse.verification.scheduling.clock_reads import add_passage
 from dse.verification.scheduling.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
-from dse.verification.scheduling.first_designs import Claim, Earlier, Place, add_earlier, limit_options
-from dse.verification.scheduling.waiting import Waiting
+from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
+from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import FIRST_LIMIT, Reply
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
@@ -71,9 +71,9 @@ class SecondModel:
         self._reduction = Reduction(tables)
         for _, diagram in tables.conditions:
             self.model.add(self.lookups.variable(diagram) == 1)
-        self.waiting: Waiting | None = None
+        self.waiting: WaitVariables | None = None
         if tables.waits is not None:
-            self.waiting = Waiting(tables.space, self.model, tables.waits, self.lookups.value)
+            self.waiting = WaitVariables(tables.space, self.model, tables.waits, self.lookups.value)
         self.passages: list[Any] = []
         for passage in tables.passages:
             assert self.waiting is not None
@@ -188,7 +188,9 @@ class SecondModel:
         ask = partial(self._add_earlier, claims=[(vector, design)], places=[places])
         return self._ask(ask, partial(self._earlier.are_refuted, places), exactly=True, ways=solver_calls.IN_ORDER)
 
-    def _add_earlier(self, model: cp_model.CpModel, claims: Sequence[Claim], places: Sequence[Sequence[Place]]) -> None:
+    def _add_earlier(
+        self, model: cp_model.CpModel, claims: Sequence[Claim], places: Sequence[Sequence[EarlierDesigns]]
+    ) -> None:
         chosen, shown, objectives = (
             [self._in(model, variable) for variable in variables]
             for variables in (self.chosen, self.option, self.objectives)
@@ -214,7 +216,7 @@ class SecondModel:
             return self._is_refuted(listed, places, FIRST_LIMIT * len(listed))
         return not listed
 
-    def _is_refuted(self, claims: Sequence[Claim], places: Sequence[Sequence[Place]], limit: float) -> bool:
+    def _is_refuted(self, claims: Sequence[Claim], places: Sequence[Sequence[EarlierDesigns]], limit: float) -> bool:
         model = self.model.clone()
         self._add_earlier(model, claims, places)
         self.calls += 1

@@ -79,14 +79,14 @@ class Pick:
 
 
 @dataclass(frozen=True)
-class Figures:
+class Summands:
     """The summands of a figure as exact fractions: diagrams, and extremes of further summands with their kind.
 
     Where it `is_loose` some summands are no more than lower bounds.
     """
 
     parts: tuple[Diagram, ...]
-    extremes: tuple[tuple[bool, tuple[Figures, ...]], ...] = ()
+    extremes: tuple[tuple[bool, tuple[Summands, ...]], ...] = ()
     waits: tuple[tuple[int, Fraction], ...] = ()
     is_loose: bool = False
     passages: tuple[tuple[int, Fraction], ...] = ()
@@ -96,9 +96,9 @@ class Figures:
         """Whether some waiting is in it."""
         return bool(self.waits or self.passages) or any(item.is_open for _, sums in self.extremes for item in sums)
 
-    def plus(self, other: Figures) -> Figures:
+    def plus(self, other: Summands) -> Summands:
         """The summands of both."""
-        return Figures(
+        return Summands(
             (*self.parts, *other.parts),
             (*self.extremes, *other.extremes),
             (*self.waits, *other.waits),

@@ -27,7 +27,7 @@ from dse.verification.scheduling.cores import CoreTable, core_table
 from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
 from dse.verification.scheduling.sampling import formula_of
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
-from dse.verification.sums import Bound, Figures, Pick, Sum, Waits
+from dse.verification.sums import Bound, Pick, Sum, Summands, Waits
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
@@ -124,7 +124,7 @@ class _Builder:
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
         self.passages: list[Passage] = []
-        self.until_read: dict[int, tuple[Term, Figures | None]] = {}  # with the term, so that its id stays its own
+        self.until_read: dict[int, tuple[Term, Summands | None]] = {}  # with the term, so that its id stays its own
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
         self.wait_scale = lcm(
             *(item.scale for item in measures if not item.rounded and is_scheduled(self.space, item.metric))
@@ -167,13 +167,13 @@ class _Builder:
         self.defined(found, name)
         return self.make.mapped(found, as_fraction)
 
-    def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False, loose: bool = False) -> Figures:
+    def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False, loose: bool = False) -> Summands:
         """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open.
 
         Where `loose`, other summands that are too much to tabulate have their lower ends.
         """
         listed = list(terms)
-        found = Figures(())
+        found = Summands(())
         sums = [found]  # before each term
         for number, term in enumerate(listed):
             is_taken_apart = upper and term.reads is not None and self._is_large(term, owner)
@@ -187,25 +187,25 @@ class _Builder:
             sums.append(found)
         return found
 
-    def _figure(self, term: Term, owner: str, *, upper: bool, loose: bool) -> Figures:
+    def _figure(self, term: Term, owner: str, *, upper: bool, loose: bool) -> Summands:
         """One summand."""
         if term.extreme is not None:
             sums = tuple(self.figures(inner, owner, upper=upper, loose=loose) for inner in term.extreme.sums)
             is_loose = any(item.is_loose for item in sums)
-            return Figures((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
+            return Summands((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
         always = term.only_waits and term.waits_where is None
         if upper and always and term.waits is not None and self._is_large(term, owner):
             self.waiting.add(term.waits[0])
-            return Figures((self._least(term, owner),), waits=(term.waits,))
+            return Summands((self._least(term, owner),), waits=(term.waits,))
         if loose and term.ends is not None and self._has_many_cases(term, owner):
-            return Figures((self._least(term, owner),), is_loose=True)
-        return Figures((self.term(term, owner),))
+            return Summands((self._least(term, owner),), is_loose=True)
+        return Summands((self.term(term, owner),))
 
     def _least(self, term: Term, owner: str) -> Diagram:
         """A summand where nothing waits."""
         return self.term(replace(term, value=partial(_least_of, term), sampled=None), owner)
 
-    def _until_read(self, terms: Sequence[Term], number: int, owner: str) -> Figures | None:
+    def _until_read(self, terms: Sequence[Term], number: int, owner: str) -> Summands | None:
         """A flow until the component of a term reads; None where that is not taken apart."""
         term = terms[number]
         if term.reads is None or number < term.reads.before:
@@ -218,13 +218,13 @@ class _Builder:
             self.until_read[id(term)] = term, made
         return self.until_read[id(term)][1]
 
-    def _made_until_read(self, flow: Sequence[Term], term: Term, reads: Reads, owner: str) -> Figures:
+    def _made_until_read(self, flow: Sequence[Term], term: Term, reads: Reads, owner: str) -> Summands:
         before = self.figures(flow, owner, upper=True)
         if term.sampled is None:  # the first of a flow
             return before
         scale = self.wait_scale / reads.factor
 
-        def in_unit(figures: Figures) -> Sum:
+        def in_unit(figures: Summands) -> Sum:
             return self._sum(figures, 1, partial(in_units, scale), scale)
 
         since = {}
@@ -234,10 +234,10 @@ class _Builder:
                 since[earlier.reads.receiver] = in_unit(figures)
         passage = passage_of(self.make, term, in_unit(before), since, self.wait_scale)
         if not any(leaves(passage.sender)):
-            return before.plus(Figures((self.make.mapped(passage.behind, lambda leaf: Fraction(leaf) / scale),)))
+            return before.plus(Summands((self.make.mapped(passage.behind, lambda leaf: Fraction(leaf) / scale),)))
         self.passages.append(passage)
         self.waiting |= passage.threads
-        return Figures((), passages=((len(self.passages) - 1, reads.factor),))
+        return Summands((), passages=((len(self.passages) - 1, reads.factor),))
 
     def _has_many_cases(self, term: Term, name: str) -> bool:
         """Whether a figure with a response time in it has too many cases to look at."""
@@ -276,7 +276,7 @@ class _Builder:
 
         return self._sum(figures, sign, count, each), divisor
 
-    def _sum(self, figures: Figures, sign: int, count: Callable[[Any], int], scale: Fraction = ONE) -> Sum:
+    def _sum(self, figures: Summands, sign: int, count: Callable[[Any], int], scale: Fraction = ONE) -> Sum:
         """The sum with each figure counted, times `sign`: the greatest of several is the least of their negatives."""
         made = [
             self.make.mapped(part, lambda leaf: 0 if leaf is NO_DESIGN else sign * count(leaf))
@@ -339,9 +339,9 @@ class _Builder:
             self.cores += [] if table is None else [table]
         return found
 
-    def bound(self, name: str, figures: Figures, bound: Diagram, sign: int, *, strict: bool) -> Bound:
+    def bound(self, name: str, figures: Summands, bound: Diagram, sign: int, *, strict: bool) -> Bound:
         """The inequality sign * (figures - bound) <= 0, or < 0, in whole numbers."""
-        edge = Figures((bound,))
+        edge = Summands((bound,))
         scale = lcm(*(leaf.denominator for item in (figures, edge) for leaf in item.leaves))
         if figures.is_open:
             scale = lcm(scale, self.wait_scale, *(self.wait_scale * item.denominator for item in figures.weights))

@@ -14,7 +14,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.questions.problem import Problem, loads
 from dse.questions.robust.robust import solve_robust
 from dse.questions.verbs.simulate import simulate
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.support.units import Rounded, parse_transmission_ns
 from tests.helpers.small import figure, space_of
 from tests.helpers.support import brute_front
@@ -71,7 +71,7 @@ def fine(processing: str, limit: str = "90000.05") -> str:
 @pytest.mark.parametrize("limit", ["28069.95", "28070", "28070.05", "44023.1", "60066.6", "90000"])
 def test_the_front_is_that_of_every_design(processing: str, limit: str) -> None:
     evaluator = Evaluator(loads(fine(processing, limit)).space)
-    found = search_front(evaluator, Budget())
+    found = search_front(evaluator, SearchLimits())
     assert found.is_complete and found.points == brute_front(evaluator)
 
 
@@ -102,7 +102,7 @@ def test_results_say_in_which_fraction_they_count(tmp_path: Path) -> None:
 def test_figures_without_a_common_unit_are_counted_in_picoseconds_and_named() -> None:
     text = fine("execution_time").replace("1/3 ns .. 350 ps", "1/7 ns .. 1/6 ns").replace("0.125 ns", "1/11 ns")
     evaluator = Evaluator(loads(text.replace("0.3 ns", "13/17 ns")).space)
-    search = search_front(evaluator, Budget())
+    search = search_front(evaluator, SearchLimits())
     assert "latency of f" in evaluator.rounded and search.points == brute_front(evaluator)
     assert {item.counting_unit for item in evaluator.objectives if "latency" in item.metric.name} == {"1/1000 ns"}
 

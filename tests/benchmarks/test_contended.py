@@ -8,7 +8,7 @@ import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.questions.problem import loads
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 
 from .cases import Case
 from .contended import PEERS, WAYS, contended_front, ends_late, in_our_search
@@ -19,7 +19,7 @@ CHAINED = Case("chained", "robot", 5, 2, 3, deadlines=True)
 
 
 def front(case: Case) -> list[tuple[int, ...]]:
-    return sorted(search_front(Evaluator(loads(case.text()).space), Budget()).points)
+    return sorted(search_front(Evaluator(loads(case.text()).space), SearchLimits()).points)
 
 
 @pytest.mark.parametrize("case", [FULL, CHAINED], ids=lambda case: case.name)

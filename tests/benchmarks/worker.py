@@ -43,7 +43,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from dse.analysis.evaluate import Evaluator
     from dse.encode.model import encode
     from dse.questions.verbs.solve import result_of
-    from dse.search.front import Budget, Progress, Watch, search_front
+    from dse.search.front import Progress, SearchLimits, Watch, search_front
     from dse.support.timelimit import TimeLimit
 
     import_s = time.perf_counter() - started
@@ -56,7 +56,7 @@ def _ours(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     def watch(progress: Progress) -> None:
         proof.update(seconds=progress.elapsed_s, calls=progress.calls)
 
-    budget = Budget(TimeLimit.after(task["limit_s"]), task.get("solver_seed", 0), task.get("workers", 1))
+    budget = SearchLimits(TimeLimit.after(task["limit_s"]), task.get("solver_seed", 0), task.get("workers", 1))
     started = time.perf_counter()
     search = search_front(evaluator, budget, Watch(watch))
     search_s = time.perf_counter() - started
@@ -104,7 +104,7 @@ def _ours_contended(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     """
     problem, _, _ = _load(case)
     from dse.analysis.evaluate import Evaluator
-    from dse.search.front import Budget, search_front
+    from dse.search.front import SearchLimits, search_front
     from dse.support.timelimit import TimeLimit
 
     from .contended import in_our_search
@@ -113,7 +113,7 @@ def _ours_contended(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     limit = TimeLimit.after(task["limit_s"] * crowding())
     began = time.process_time()
     with in_our_search(task.get("way", "")):
-        search = search_front(Evaluator(problem.space), Budget(limit))
+        search = search_front(Evaluator(problem.space), SearchLimits(limit))
     signs = [-1 if item.sense == "maximise" else 1 for item in problem.space.objectives]
     return {
         "worked_s": time.process_time() - began,
@@ -205,7 +205,7 @@ def _heuristics(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     from ortools.sat.python import cp_model
 
     from dse.analysis.evaluate import Evaluator
-    from dse.search.front import Budget, search_front
+    from dse.search.front import SearchLimits, search_front
     from dse.support.timelimit import TimeLimit
     from tests.helpers.tuned import tuning_with
 
@@ -224,7 +224,7 @@ def _heuristics(case: Case, task: dict[str, Any]) -> dict[str, Any]:
     limit = TimeLimit.after(task["limit_s"] * crowding())
     began = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     with patch.object(cp_model.CpSolver, "solve", counted):
-        search = search_front(Evaluator(problem.space), Budget(limit, tuning=tuning))
+        search = search_front(Evaluator(problem.space), SearchLimits(limit, tuning=tuning))
     return {
         "user_s": resource.getrusage(resource.RUSAGE_SELF).ru_utime - began,
         "solved": solved,

@@ -14,7 +14,7 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import contributors, metrics
 from dse.report.words.reasons import proof_words
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.search.solver.settings import Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer
@@ -104,7 +104,7 @@ def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: py
     offsets = [item for item in problem.space.decisions if item.name.endswith(".offset") and item.is_open]
     for item in offsets[:1]:
         fixed = problem.ask(fix=f"{item.name} = {rng.choice(item.options)}")
-        found = search_front(Evaluator(fixed.space), Budget(workers=2))
+        found = search_front(Evaluator(fixed.space), SearchLimits(workers=2))
         allowed = fixed.space.fixed
         expected = {
             evaluation.objectives

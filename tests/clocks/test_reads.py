@@ -16,7 +16,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
 from dse.questions.robust.robust import solve_robust
-from dse.search.front import ANYTHING, Budget, FrontSearch, search_front
+from dse.search.front import ANYTHING, FrontSearch, SearchLimits, search_front
 from dse.support.errors import UsageError
 from dse.verification import tables
 from tests.helpers.documents import ROOT
@@ -172,7 +172,7 @@ def test_the_same_front_another_way(way: str, seed: int, monkeypatch: pytest.Mon
         known = {point: whole.points[point] for point in sorted(whole.points)[::2]}
         earlier = FrontSearch(known, (tuple(ANYTHING for _ in evaluator.objectives),), (), 1, 0.0)
     monkeypatch.setattr("dse.search.front.HELP_AFTER_S", 0.0)
-    found = search_front(Evaluator(asked.space), Budget(workers=1 + (way == "workers")), earlier=earlier)
+    found = search_front(Evaluator(asked.space), SearchLimits(workers=1 + (way == "workers")), earlier=earlier)
     assert found.is_complete
     assert set(found.points) == wanted
 

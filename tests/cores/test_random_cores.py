@@ -17,7 +17,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, keeps_cores, too_many
 from dse.analysis.views import View
 from dse.questions.verify.insisting import open_options
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.search.insist import Insistence
 from dse.space.model.trees import at
 from tests.helpers.effort import cases
@@ -135,7 +135,7 @@ def test_each_front_with_an_option_is_that_with_it_fixed(seed: int) -> None:
     insistence = Insistence(evaluator, search_front(evaluator))
     for decision, option in open_options(space):
         fixed = search_front(Evaluator(replace(space, fixed={**space.fixed, decision: option})))
-        found = insistence.front(decision, option, Budget())
+        found = insistence.front(decision, option, SearchLimits())
         assert found.is_complete and found.points == fixed.points, (decision, option)
 
 

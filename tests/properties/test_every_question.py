@@ -35,7 +35,7 @@ from dse.questions.sensitivity.inputs import InputSpace
 from dse.questions.sensitivity.uncertainty import read_uncertainties
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search import workers
-from dse.search.front import Budget
+from dse.search.front import SearchLimits
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Unfinished
 from dse.space.model.criteria import Metric
@@ -259,7 +259,7 @@ def exhausted(asked: Asked) -> dict[tuple[int, ...], Design]:
 
 def solved(asked: Asked) -> Result | RobustResult:
     if asked.robust:
-        return robust_asked(asked.problem, Budget())
+        return robust_asked(asked.problem, SearchLimits())
     return dse.solve(asked.problem, workers=1)
 
 
@@ -270,9 +270,9 @@ def kept_by_the_way(asked: Asked, monkeypatch: pytest.MonkeyPatch) -> list[Resul
         for name, value in (("CHECKPOINT_S", 0.0), ("SHARE", 1e9), ("SECOND", 1e9)):
             patch.setattr(workers, name, value)
         if asked.robust:
-            robust_asked(asked.problem, Budget(), RobustWatcher(checkpoint=kept.append))
+            robust_asked(asked.problem, SearchLimits(), RobustWatcher(checkpoint=kept.append))
         else:
-            solve_asked(asked.problem, Budget(), Watcher(checkpoint=kept.append))
+            solve_asked(asked.problem, SearchLimits(), Watcher(checkpoint=kept.append))
     return kept
 
 

@@ -10,10 +10,10 @@ import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.search import front, lexicographic
-from dse.search.front import Budget, FrontSearch, search_front
+from dse.search.front import FrontSearch, SearchLimits, search_front
 from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
 from dse.search.solver.solver import Solver
-from dse.search.solver.subspaces import Part
+from dse.search.solver.subspaces import Subspace
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import TooLargeError
 from tests.benchmarks.cases import nearly_full
@@ -71,7 +71,7 @@ def test_each_heuristic_off_and_on_finds_the_same_front(heuristic: str, soon: bo
     given[heuristic] = {**given.get(heuristic, {}), "is_on": False}
     for seed in cases(2):
         for number, evaluator in enumerate(evaluators(seed)):
-            found = search_front(evaluator, Budget(tuning=tuning_with(given)))
+            found = search_front(evaluator, SearchLimits(tuning=tuning_with(given)))
             assert found.is_complete
             assert found.points.keys() == expected(seed, number).points.keys()
 
@@ -113,11 +113,11 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
     def solve_whole(self: Solver, settings: Settings, work: float) -> Answer:
         return Unfinished() if work < LIGHT and draw.random() < often else whole(self, settings, work)
 
-    def solve_within(self: Solver, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
+    def solve_within(self: Solver, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
         answer = within(self, part, settings, work, least)
         is_stopped = work < LIGHT and draw.random() < seldom
         return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
 
     changed.setattr(Solver, "_solve_whole", solve_whole)
     changed.setattr(Solver, "run_within", solve_within)
-    return search_front(pair.evaluator, Budget(workers=draw.randint(1, 3), seed=draw.randint(0, 9)))
+    return search_front(pair.evaluator, SearchLimits(workers=draw.randint(1, 3), seed=draw.randint(0, 9)))

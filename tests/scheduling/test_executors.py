@@ -16,7 +16,7 @@ from dse.analysis.validity import canonical
 from dse.analysis.views import View
 from dse.examples.shipped import example_path
 from dse.questions.problem import load, loads
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.space.model.space import INACTIVE, ExecutorKind
 from dse.support.errors import ProblemError
 from tests.helpers.effort import cases
@@ -254,7 +254,7 @@ objectives: [minimise price, minimise latency of f]
 rules: ["b.executor == left implies c.executor == right"]
 """
     evaluator = Evaluator(loads(text).space)
-    search = search_front(evaluator, Budget(workers=2))
+    search = search_front(evaluator, SearchLimits(workers=2))
     assert search.is_complete and set(search.points) == set(brute_front(evaluator))
 
 

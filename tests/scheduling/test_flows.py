@@ -14,10 +14,10 @@ from dse.analysis.scheduling.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.encode.scheduling import contention, waiting_forms
-from dse.encode.scheduling.waiting import Waiting
+from dse.encode.scheduling.waiting import WaitRows
 from dse.questions.problem import loads
 from dse.search.feasibility.guarded_model import Switchboard
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Found
 from dse.search.tuning import AnyDesign
@@ -39,7 +39,7 @@ def asked(seed: int, kind: str, *objectives: str) -> Space:
 
 
 def found(space: Space, workers: int = 1) -> set[tuple[int, ...]]:
-    search = search_front(Evaluator(space), Budget(workers=workers))
+    search = search_front(Evaluator(space), SearchLimits(workers=workers))
     assert search.is_complete
     return set(search.points)
 
@@ -59,7 +59,7 @@ def test_jobs_alone_say_how_long_periodic_threads_wait(kind: str, seed: int, mon
 @pytest.mark.parametrize("kind", ["plain", "chained", "stated", "blocked", "ordered", "best", "grouped", "unequal"])
 @pytest.mark.parametrize("seed", cases(12, 1_000))
 def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Waiting, "refine", lambda *_: False)
+    monkeypatch.setattr(WaitRows, "refine", lambda *_: False)
     assert found(asked(seed, kind)) == front(draw(seed, kind=kind), by_response=True)
 
 

@@ -12,7 +12,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.scheduling import contention, waiting_forms
 from dse.questions.problem import Problem, changed, loads
 from dse.questions.question import Changes
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.search.solver import bounding
 from dse.search.solver import solver as subproblem
 from dse.search.solver.settings import BARE, CLOSING_RANGE, NARROWING, Settings
@@ -26,7 +26,7 @@ SEEDS = count(20)
 
 
 def found(text: str, workers: int = 1) -> set[tuple[int, ...]]:
-    search = search_front(Evaluator(loads(text).space), Budget(workers=workers))
+    search = search_front(Evaluator(loads(text).space), SearchLimits(workers=workers))
     assert search.is_complete
     return set(search.points)
 
@@ -42,7 +42,7 @@ def test_the_front_is_that_of_looking_at_every_design(kind: str, seed: int) -> N
 @pytest.mark.parametrize("seed", cases(10, 3 * SEEDS))
 def test_designs_are_the_first_of_all_with_their_figures(kind: str, seed: int) -> None:
     evaluator = Evaluator(loads(text_of(draw(seed, kind=kind))).space)
-    search = search_front(evaluator, Budget(workers=2))
+    search = search_front(evaluator, SearchLimits(workers=2))
     expected = brute_front(evaluator)
     assert search.points.keys() == expected.keys()
     first = search.points.keys() - search.not_first
@@ -278,11 +278,11 @@ def test_rules_and_fixed_decisions_bind_cores() -> None:
         (Changes(), {"a.core": "1", "b.core": "2"}),
     ):
         space = changed(problem, changes).space
-        [design] = search_front(Evaluator(space), Budget()).points.values()
+        [design] = search_front(Evaluator(space), SearchLimits()).points.values()
         chosen = {item.name: item.options[design[number]] for number, item in enumerate(space.decisions)}
         assert expected.items() <= chosen.items()
     assert not search_front(
-        Evaluator(changed(problem, Changes(require=["a.core == b.core", "a.period == 10 ms"])).space), Budget()
+        Evaluator(changed(problem, Changes(require=["a.core == b.core", "a.period == 10 ms"])).space), SearchLimits()
     ).points
 
 

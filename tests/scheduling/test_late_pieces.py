@@ -11,7 +11,7 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
 from dse.analysis.views import View
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
@@ -186,7 +186,7 @@ def test_the_front_is_that_of_every_design_and_proved_again(seed: int, monkeypat
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)  # no response time is tabulated
     problem = dse.loads(asked(seed))
     evaluator = Evaluator(problem.space)
-    search = search_front(evaluator, Budget(workers=1))
+    search = search_front(evaluator, SearchLimits(workers=1))
     assert search.is_complete
     assert set(search.points) == set(brute_front(evaluator))
     assert dse.verify(dse.solve(problem), problem=problem).exit_code == 0

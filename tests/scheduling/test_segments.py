@@ -21,7 +21,7 @@ from dse.encode.scheduling.contention import Contention
 from dse.encode.scheduling.reasons import Reason
 from dse.questions.problem import loads
 from dse.questions.verbs.export import export
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
@@ -62,7 +62,7 @@ def test_every_response_time_is_the_bound(seed: int) -> None:
 @pytest.mark.parametrize("seed", cases(15, 1000))
 def test_the_front_is_that_of_every_design(seed: int) -> None:
     problem, best = best_by_hand(seed)
-    search = search_front(Evaluator(problem.space), Budget(workers=1))
+    search = search_front(Evaluator(problem.space), SearchLimits(workers=1))
     assert search.is_complete
     assert best_of({(price // 100, min(latency // MS, LATE)) for price, latency in search.points}) == best
 
@@ -223,7 +223,7 @@ def test_what_is_late_on_any_core_is_refuted_at_once(monkeypatch: pytest.MonkeyP
         forbid(self, late, reason)
 
     monkeypatch.setattr(Contention, "_forbid", noted)
-    search = search_front(Evaluator(loads(WAITS_ONLY_FOR_THE_ACCELERATOR).space), Budget())
+    search = search_front(Evaluator(loads(WAITS_ONLY_FOR_THE_ACCELERATOR).space), SearchLimits())
     assert search.is_complete
     assert not search.points
     assert len(learnt) < 4
@@ -284,7 +284,7 @@ def test_the_search_learns_what_pieces_wait_for(seed: int, monkeypatch: pytest.M
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     problem, best = with_designs(seed)
-    search = search_front(Evaluator(problem.space), Budget(workers=1))
+    search = search_front(Evaluator(problem.space), SearchLimits(workers=1))
     assert search.is_complete
     assert best_of({(price // 100, min(latency // MS, LATE)) for price, latency in search.points}) == best
 

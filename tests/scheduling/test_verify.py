@@ -77,7 +77,7 @@ def test_waiting_that_only_lessons_raise_is_proved_as_well(
     seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tables, "FEW_DECISIONS", -1)
-    monkeypatch.setattr(waiting.Waiting, "count", lambda *_: False)
+    monkeypatch.setattr(waiting.WaitVariables, "count", lambda *_: False)
     file = tmp_path / "drawn.yaml"
     text = text_of(draw(seed, kind="chained")).replace("deadlines: all", "processing: response_time")
     file.write_text(text, encoding="utf-8")

@@ -18,7 +18,7 @@ from dse.encode.linear import EXACT_LIMIT
 from dse.encode.model import encode
 from dse.search import canonical, front, lexicographic, workers
 from dse.search.canonical import InOrder, canonical_design
-from dse.search.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.search.front import FrontSearch, Progress, SearchLimits, Watch, search_front
 from dse.search.solver.settings import CUTTING, Settings
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
@@ -59,7 +59,7 @@ def test_the_front_is_that_of_brute_force(path: Path) -> None:
 def test_seed_and_workers_change_nothing(path: Path) -> None:
     evaluator = Evaluator(load_space(path))
     expected = search_front(evaluator)
-    for budget in (Budget(seed=7), Budget(workers=2)):
+    for budget in (SearchLimits(seed=7), SearchLimits(workers=2)):
         assert search_front(evaluator, budget).points == expected.points
     assert replace(search_front(evaluator), elapsed_s=0.0) == replace(expected, elapsed_s=0.0)
 
@@ -68,7 +68,7 @@ def test_seed_and_workers_change_nothing(path: Path) -> None:
 def test_regions_searched_at_the_same_time_give_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
     space = load_space(BY_NAME[name])
-    assert_complete_and_proved(space, search_front(Evaluator(space), Budget(workers=3)))
+    assert_complete_and_proved(space, search_front(Evaluator(space), SearchLimits(workers=3)))
 
 
 @pytest.mark.parametrize("name", ["protocols", "derived", "bindings"])
@@ -293,7 +293,7 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
     expected = search_front(evaluator)
     assert expected.not_first == expected.points.keys()
-    assert search_front(evaluator, Budget(workers=3)).points == expected.points
+    assert search_front(evaluator, SearchLimits(workers=3)).points == expected.points
     minimise = Solver.minimise
     monkeypatch.setattr(Solver, "minimise", lambda self, weights, regions, hint: minimise(self, weights, regions))
     assert search_front(evaluator).points == expected.points
@@ -393,7 +393,7 @@ def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeyp
 
 
 def test_no_time_at_all() -> None:
-    search = search_front(Evaluator(load_space(BY_NAME["types"])), Budget(TimeLimit.after(0.0)))
+    search = search_front(Evaluator(load_space(BY_NAME["types"])), SearchLimits(TimeLimit.after(0.0)))
     assert not search.is_complete
     assert search.points == {}
     assert len(search.unexplored) == 1

@@ -11,7 +11,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.questions.verify.insisting import open_options
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.search.insist import Insistence
 from dse.support.timelimit import TimeLimit
 from tests.helpers.effort import cases
@@ -36,7 +36,7 @@ def test_each_front_is_that_with_the_option_fixed(size: str, seed: int) -> None:
     insistence = Insistence(pair.evaluator, replace(whole, frame=None) if seed % 3 else whole)
     options = open_options(space)
     for decision, option in draw.sample(options, min(MOST_OPTIONS, len(options))):
-        found = insistence.front(decision, option, Budget())
+        found = insistence.front(decision, option, SearchLimits())
         fixed = Evaluator(replace(space, fixed={**space.fixed, decision: option}))
         assert found.is_complete
         if pair.combinations <= MOST_COMBINATIONS:
@@ -58,14 +58,14 @@ def test_what_the_whole_front_tells_is_not_searched_again() -> None:
     ]
     assert shared
     for decision, option in shared:
-        found = insistence.front(decision, option, Budget())
+        found = insistence.front(decision, option, SearchLimits())
         assert found.points == whole.points and found.calls == whole.calls
 
 
 def test_what_was_not_finished_is_incomplete_and_what_is_known_stays() -> None:
     evaluator = Evaluator(dse.load(PUMP).space)
     insistence = Insistence(evaluator, search_front(evaluator))
-    late = Budget(TimeLimit.after(0))
+    late = SearchLimits(TimeLimit.after(0))
     states = []
     for decision, option in open_options(evaluator.space):
         known = insistence.known(decision, option)

@@ -15,7 +15,7 @@ from dse.analysis.views import View
 from dse.answers.result import Result
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search import workers
-from dse.search.front import Budget
+from dse.search.front import SearchLimits
 from dse.search.workers import CHECKPOINT_S, Pace
 
 INMARK = Path(__file__).parents[2] / "problems" / "inmark.yaml"
@@ -105,7 +105,7 @@ def test_a_checkpoint_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Measure, "integer", counting)
     states: list[Result] = []
     asked = dse.load(INMARK)
-    result = solve_asked(asked, Budget(), Watcher(checkpoint=states.append))
+    result = solve_asked(asked, SearchLimits(), Watcher(checkpoint=states.append))
     assert len(states) > 5 and len(states[-1].front) > 3
     assert all(state.under_way and not point.metrics for state in states for point in state.front)
     assert 0 < len(seen) <= len({point.design for point in result.front})

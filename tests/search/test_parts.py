@@ -27,7 +27,7 @@ from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.settings import BARE, CUTTING, LOWEST, Settings
 from dse.search.solver.solver import Solver
-from dse.search.solver.subspaces import Apart, Part, Parts
+from dse.search.solver.subspaces import Apart, Parts, Subspace
 from dse.search.solver.value_grid import EVERY, Grid, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from tests.benchmarks.cases import nearly_full
@@ -60,7 +60,7 @@ def test_the_front_is_the_same_part_by_part(
     expected = search_front(evaluator)
     within, asked = Solver.run_within, []
 
-    def part(self: Solver, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
+    def part(self: Solver, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
         asked.append(part)
         answer = within(self, part, settings, work, least)
         if is_brief_too_short and settings is BARE and work < 1:
@@ -219,7 +219,7 @@ def test_a_part_refutes_nothing_that_it_has(
     points = [
         tuple(grid.start + grid.step * value for grid, value in zip(grids, point, strict=True)) for point in drawn
     ]
-    part = Part((), grids)
+    part = Subspace((), grids)
     for weights, asked, better_than, answer in questions:
         part.learn(answer(points, weights, asked, better_than), weights, asked, better_than)
     for point in points:
@@ -234,7 +234,7 @@ def test_a_part_refutes_nothing_that_it_has(
 
 def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
     """Least 10 * a + b + c = 52 in the region a < 9, b < 4, c < 4: no design has a <= 4, as 46 are not enough."""
-    part = Part(())
+    part = Subspace(())
     part.learn(Found((5, 1, 1), ()), (10, 1, 1), [(9, 4, 4)], None)
     assert list(part.refuted) == [(5, 4, 4)]
     assert part.open([(5, 4, 4), (6, 2, 2)]) == [(6, 2, 2)]
@@ -245,7 +245,7 @@ def test_a_part_learns_what_the_least_sum_leaves_no_room_for() -> None:
 
 def test_what_a_part_has_one_value_of_leaves_no_room() -> None:
     """Least 100 * price + latency = 52 where the price is 0: no design has a latency below 52, whatever it may cost."""
-    part = Part((), (Grid(0, 0), EVERY))
+    part = Subspace((), (Grid(0, 0), EVERY))
     part.learn(Found((0, 52), ()), (100, 1), [(9, 100)], None)
     assert part.open([(9, 52), (9, 53)]) == [(9, 53)]
 
@@ -360,14 +360,14 @@ def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(sha
     asked: list[Settings] = []
 
     class Stub(SimpleNamespace):
-        def solve_part(self, part: Part, attempt: tuple[Settings, float], *_: Any) -> Answer:
+        def solve_part(self, part: Subspace, attempt: tuple[Settings, float], *_: Any) -> Answer:
             asked.append(attempt[0])
             self.work += 2 * tuning.Subspaces.cheap
             return Unfinished() if attempt[0] is BARE else Found((0,), (0,))
 
     model = SimpleNamespace(proto=SimpleNamespace(variables=[]))
     solver: Any = Stub(
-        parts=SimpleNamespace(all=[Part(())], best=lambda *_: None),
+        parts=SimpleNamespace(all=[Subspace(())], best=lambda *_: None),
         encoded=SimpleNamespace(
             contention=SimpleNamespace(known=()) if shares_cores else None, is_loose=False, model=model
         ),

@@ -17,7 +17,7 @@ from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.robust.robust import RobustWatcher, solve_question
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search import workers
-from dse.search.front import Budget
+from dse.search.front import SearchLimits
 from dse.search.solver.solver import Solver
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import UsageError
@@ -62,7 +62,7 @@ def test_what_is_kept_is_a_result(name: str, processing: str, tmp_path: Path) ->
     problem.write_text(text, encoding="utf-8")
     asked = dse.load(problem).ask(processing=processing)
     states: list[Result] = []
-    expected = solve_asked(asked, Budget(), Watcher(checkpoint=states.append))
+    expected = solve_asked(asked, SearchLimits(), Watcher(checkpoint=states.append))
     assert states and expected.front and not expected.under_way
     for state in (states[0], states[len(states) // 2], states[-1]):
         data = written(state, kept)
@@ -91,7 +91,7 @@ def test_what_is_kept_of_a_robust_search_is_a_result(tmp_path: Path) -> None:
     problem.write_text(text, encoding="utf-8")
     states: list[RobustResult] = []
     question = RobustQuestion(dse.load(problem))
-    expected = solve_question(question, Budget(), RobustWatcher(checkpoint=states.append))
+    expected = solve_question(question, SearchLimits(), RobustWatcher(checkpoint=states.append))
     assert states
     for state in (states[0], states[len(states) // 2], states[-1]):
         assert written(state, kept)["under_way"]
@@ -122,5 +122,5 @@ def test_a_design_is_kept_while_the_first_question_goes_on(monkeypatch: pytest.M
 
     assert all(item.sense == "minimise" for item in asked.space.objectives)
     monkeypatch.setattr(Solver, "minimise", answering)
-    solve_asked(asked, Budget(), Watcher(checkpoint=watching))
+    solve_asked(asked, SearchLimits(), Watcher(checkpoint=watching))
     assert states[-1].front[0].decisions == point.decisions

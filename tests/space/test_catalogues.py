@@ -6,7 +6,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from tests.helpers.support import brute_front, evaluated, space_of
 
 TEXT = """
@@ -33,7 +33,7 @@ def test_a_type_that_nothing_may_have_is_used_in_no_design(rule: str, designs: i
     evaluator = Evaluator(space)
     choices = [(p, t) for p in range(2) for t in range(2)]
     assert sum(evaluator.evaluate(_design(space, *choice)).breaches == () for choice in choices) == designs
-    found = search_front(evaluator, Budget())
+    found = search_front(evaluator, SearchLimits())
     assert found.is_complete and found.points == brute_front(evaluator)
     name = next(name for name in ("old", "middleware", "wire", "gone") if name in rule)
     remarks = dse.check(dse.loads(TEXT.replace("RULE", rule))).remarks
@@ -87,7 +87,7 @@ def test_a_default_is_no_option_and_rules_know_it(rule: str, designs: int) -> No
     }  # fmt: skip
     evaluator = Evaluator(space)
     assert sum(not item.breaches for item in evaluated(evaluator).values()) == designs
-    found = search_front(evaluator, Budget())
+    found = search_front(evaluator, SearchLimits())
     assert found.is_complete and found.points == brute_front(evaluator)
     result = dse.solve(dse.loads(DEFAULTS.replace("RULE", rule)))
     for point in result.front:

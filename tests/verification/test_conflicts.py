@@ -12,7 +12,7 @@ import pytest
 
 import dse
 from dse.questions.verbs.solve import Watcher, solve_asked
-from dse.search.front import Budget
+from dse.search.front import SearchLimits
 from tests.helpers.effort import LONG, count
 from tests.helpers.support import ENUMERABLE
 from tests.questions.explain.test_random_conflicts import infeasible
@@ -102,7 +102,7 @@ def test_conflicts_of_random_problems(part: int, monkeypatch: pytest.MonkeyPatch
         asked, _ = drawn
         if not asked.space.objectives:
             continue
-        result = solve_asked(asked, Budget(), Watcher())
+        result = solve_asked(asked, SearchLimits(), Watcher())
         assert result.status == "infeasible"
         data = result.to_dict()
         check(data, asked, METHODS[seen % 2], random.Random(seed))

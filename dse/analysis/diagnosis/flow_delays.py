@@ -26,7 +26,7 @@ MOST_CUT = 24
 
 
 @dataclass(frozen=True)
-class Waiting:
+class FlowWait:
     """A thread of a flow that waits for others."""
 
     thread: Annotated[str, "The thread."]
@@ -39,7 +39,7 @@ class Delayed:
     """A broken limit on what counts response times of flows, and who waits in these."""
 
     requirement: Annotated[str, "The limit, in the words of the problem."]
-    waiting: Annotated[tuple[Waiting, ...], "The threads that wait, longest first."]
+    waiting: Annotated[tuple[FlowWait, ...], "The threads that wait, longest first."]
     shorter: Annotated[tuple[Shorter, ...], "Each of these would keep it by itself."]
 
 
@@ -88,14 +88,14 @@ def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
     return [(number, "thread") for number in last.values()]
 
 
-def _waiting(teller: Teller, key: TaskKey) -> Waiting | None:
+def _waiting(teller: Teller, key: TaskKey) -> FlowWait | None:
     """What a thread waits for, if it has a bound and does wait."""
     found = response_of(teller.space, *key, teller.view)
     if found is None or found.response_ns is None:
         return None
     waits = waits_of(teller.schedule, key, teller.known) or ()
     waited = sum(item.waited_ns for item in waits)
-    return Waiting(teller.space.components[key[0]].stated_as, waited, waits) if waited > 0 else None
+    return FlowWait(teller.space.components[key[0]].stated_as, waited, waits) if waited > 0 else None
 
 
 def _shorter(teller: Teller, verdict: Verdict, keys: Sequence[TaskKey]) -> Iterator[Shorter]:

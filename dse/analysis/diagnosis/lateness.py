@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Annotated
 
-from dse.analysis.diagnosis.reservation_budgets import Budget, budget_of
+from dse.analysis.diagnosis.reservation_budgets import ReservationBudget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
 from dse.analysis.limits import HOLDS, Verdict
 from dse.analysis.scheduling.holistic import fixed_point
@@ -26,7 +26,7 @@ from dse.analysis.scheduling.scheduling import Response, all_responses, response
 from dse.analysis.scheduling.servers.segments import apart_ns, elapsed_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.turns import Schedule, Turn, upstream
-from dse.analysis.scheduling.waiting import Known, Place, Wait, waits_of
+from dse.analysis.scheduling.waiting import Known, SharedCore, Wait, waits_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -73,7 +73,7 @@ class Late:
     ]
     shorter: Annotated[tuple[Shorter, ...], "Each of these is enough by itself."]
     has_segments: bool = False
-    budget: Annotated[Budget | None, "Of the reservation that it is in; null outside of any."] = None
+    budget: Annotated[ReservationBudget | None, "Of the reservation that it is in; null outside of any."] = None
     accelerators: Annotated[
         tuple[str, ...],
         "The accelerators that its segments wait for, in the order of these; empty where it has none.",
@@ -231,7 +231,7 @@ class Teller:
         """Where a thread and what goes before it need most, if that is more than there is."""
         found: list[Full] = []
         for key in keys:
-            place = Place(self.schedule, key, known)
+            place = SharedCore(self.schedule, key, known)
             share = place.share()
             name = self.space.processors[place.processor].name
             if share is not None and share > 1:

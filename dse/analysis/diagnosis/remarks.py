@@ -20,7 +20,7 @@ from dse.analysis.latency.offset_advice import boundaries, clock_gains
 from dse.analysis.latency.rows import Row
 from dse.analysis.latency.sampling import METHOD
 from dse.analysis.measures import build_measure
-from dse.analysis.osate.latency import Place
+from dse.analysis.osate.latency import FlowPosition
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.terms import PPM
 from dse.analysis.usage import busy_terms, reachable_buses
@@ -224,7 +224,7 @@ def _gains(space: Space, flow: Flow) -> Iterator[str]:
         )
 
 
-def _reversed_row(space: Space, element: Step | Place, view: View) -> str:
+def _reversed_row(space: Space, element: Step | FlowPosition, view: View) -> str:
     return next((text for row in element_rows(space, element, view) if (text := _reversed(row))), "")
 
 

@@ -26,7 +26,7 @@ from dse.support.units import Exact
 
 
 @dataclass(frozen=True)
-class Budget:
+class ReservationBudget:
     """The budget of the reservation that a late thread is in."""
 
     reservation: Annotated[str, "The reservation."]
@@ -38,7 +38,9 @@ class Budget:
     ]
 
 
-def budget_of(space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]) -> Budget | None:
+def budget_of(
+    space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]
+) -> ReservationBudget | None:
     """That of a thread, by number, which `is_in_time` with some response times; None where it is in no reservation."""
     place = space.components[number].reservation
     if place is None:
@@ -61,7 +63,7 @@ def budget_of(space: Space, number: int, view: View, is_in_time: Callable[[Exact
 
     most = period if not is_too_large(period) else least(is_too_large, period) - 1
     enough = least(is_enough, most) if most and is_enough(most) else None
-    return Budget(mine.name, budget, period, _is_served(space, view, number), enough)
+    return ReservationBudget(mine.name, budget, period, _is_served(space, view, number), enough)
 
 
 def _is_served(space: Space, view: View, number: int) -> bool:

@@ -20,7 +20,7 @@ from dse.analysis.latency.rows import (
     scheduled_ns,
 )
 from dse.analysis.latency.sampling import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
-from dse.analysis.osate.latency import Place, place_rows, places_of
+from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_periodic
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.servers.segments import elapsed_ns
@@ -38,14 +38,14 @@ def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
     return tuple(row for element in elements_of(space, flow) for row in element_rows(space, element, view))
 
 
-def elements_of(space: Space, flow: Flow) -> Sequence[Step | Place]:
+def elements_of(space: Space, flow: Flow) -> Sequence[Step | FlowPosition]:
     """The elements of a flow, in order; for OSATE, where what came before matters, with their places in it."""
     return flow.steps if space.profile == "dse" else places_of(space, flow)
 
 
-def element_rows(space: Space, element: Step | Place, view: View) -> tuple[Row, ...]:
+def element_rows(space: Space, element: Step | FlowPosition, view: View) -> tuple[Row, ...]:
     """The rows of one element of a flow (one of `elements_of`)."""
-    return place_rows(space, element, view) if isinstance(element, Place) else step_rows(space, element, view)
+    return place_rows(space, element, view) if isinstance(element, FlowPosition) else step_rows(space, element, view)
 
 
 def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:

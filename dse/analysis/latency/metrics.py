@@ -23,7 +23,7 @@ from dse.analysis.latency.exact_chains import exact_range_ns
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.sampling import LET
 from dse.analysis.memo import Answering, Recall
-from dse.analysis.osate.latency import Place, place_rows, place_step, rivals, waiting_for_ns
+from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.scheduling.response_time import PLAIN
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
@@ -135,7 +135,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
         names = space.components if step.kind == "component" else space.connections
         name = names[step.index].name
-        if isinstance(element, Place):
+        if isinstance(element, FlowPosition):
             yield from _placed_terms(space, element, name, kind)
             continue
 
@@ -213,7 +213,7 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
     return Reads(step.index, number, parts, until_read, None if step.only_reads else made)
 
 
-def _placed_terms(space: Space, place: Place, name: str, kind: str) -> Iterator[Term]:
+def _placed_terms(space: Space, place: FlowPosition, name: str, kind: str) -> Iterator[Term]:
     """The rows of an element in its place in a flow; what its message waits for each other connection is apart."""
 
     def value(view: View) -> Fraction:
@@ -322,7 +322,7 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
     return max(1, *(int(size or 0) for size in sizes))
 
 
-def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
     key = ("element", element, space.processing)
     found: tuple[Exact, Exact] | None = view.memo.get(key)
@@ -335,12 +335,12 @@ def _element_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
     return found
 
 
-def _is_delivery(element: Step | Place) -> bool:
+def _is_delivery(element: Step | FlowPosition) -> bool:
     """Whether an element is a connection, which waits for no processor."""
     return isinstance(element, Step) and element.kind == "connection"
 
 
-def _waiting_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+def _waiting_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     """The same where response times count: of a whole design they are found together, and the rows by them."""
     if type(view) is not View:
         return _rows_range_ns(space, element, view)
@@ -353,7 +353,7 @@ def _waiting_range_ns(space: Space, element: Step | Place, view: View) -> tuple[
     return _WAITING.recall(space, element, answering, _rows_range_ns)
 
 
-def _rows_range_ns(space: Space, element: Step | Place, view: View) -> tuple[Exact, Exact]:
+def _rows_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     rows = element_rows(space, element, view)
     return ZERO + sum(row.min_ns for row in rows), ZERO + sum(row.max_ns for row in rows)
 

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 from dse.analysis.binding import bus_figure
 from dse.analysis.latency.rows import Row, in_flow
 from dse.analysis.osate.components import is_sampling, period_ns
-from dse.analysis.osate.latency import Place, place_rows, place_step, places_of, since_sampling
+from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, places_of, since_sampling
 from dse.analysis.osate.media import media, medium_ns
 from dse.analysis.views import View
 from dse.space.model.flows import Flow
@@ -54,18 +54,18 @@ def specified_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
     return tuple(found)
 
 
-def _of_component(space: Space, place: Place, rows: Sequence[Row], view: View) -> list[Range]:
+def _of_component(space: Space, place: FlowPosition, rows: Sequence[Row], view: View) -> list[Range]:
     return [NOTHING] * (len(rows) - 1) + [at(_component(space, place, view).latency_ns, view) or NOTHING]
 
 
-def _component(space: Space, place: Place, view: View) -> Component:
+def _component(space: Space, place: FlowPosition, view: View) -> Component:
     """The component at a place, with the figures that it has in this flow."""
     step = place_step(space, place)
     component = space.components[step.index]
     return in_flow(space, component, step, is_periodic=is_sampling(space, component, view))
 
 
-def _of_connection(space: Space, place: Place, rows: Sequence[Row], view: View) -> list[Range]:
+def _of_connection(space: Space, place: FlowPosition, rows: Sequence[Row], view: View) -> list[Range]:
     wire = space.connections[place_step(space, place).index]
     carried = [item for item in media(space, wire, view) if medium_ns(space, wire, item, view)[1]]
     given = iter([bus_figure(space, space.buses[item.bus].latency_ns, wire, view) or NOTHING for item in carried])

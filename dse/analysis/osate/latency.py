@@ -21,7 +21,7 @@ from dse.support.units import Exact
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FlowPosition:
     """The element at `position` of a flow (by index)."""
 
     flow: int
@@ -42,18 +42,18 @@ class Sums:
         )  # fmt: skip
 
 
-def places_of(space: Space, flow: Flow) -> tuple[Place, ...]:
+def places_of(space: Space, flow: Flow) -> tuple[FlowPosition, ...]:
     """The places of a flow's elements, in order."""
     number = space.flows.index(flow)
-    return tuple(Place(number, position) for position in range(len(flow.steps)))
+    return tuple(FlowPosition(number, position) for position in range(len(flow.steps)))
 
 
-def place_step(space: Space, place: Place) -> Step:
+def place_step(space: Space, place: FlowPosition) -> Step:
     """The element at a place."""
     return space.flows[place.flow].steps[place.position]
 
 
-def place_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+def place_rows(space: Space, place: FlowPosition, view: View, *, queues: bool = True) -> tuple[Row, ...]:
     """The rows of the element at a place; without what waits on buses where `queues` is false."""
     step = place_step(space, place)
     if step.kind == "connection":
@@ -76,7 +76,7 @@ def is_never_sampled(space: Space, wire: Connection, component: Component, view:
     return space.profile != OLD and wire.port not in ("data", "feature") and is_sampling(space, component, view)
 
 
-def _sampling_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+def _sampling_row(space: Space, place: FlowPosition, component: Component, view: View) -> Row | None:
     step = place_step(space, place)
     periodic = is_sampling(space, component, view)
     # OSATE 2.2 prints the row for every device and abstract component, periodic or not: a slip of its source
@@ -92,7 +92,9 @@ def _sampling_row(space: Space, place: Place, component: Component, view: View) 
     if wire.timing == "immediate":
         return Row(*name, 0, "immediate", 0, "immediate")
     period = _sampling_period_ns(space, step, wire, component, view)
-    entered = crossed(space, place_step(space, Place(place.flow, place.position - 1)))[1] if place.position else None
+    entered = (
+        crossed(space, place_step(space, FlowPosition(place.flow, place.position - 1)))[1] if place.position else None
+    )
     method = "delayed sampling" if wire.timing == "delayed" else "sampling"
     if entered is not None:  # added to the minimum, too, as OSATE does
         more = max(0, period - entered.period_ns)
@@ -169,14 +171,14 @@ def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | No
     return None if processor is None else ("processor", processor)
 
 
-def since_sampling(space: Space, place: Place, view: View) -> Sums | None:
+def since_sampling(space: Space, place: FlowPosition, view: View) -> Sums | None:
     """What passed between the last row that sampled and an element of a flow; None where none did.
 
     Entering a partition counts as sampling; immediate rows and those of buses do not.
     """
     found = Sums()
     for position in range(place.position - 1, -1, -1):
-        before = Place(place.flow, position)
+        before = FlowPosition(place.flow, position)
         step = place_step(space, before)
         if step.kind == "connection":
             left, entered = crossed(space, step)
@@ -218,7 +220,7 @@ def crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | Non
     return (None, None) if left == entered else (left, entered)
 
 
-def _first_partition_row(space: Space, place: Place, component: Component, view: View) -> Row | None:
+def _first_partition_row(space: Space, place: FlowPosition, component: Component, view: View) -> Row | None:
     """The partition in which a flow starts with a component that is not periodic: time is counted from there."""
     partition = component.partition
     if place.position or partition is None or is_sampling(space, component, view):
@@ -226,7 +228,7 @@ def _first_partition_row(space: Space, place: Place, component: Component, view:
     return Row("partition", partition.name, 0, "partition", 0, "partition")
 
 
-def _output_row(space: Space, place: Place, left: Partition, view: View) -> Row | None:
+def _output_row(space: Space, place: FlowPosition, left: Partition, view: View) -> Row | None:
     """Output leaves a partition with a window at its major frame, or at the end of a window."""
     if left.duration_ns is None:
         return None
@@ -244,7 +246,7 @@ def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
     return (full + 1) * window - passed + full * left.period_ns
 
 
-def _entry_row(space: Space, place: Place, entered: Partition, view: View) -> Row:
+def _entry_row(space: Space, place: FlowPosition, entered: Partition, view: View) -> Row:
     """Input waits for the partition's frame, or for its window: at most a whole frame where clocks differ."""
     wire = space.connections[place_step(space, place).index]
     method = "partition offset" if entered.duration_ns is not None else "partition major frame"
@@ -266,7 +268,7 @@ def _to_phase(distance: Exact, frame: Exact) -> Exact:
     return distance - distance // frame * frame
 
 
-def _since_crossing(space: Space, place: Place, view: View) -> Sums | None:
+def _since_crossing(space: Space, place: FlowPosition, view: View) -> Sums | None:
     """What passed until a connection has carried its message, since the last row that sampled."""
     since = since_sampling(space, place, view)
     if since is None:
@@ -277,14 +279,14 @@ def _since_crossing(space: Space, place: Place, view: View) -> Sums | None:
     return since.with_rows(rows if output is None else (output, *rows))
 
 
-def _last_window(space: Space, place: Place, view: View) -> Partition | None:
+def _last_window(space: Space, place: FlowPosition, view: View) -> Partition | None:
     """The partition with a window that a flow was in last before a connection, as far as its rows tell."""
     for position in range(place.position - 1, -1, -1):
-        step = place_step(space, Place(place.flow, position))
+        step = place_step(space, FlowPosition(place.flow, position))
         entered = crossed(space, step)[1]
         if not position and step.kind == "component":
             component = space.components[step.index]
-            first = _first_partition_row(space, Place(place.flow, 0), component, view)
+            first = _first_partition_row(space, FlowPosition(place.flow, 0), component, view)
             entered = component.partition if first is not None else None
         if entered is not None and entered.duration_ns is not None:
             return entered
@@ -294,7 +296,7 @@ def _last_window(space: Space, place: Place, view: View) -> Partition | None:
 # --- connections --------------------------------------------------------------------------------------------------
 
 
-def _connection_rows(space: Space, place: Place, view: View, *, queues: bool = True) -> tuple[Row, ...]:
+def _connection_rows(space: Space, place: FlowPosition, view: View, *, queues: bool = True) -> tuple[Row, ...]:
     """Transmission over each medium, its sampling, and waiting there; the connection's own latency without any."""
     wire = space.connections[place_step(space, place).index]
     name = ("connection", wire.name)
@@ -330,17 +332,17 @@ def _medium_row(space: Space, wire: Connection, medium: Medium, view: View) -> R
     return Row("connection", wire.name, least, methods[0], most, methods[1], space.buses[medium.bus].name)
 
 
-def is_rounded_to_bus(space: Space, place: Place, view: View) -> bool:
+def is_rounded_to_bus(space: Space, place: FlowPosition, view: View) -> bool:
     """OSATE in a synchronous system rounds up nothing to a bus's period where something sampled before: a whole one."""
     return space.system == "synchronous" and since_sampling(space, place, view) is not None
 
 
-def _waiting_ns(space: Space, place: Place, view: View) -> Exact:
+def _waiting_ns(space: Space, place: FlowPosition, view: View) -> Exact:
     """What a message waits for the other connections of flows that its media carry, each for once."""
     return sum(waiting_for_ns(space, place, other, view) for other in rivals(space, place))
 
 
-def rivals(space: Space, place: Place) -> tuple[int, ...]:
+def rivals(space: Space, place: FlowPosition) -> tuple[int, ...]:
     """The connections of flows that one may wait for on a bus, where its waiting is counted.
 
     OSATE prints it in the last of the flows alone that have the connection.
@@ -357,7 +359,7 @@ def _last_flow(space: Space, number: int) -> int:
     return max(index for index, flow in enumerate(space.flows) if step in flow.steps)
 
 
-def waiting_for_ns(space: Space, place: Place, other: int, view: View) -> Exact:
+def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
     """What a message waits for one other connection: its longest transmission on each medium that both share.
 
     A medium with a period of its own makes nobody wait.

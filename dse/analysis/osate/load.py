@@ -22,7 +22,7 @@ ZERO = Fraction(0)
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
+class BusBudget:
     """OSATE's budgets of a bus."""
 
     stated: Annotated[Fraction | None, "Its own, in B/s; null without one."]
@@ -39,7 +39,7 @@ def states_budgets(space: Space) -> bool:
 
 def bus_budget(
     space: Space, number: int, loads: dict[str, Fraction], capacity: Fraction | None, view: View
-) -> Budget | None:
+) -> BusBudget | None:
     """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all."""
     bus = space.buses[number]
     if not states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
@@ -51,7 +51,7 @@ def bus_budget(
         required += max((item or ZERO for item in budgets), default=ZERO)
         findings += _of_connections(space, number, names, loads)
     findings += _of_bus(bus.name, bus.budget, required, sum(loads.values(), ZERO), capacity)
-    return Budget(bus.budget, required, tuple(findings))
+    return BusBudget(bus.budget, required, tuple(findings))
 
 
 def _riders(space: Space, number: int, view: View) -> list[Bus]:

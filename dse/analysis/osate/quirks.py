@@ -11,7 +11,7 @@ from dataclasses import replace
 from dse.analysis.latency.rows import in_flow
 from dse.analysis.osate.components import EXECUTING, OLD, is_sampling
 from dse.analysis.osate.latency import (
-    Place,
+    FlowPosition,
     crossed,
     is_rounded_to_bus,
     place_rows,
@@ -84,14 +84,14 @@ def _waits_elsewhere(space: Space, flow: Flow, view: View) -> Iterator[str]:
         waits = step.kind == "connection" and any(
             waiting_for_ns(other, place, rival, view) for rival in rivals(other, place)
         )
-        if waits and not rivals(space, Place(space.flows.index(flow), place.position)):
+        if waits and not rivals(space, FlowPosition(space.flows.index(flow), place.position)):
             wires.append(space.connections[step.index].name)
     told = _instead(other, flow, view)
     lost = f"OSATE counts the bus queue of {_listed(wires)} in the last flow over it alone"
     yield f"{lost}: with it {flow.name} takes {told}"
 
 
-def _early_deadline(space: Space, flow: Flow, place: Place, view: View) -> Iterator[str]:
+def _early_deadline(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
     """Q6: a deadline below the execution time stands for it."""
     step = place_step(space, place)
     if step.kind != "component" or space.worst_case != "deadline":
@@ -106,7 +106,7 @@ def _early_deadline(space: Space, flow: Flow, place: Place, view: View) -> Itera
         yield f"{told}: with the execution time {flow.name} takes up to {most}, as far as nothing behind it rounds up"
 
 
-def _partition(space: Space, flow: Flow, place: Place, view: View) -> Iterator[str]:
+def _partition(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
     """Q4, Q5: what starts in a partition, and the period of a task behind its partition's."""
     step = place_step(space, place)
     if step.kind != "component":
@@ -120,7 +120,7 @@ def _partition(space: Space, flow: Flow, place: Place, view: View) -> Iterator[s
             f"{component.partition.name} for the beginning"
         )
     row = place_rows(space, place, view)[0]
-    before = Place(place.flow, place.position - 1)
+    before = FlowPosition(place.flow, place.position - 1)
     entered = crossed(space, place_step(space, before))[1] if place.position else None
     if entered is not None and row.min_ns and row.min_method.endswith("sampling"):
         least = format_duration(total_ns(space, flow, view)[0] - row.min_ns)
@@ -130,7 +130,7 @@ def _partition(space: Space, flow: Flow, place: Place, view: View) -> Iterator[s
         yield f"{told} the minimum of {flow.name} as well, which is {least} without it"
 
 
-def _bus_period(space: Space, flow: Flow, place: Place, view: View) -> Iterator[str]:
+def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
     """Q7: in a synchronous system the period of a bus is added whole, at both ends."""
     step = place_step(space, place)
     if step.kind != "connection" or not is_rounded_to_bus(space, place, view):

@@ -72,7 +72,7 @@ class Wait:
         return self.work_ns + self.waited_ns
 
 
-class Place:
+class SharedCore:
     """The core of a task, and all that shares it, as what is `known` of response times lets them be released."""
 
     def __init__(self, schedule: Schedule, key: TaskKey, known: Known) -> None:
@@ -157,7 +157,7 @@ def told_name(space: Space, key: TaskKey) -> str:
     return f"{component.pieces.thread} (piece {component.pieces.members.index(key[0]) + 1})"
 
 
-def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait | None:
+def wait_of(place: SharedCore, since_ns: Mapping[int, Exact] | None = None) -> Wait | None:
     """What a task waits for where it runs; None where it has no bound there.
 
     Each piece of its thread has ended so long `since_ns` before the release of a piece that is served by priority.
@@ -186,7 +186,7 @@ def wait_of(place: Place, since_ns: Mapping[int, Exact] | None = None) -> Wait |
 
 
 def _served(
-    place: Place,
+    place: SharedCore,
     task: Task,
     kind: ExecutorKind,
     beside: Mapping[int, Fellow],
@@ -227,7 +227,7 @@ def waits_of(schedule: Schedule, key: TaskKey, known: Known) -> tuple[Wait, ...]
     space, view = schedule.space, schedule.view
     pieces = space.components[key[0]].pieces
     if pieces is None:
-        alone = wait_of(Place(schedule, key, known))
+        alone = wait_of(SharedCore(schedule, key, known))
         return None if alone is None else (alone,)
     members = pieces.members[: pieces.members.index(key[0]) + 1]
     cores = [schedule.cores(place[0])[place[1]] for place in map(schedule.place, _keys(members)) if place is not None]
@@ -235,7 +235,7 @@ def waits_of(schedule: Schedule, key: TaskKey, known: Known) -> tuple[Wait, ...]
     released = thread_releases(space, pieces.members[0], known, view)
     found: list[Wait] = []
     for position, number in enumerate(members):
-        place = Place(schedule, (number, "thread"), known)
+        place = SharedCore(schedule, (number, "thread"), known)
         wait = wait_of(place, segments.since_ns(place.turn, known, *released))
         if wait is None:
             return None
@@ -254,7 +254,9 @@ def _keys(members: Iterable[int]) -> list[TaskKey]:
     return [(number, "thread") for number in members]
 
 
-def _together(place: Place, segments: Segments, members: Sequence[int], released: tuple[object, ...]) -> Wait | None:
+def _together(
+    place: SharedCore, segments: Segments, members: Sequence[int], released: tuple[object, ...]
+) -> Wait | None:
     """What all work of a thread on its core waits for there, as if it and the times away were one job."""
     found = segments.together_ns(members)
     rivals = [item for item in place.rivals if item is not None]

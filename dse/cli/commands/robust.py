@@ -17,13 +17,13 @@ from dse.support.timelimit import TimeLimit
 if TYPE_CHECKING:
     from dse.answers.robust import RobustResult
     from dse.questions.problem import Problem
-    from dse.search.front import Budget, Progress
+    from dse.search.front import Progress, SearchLimits
 
 
 def solve_robustly(
     asked: Problem,
     resume: tuple[str, str | None] | None,
-    budget: Budget,
+    budget: SearchLimits,
     tell: tuple[Callable[[Progress], None], Callable[[Any], None] | None],
 ) -> RobustResult:
     """Both fronts of the question of a problem, or of a stopped search: a result and its problem file, where given.

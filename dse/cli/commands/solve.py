@@ -150,7 +150,7 @@ def command(
     from dse.questions.complete_design import baseline_design
     from dse.questions.verbs.alternatives import DEFAULT_COUNT, read_share, with_further_designs
     from dse.questions.verbs.solve import Watcher, solve_asked
-    from dse.search.front import Budget
+    from dse.search.front import SearchLimits
 
     whole = time_limit
     with until(whole.for_the_last_steps()):
@@ -174,7 +174,7 @@ def command(
         from dse.cli.commands.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
-            budget, tell = Budget(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
+            budget, tell = SearchLimits(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
             study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(
             study,
@@ -186,7 +186,7 @@ def command(
         )
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, Budget(time_limit, seed, workers or 1), watcher, earlier)
+        result = solve_asked(asked, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if further is not None or within is not None:
         result = with_further_designs(

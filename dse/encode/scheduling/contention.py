@@ -33,7 +33,7 @@ from dse.encode.scheduling.orders import order_reasons
 from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason, reason_of, reason_of_value
 from dse.encode.scheduling.schedulability import add_rows
-from dse.encode.scheduling.waiting import Waiting
+from dse.encode.scheduling.waiting import WaitRows
 from dse.space.model.space import Design, OpenCore, OpenPriority, Space
 from dse.space.question.open_cores import rules_on_order, tells_cores_apart
 
@@ -80,7 +80,7 @@ class Contention:
         self._seeks_first = False
         self._lessons, self._most_lessons = 0, MOST_LESSONS
         self.combined = Combined(model, places)
-        self.waiting: Waiting | None = None
+        self.waiting: WaitRows | None = None
 
     def seek_first(self, *, patient: bool) -> None:
         """From now on designs are to be the first of their kind: with the first cores that will do.
@@ -170,7 +170,7 @@ class Contention:
         if self.waiting is not None:
             self.waiting.extend(board)
         elif board.open_terms:
-            self.waiting = Waiting(board, self.places, self.combined)
+            self.waiting = WaitRows(board, self.places, self.combined)
 
     def number_cores(self) -> None:
         """Number the interchangeable cores of processors that have no rows yet."""

@@ -20,13 +20,13 @@ from dse.space.model.space import Component, Space
 from dse.space.model.trees import Tree, at, leaves
 
 if TYPE_CHECKING:
-    from dse.encode.scheduling.waiting import Waiting
+    from dse.encode.scheduling.waiting import WaitRows
 
 MOST_ROWS = 512
 """A thread that would have more rows than this has none: they would cost more than they save."""
 
 
-def add_hosted_rows(board: Board, waiting: Waiting, number: int) -> None:
+def add_hosted_rows(board: Board, waiting: WaitRows, number: int) -> None:
     """The rows of a thread, whose waiting is a variable."""
     threads, components = waiting.places.threads, board.space.components
     fellows = [threads[other] for other in _fellows(board.space, number) if other in threads]
@@ -56,7 +56,7 @@ def add_hosted_rows(board: Board, waiting: Waiting, number: int) -> None:
                 at_least(shares + waiting.work(begun), here, literal, there)
 
 
-def _share(waiting: Waiting, item: Thread, there: int) -> cp_model.IntVar:
+def _share(waiting: WaitRows, item: Thread, there: int) -> cp_model.IntVar:
     """The work of a job of a thread where it is in an executor, and nothing elsewhere."""
     share = waiting.model.new_int_var(0, waiting.scale * max(worst for _, worst in item.worst), "")
     waiting.model.add(share >= waiting.work(item)).only_enforce_if(waiting.combined.literal(there))

@@ -13,7 +13,7 @@ own, and the thread waits no less than that. As jobs are counted the equation is
 so that a literal for each job of each rival makes a linear row of it (compare M. Di Natale and H. Zeng, "An efficient
 formulation of the real-time feasibility region for design optimization", IEEE Transactions on Computers 62(4), 2013).
 First jobs are in the model from the start, further ones follow where a solution has a response time too low
-(`Waiting.refine`). A jitter is at least what the threads and connections add that dispatch a thread, one after the
+(`WaitRows.refine`). A jitter is at least what the threads and connections add that dispatch a thread, one after the
 other. All rows are necessary conditions: of several streams the rate of their sum counts, of a busy period the first
 job, of options that are not listed the shortest time. What they leave open a clause says (`Contention.raised`).
 """
@@ -46,7 +46,7 @@ MOST_BOUNDS = 256
 """A limit with more values than this bounds no response time directly."""
 
 
-class Waiting:
+class WaitRows:
     """The waiting times of one model's threads, in units of 1 / `scale` ns, with their rows."""
 
     def __init__(self, board: Board, places: Places, combined: Combined) -> None:
@@ -83,9 +83,9 @@ class Waiting:
         for number in sorted({other.number for thread in self.variables for other in self._rivals(thread)}):
             self._add_jitter(board, number, frozenset())
 
-    def copy(self, combined: Combined) -> Waiting:
+    def copy(self, combined: Combined) -> WaitRows:
         """The same for a copy of the model."""
-        other = object.__new__(Waiting)
+        other = object.__new__(WaitRows)
         other.__dict__.update(self.__dict__)
         other.combined = combined
         other.variables, other._made = dict(self.variables), dict(self._made)

@@ -15,7 +15,7 @@ from dse.importers.aadl.document.implementations import (
     with_implementations,
 )
 from dse.importers.aadl.document.problem import Writer
-from dse.importers.aadl.instance.model import Model, read_model
+from dse.importers.aadl.instance.model import InstanceModel, read_model
 from dse.importers.aadl.instance.unread import tell
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.allowance import allowed, at
@@ -60,7 +60,7 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 
 def _alternatives(
-    model: Model, chosen: Sequence[Subsystem], places: dict[Key, Place], path: Path, options: Mapping[str, Any]
+    model: InstanceModel, chosen: Sequence[Subsystem], places: dict[Key, Place], path: Path, options: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The document that leaves implementations of subsystems open."""
     budgets: list[Any] = []

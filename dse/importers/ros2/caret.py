@@ -11,7 +11,7 @@ from typing import Any
 
 from dse.importers.registry import Imported
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 UNDEFINED = "UNDEFINED"
 WHAT = "an architecture file of CARET"
@@ -45,7 +45,7 @@ class _Reader:
         self.groups: dict[str, Group] = {}
         self.subscribed: dict[tuple[str, str], list[Callback]] = {}
         self.published: dict[tuple[str, str], list[Callback]] = {}
-        self.publishes: dict[tuple[str, str], Place] = {}
+        self.publishes: dict[tuple[str, str], LocatedValue] = {}
         self.kept: dict[tuple[int, int], Wire] = {}
         self.left_out: set[tuple[str, str]] = set()
         self.found = System()
@@ -73,7 +73,7 @@ class _Reader:
 
     # --- nodes
 
-    def _node(self, node: Place) -> None:
+    def _node(self, node: LocatedValue) -> None:
         name = self.file.needed(node, "node_name")
         for item in node["callbacks"]:
             self._callback(name, item)
@@ -95,7 +95,7 @@ class _Reader:
             if of == name and id(one) not in grouped:
                 self.found.groups.append(Group(title, [one], one.place))
 
-    def _callback(self, node: str, item: Place) -> None:
+    def _callback(self, node: str, item: LocatedValue) -> None:
         name = self.file.needed(item, "callback_name")
         kind = (item["callback_type"].text or item["type"].text).removesuffix("_callback")
         if kind not in ("timer", "subscription"):
@@ -116,7 +116,7 @@ class _Reader:
         key = (node, name) if (node, name) not in self.callbacks else (node, full)
         self.callbacks[key] = one
 
-    def _passings(self, node: Place) -> None:
+    def _passings(self, node: LocatedValue) -> None:
         name = node["node_name"].text
         for item in node["variable_passings"]:
             ends = [item[key].text for key in ("callback_name_write", "callback_name_read")]
@@ -129,7 +129,7 @@ class _Reader:
                 write, read = (self.callbacks[name, end] for end in ends)
                 self._keep(write, read, item, "variable passing")
 
-    def _keep(self, write: Callback, read: Callback, place: Place, words: str) -> Wire:
+    def _keep(self, write: Callback, read: Callback, place: LocatedValue, words: str) -> Wire:
         """What one callback of a node leaves for another to read."""
         key = (id(write), id(read))
         if key not in self.kept:
@@ -139,7 +139,7 @@ class _Reader:
 
     # --- who publishes what
 
-    def _publishers(self, node: Place) -> None:
+    def _publishers(self, node: LocatedValue) -> None:
         name = node["node_name"].text
         for item in node["publishes"]:
             topic = self.file.needed(item, "topic_name")
@@ -151,7 +151,7 @@ class _Reader:
                     self.file.wrong(item, f"{name} has no callback {one!r}")
             self.published[name, topic] = stated or self._guessed(node, topic, item)
 
-    def _guessed(self, node: Place, topic: str, item: Place) -> list[Callback]:
+    def _guessed(self, node: LocatedValue, topic: str, item: LocatedValue) -> list[Callback]:
         """Who publishes a topic of which the file does not say it.
 
         The only callback, the only timer, or that of the topic from which a path or a message context leads to it.
@@ -229,7 +229,7 @@ class _Reader:
                     hint = "state the `rate` of that connection, or give --rate"
                     self.file.remark(target.place, f"nothing in the file publishes {topic}", hint)
 
-    def _contexts(self, node: Place) -> None:
+    def _contexts(self, node: LocatedValue) -> None:
         """What a message context connects: the callback of a topic leaves its data for that which publishes another."""
         name = node["node_name"].text
         for item in node["message_contexts"]:
@@ -257,7 +257,7 @@ class _Reader:
 
     # --- paths
 
-    def _named_path(self, path: Place) -> None:
+    def _named_path(self, path: LocatedValue) -> None:
         name = self.file.needed(path, "path_name")
         steps = list(path["node_chain"])
         found: list[Callback | Wire] = []
@@ -274,7 +274,7 @@ class _Reader:
         self.found.flows[name] = (path, found)
 
     def _step(
-        self, step: Place, so_far: list[Callback | Wire], before: str, *, is_last: bool
+        self, step: LocatedValue, so_far: list[Callback | Wire], before: str, *, is_last: bool
     ) -> list[Callback | Wire] | None:
         """What a path has of one node; None where it leads nowhere, which is told."""
         node, topic = step["node_name"].text, step["publish_topic_name"].text
@@ -297,5 +297,5 @@ class _Reader:
         self._lost(step, f"nothing leads through {node} from {ends}")
         return None
 
-    def _lost(self, step: Place, words: str) -> None:
+    def _lost(self, step: LocatedValue, words: str) -> None:
         self.file.remark(step, f"the path is left out: {words}", "a message context, or a variable passing, may say it")

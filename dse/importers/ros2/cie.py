@@ -13,7 +13,7 @@ from typing import Any
 
 from dse.importers.registry import Imported
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 WHAT = "a configuration of the callback-isolated executor"
 POLICIES = ("SCHED_FIFO", "SCHED_RR", "SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE", "SCHED_DEADLINE")
@@ -78,7 +78,7 @@ def _system(file: LocatedFile) -> System:
     return found
 
 
-def _group(file: LocatedFile, item: Place, text: str) -> Group | None:
+def _group(file: LocatedFile, item: LocatedValue, text: str) -> Group | None:
     """A callback group by its id; None where that is none."""
     node, *parts = text.split("@")
     if not node.startswith("/") or not parts:
@@ -109,7 +109,7 @@ def _group(file: LocatedFile, item: Place, text: str) -> Group | None:
     return group
 
 
-def _urgency(file: LocatedFile, item: Place, group: Group) -> None:
+def _urgency(file: LocatedFile, item: LocatedValue, group: Group) -> None:
     policy = item["policy"].text
     if policy not in POLICIES:
         file.wrong(item["policy"], f"policy: expected one of {', '.join(POLICIES)}, got {policy[:40]!r}")

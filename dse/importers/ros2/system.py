@@ -10,7 +10,7 @@ from typing import Any
 
 from dse.importers.registry import Key
 from dse.importers.registry import Place as Found
-from dse.importers.ros2.yaml_places import LocatedFile, Names, Place, ros_name
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue, Names, ros_name
 from dse.support.errors import UsageError
 from dse.support.units import TimeRange, UnitError, format_duration, format_rate, format_time_range, parse_rate_hz
 
@@ -34,7 +34,7 @@ class Callback:
 
     name: str
     node: str
-    place: Place
+    place: LocatedValue
     period_ns: int | None = None
     topic: str = ""
     durations_ns: Sequence[int] = ()
@@ -54,7 +54,7 @@ class Group:
 
     name: str
     callbacks: list[Callback]
-    place: Place
+    place: LocatedValue
     is_reentrant: bool = False
     id: str = ""
     priority: int | None = None
@@ -67,7 +67,7 @@ class Wire:
     """A message from callback to callback: of a topic, or within a node (then it waits to be read)."""
 
     name: str
-    place: Place
+    place: LocatedValue
     source: Callback | None
     target: Callback
     is_kept: bool = False
@@ -82,7 +82,7 @@ class System:
     groups: list[Group] = field(default_factory=list)
     executors: list[tuple[str, list[Group]]] = field(default_factory=list)
     wires: list[Wire] = field(default_factory=list)
-    flows: dict[str, tuple[Place, list[Callback | Wire]]] = field(default_factory=dict)
+    flows: dict[str, tuple[LocatedValue, list[Callback | Wire]]] = field(default_factory=dict)
 
 
 def is_of_topic(wire: str, port: str, topic: str) -> bool:
@@ -170,12 +170,12 @@ class Writer:
                 found[self.threads[id(one)]] = f"{one.node}@{'' if one.is_open else what}"
         return found
 
-    def _at(self, place: Place, *words: str) -> str:
+    def _at(self, place: LocatedValue, *words: str) -> str:
         text = " ".join("; ".join(word for word in words if word).split())
         line = f":{place.line}" if place.line else ""
         return f"{self.file.path.name}{line}{f': {text}' if text else ''}"[:900]
 
-    def _note(self, place: Place, *key: str) -> None:
+    def _note(self, place: LocatedValue, *key: str) -> None:
         self.places[key] = Found(str(self.file.path), place.line, place.column)
 
     def _cores(self) -> int:
@@ -264,7 +264,7 @@ class Writer:
             self._note(wire.place, "connections", name)
             yield name, body
 
-    def _flows(self) -> Iterator[tuple[str, tuple[Place, list[Callback | Wire]]]]:
+    def _flows(self) -> Iterator[tuple[str, tuple[LocatedValue, list[Callback | Wire]]]]:
         names = Names()
         for name, found in self.system.flows.items():
             yield names.new(ros_name(name)), found

@@ -16,7 +16,7 @@ from typing import Any
 from dse.importers.registry import Imported
 from dse.importers.ros2.events import MOST_NS, Event, events_of
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.timelimit import in_time
 from dse.support.units import format_rate
@@ -63,7 +63,7 @@ def _seen(path: Path) -> tuple[LocatedFile, System]:
     for event in in_time(events_of(path)):
         seen.take(event)
     seen.check(path)
-    file = LocatedFile(path, "a trace", Place({}, 0, 0))
+    file = LocatedFile(path, "a trace", LocatedValue({}, 0, 0))
     system = seen.system(file)
     if not system.groups:
         raise ProblemError([Diagnostic("no callback of a timer or subscription runs in it", "", str(path))])
@@ -209,7 +209,9 @@ class Seen:
                 found.executors.append((group.name, [group]))
         self._wires(found, callbacks, file)
         if self.lost:
-            file.remark(Place({}, 0, 0), f"jobs of callbacks without their beginning or end, left out: {self.lost}")
+            file.remark(
+                LocatedValue({}, 0, 0), f"jobs of callbacks without their beginning or end, left out: {self.lost}"
+            )
         return found
 
     def _callbacks(self, file: LocatedFile) -> Any:
@@ -218,7 +220,7 @@ class Seen:
             one = self._timer(handle) or self._subscription(handle)
             if one is None and handle in self.of_timer:
                 words = f"a timer of {self._node_of(self.of_timer[handle])} without a period is left out, with its jobs"
-                file.remark(Place({}, 0, 0), f"{words}: {len(run.starts)}")
+                file.remark(LocatedValue({}, 0, 0), f"{words}: {len(run.starts)}")
             if one is None or one.topic in OF_TOOLS or not run.durations:
                 continue
             taken[one.name] = taken.get(one.name, 0) + 1
@@ -238,7 +240,7 @@ class Seen:
         if timer is None or not self.periods.get(timer):
             return None
         node = self._node_of(timer)
-        return Callback(f"{node}/timer", node, Place({}, 0, 0), period_ns=self.periods[timer])
+        return Callback(f"{node}/timer", node, LocatedValue({}, 0, 0), period_ns=self.periods[timer])
 
     def _node_of(self, timer: Handle) -> str:
         return self.nodes.get(self.timer_nodes.get(timer, (0, 0)), "/unknown_node")
@@ -249,7 +251,7 @@ class Seen:
             return None
         of, topic = self.subscriptions[subscription]
         node = self.nodes.get(of, "/unknown_node")
-        return Callback(f"{node}/on{topic}", node, Place({}, 0, 0), topic=topic)
+        return Callback(f"{node}/on{topic}", node, LocatedValue({}, 0, 0), topic=topic)
 
     def _unit(self, handle: Handle, file: LocatedFile) -> Any:
         """What runs one callback at a time: an executor of one thread, a callback group, else the OS thread."""
@@ -268,7 +270,7 @@ class Seen:
             return executor
         if kind.startswith("multi_threaded"):
             text = "an executor has several threads: it counts as if it had one for each of its callback groups"
-            file.remark(Place({}, 0, 0), text)
+            file.remark(LocatedValue({}, 0, 0), text)
         return handle if group in self.reentrant else group
 
     def _wires(self, found: System, callbacks: Mapping[Handle, Callback], file: LocatedFile) -> None:

@@ -20,7 +20,7 @@ NULL = "tag:yaml.org,2002:null"
 NULLS = ("", "~", "null", "Null", "NULL")
 
 
-class Place:
+class LocatedValue:
     """A value of the file: `data` is text, None, a list of places, or a mapping of places; `line` counts from 1."""
 
     __slots__ = ("column", "data", "line")
@@ -28,12 +28,12 @@ class Place:
     def __init__(self, data: Any, line: int, column: int) -> None:
         self.data, self.line, self.column = data, line, column
 
-    def __getitem__(self, key: str) -> Place:
+    def __getitem__(self, key: str) -> LocatedValue:
         """What stands under a key; nothing where there is no such key, or this is no mapping."""
         found = self.data.get(key) if isinstance(self.data, dict) else None
-        return found if found is not None else Place(None, self.line, self.column)
+        return found if found is not None else LocatedValue(None, self.line, self.column)
 
-    def __iter__(self) -> Iterator[Place]:
+    def __iter__(self) -> Iterator[LocatedValue]:
         """The items of a list; nothing of anything else."""
         return iter(self.data if isinstance(self.data, list) else [])
 
@@ -46,7 +46,7 @@ class Place:
 class LocatedFile:
     """A file of another tool, with the mistakes and remarks that are found in it."""
 
-    def __init__(self, path: Path, what: str, root: Place | None = None) -> None:
+    def __init__(self, path: Path, what: str, root: LocatedValue | None = None) -> None:
         """Read the file, unless its `root` is known."""
         self.path, self.what = path, what
         self.mistakes: list[Diagnostic] = []
@@ -54,11 +54,11 @@ class LocatedFile:
         self.remarks: dict[Diagnostic, None] = {}
         self.root = self._read() if root is None else root
 
-    def wrong(self, place: Place, message: str, hint: str = "") -> None:
+    def wrong(self, place: LocatedValue, message: str, hint: str = "") -> None:
         """Note a mistake."""
         self.mistakes.append(Diagnostic(message, "", str(self.path), place.line, place.column, hint))
 
-    def remark(self, place: Place, message: str, hint: str = "") -> None:
+    def remark(self, place: LocatedValue, message: str, hint: str = "") -> None:
         """Note what is left out, or was assumed."""
         self.tell(Diagnostic(message, "", str(self.path), place.line, 0, hint, severity="warning"))
 
@@ -66,14 +66,14 @@ class LocatedFile:
         """Note a remark, once."""
         self.remarks.setdefault(found)
 
-    def needed(self, place: Place, key: str) -> str:
+    def needed(self, place: LocatedValue, key: str) -> str:
         """The text under a key; a mistake where there is none."""
         found = place[key]
         if not found.text:
             self.wrong(place, f"{self.what} has `{key}` here", "is the file cut off?")
         return found.text
 
-    def whole(self, place: Place, key: str, least: int = 0, most: int = 10**18) -> int | None:
+    def whole(self, place: LocatedValue, key: str, least: int = 0, most: int = 10**18) -> int | None:
         """The whole number under a key; None, and a mistake, where there is none."""
         text = place[key].text
         if text.removeprefix("-").isdecimal() and text.isascii() and len(text) < 20 and least <= int(text) <= most:
@@ -90,7 +90,7 @@ class LocatedFile:
     def _stop(self, message: str, line: int = 1, column: int = 0, hint: str = "") -> ProblemError:
         return ProblemError([Diagnostic(message, "", str(self.path), line, column, hint)])
 
-    def _read(self) -> Place:
+    def _read(self) -> LocatedValue:
         try:
             text = read_text(self.path, MOST_BYTES, self.what)
         except UnreadableFileError as error:
@@ -107,7 +107,7 @@ class LocatedFile:
             raise self._stop("the file is empty", hint=f"expected {self.what}")
         return root
 
-    def _root(self, text: str) -> Place | None:
+    def _root(self, text: str) -> LocatedValue | None:
         """The one document of a text; None where there is none."""
         events = _events(text)
         root = None
@@ -118,7 +118,9 @@ class LocatedFile:
                 root = self._place(next(events), events, {}, 0)
         return root
 
-    def _place(self, event: Any, events: Iterator[Any], anchors: dict[str | None, Place], depth: int) -> Place:
+    def _place(
+        self, event: Any, events: Iterator[Any], anchors: dict[str | None, LocatedValue], depth: int
+    ) -> LocatedValue:
         """The value that begins with an event."""
         line, column = event.start_mark.line + 1, event.start_mark.column + 1
         if depth > DEEPEST:
@@ -127,11 +129,11 @@ class LocatedFile:
             known = anchors.get(event.anchor)
             if known is None or isinstance(known.data, dict | list):
                 raise self._stopped("aliases are not expected here", event)
-            return Place(known.data, line, column)
+            return LocatedValue(known.data, line, column)
         self.values += 1
         if self.values > MOST_VALUES:
             raise self._stopped(f"more than {MOST_VALUES:,} values", event)
-        found = Place(None, line, column)
+        found = LocatedValue(None, line, column)
         if event.anchor is not None:
             anchors[event.anchor] = found
         if isinstance(event, yaml.MappingStartEvent):
@@ -147,7 +149,11 @@ class LocatedFile:
         return found
 
     def _read_entries(
-        self, entries: dict[str, Place], events: Iterator[Any], anchors: dict[str | None, Place], depth: int
+        self,
+        entries: dict[str, LocatedValue],
+        events: Iterator[Any],
+        anchors: dict[str | None, LocatedValue],
+        depth: int,
     ) -> None:
         while not isinstance(key := next(events), yaml.MappingEndEvent):
             mark: Any = key.start_mark

@@ -25,7 +25,7 @@ from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.verbs.solve import result_of
 from dse.questions.verify.contention import with_verdicts
 from dse.search.certificate import narrowed
-from dse.search.front import Budget, FrontSearch, Progress, Watch, search_front
+from dse.search.front import FrontSearch, Progress, SearchLimits, Watch, search_front
 from dse.search.referee import checked
 from dse.space.model.space import Design
 from dse.support import arguments
@@ -94,19 +94,19 @@ def solve_robust(
     >>> len(found.robust.front), len(found.nominal.front), found.failures
     (4, 4, ())
     """
-    budget = Budget(arguments.time_limit(time_limit_s), seed, workers)
+    budget = SearchLimits(arguments.time_limit(time_limit_s), seed, workers)
     with until(budget.limit.for_the_last_steps()):
         asked = load(problem).ask(**question)
     return robust_asked(asked, budget, RobustWatcher(progress))
 
 
-def robust_asked(problem: Problem, budget: Budget, watcher: RobustWatcher | None = None) -> RobustResult:
+def robust_asked(problem: Problem, budget: SearchLimits, watcher: RobustWatcher | None = None) -> RobustResult:
     """Both fronts of the question of a problem as it stands; errors as for `solve_robust`."""
     return solve_question(RobustQuestion(problem), budget, watcher or RobustWatcher())
 
 
 def solve_question(
-    question: RobustQuestion, budget: Budget, watcher: RobustWatcher, earlier: RobustSearch | None = None
+    question: RobustQuestion, budget: SearchLimits, watcher: RobustWatcher, earlier: RobustSearch | None = None
 ) -> RobustResult:
     """Search the robust front of a question, or go on with an earlier search of it; see `solve_robust`."""
     return _Run(question, budget, watcher).run(earlier)
@@ -117,7 +117,7 @@ class _Run:
     """One robust search."""
 
     question: RobustQuestion
-    budget: Budget
+    budget: SearchLimits
     watcher: RobustWatcher
 
     def __post_init__(self) -> None:

@@ -24,8 +24,8 @@ from dse.answers.forms.codec import written
 from dse.answers.run_data import FoundBreaks
 from dse.questions.sweep.axes import LimitAxis, limit_requirements, limited
 from dse.questions.sweep.fronts import (
-    Figures,
     Jury,
+    MetricReader,
     check_objectives,
     minimised,
     non_dominated,
@@ -68,7 +68,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     question = _Question(replace(space, objectives=rest), axis, seed)
     stretches, proved = question.stretches()
     jury = Jury(question.space, None if question.is_share else axis.metric)
-    figures = Figures(Evaluator(question.space), jury)
+    figures = MetricReader(Evaluator(question.space), jury)
     status = "incomplete" if not proved else "complete" if stretches else "infeasible"
     found = {
         "kind": "breaks",
@@ -87,7 +87,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     return written(FoundBreaks, found)
 
 
-def _described(question: _Question, figures: Figures, stretches: list[Stretch]) -> dict[str, Any]:
+def _described(question: _Question, figures: MetricReader, stretches: list[Stretch]) -> dict[str, Any]:
     """The designs of all stretches, numbered in order of appearance, and each stretch by those numbers."""
     numbers: dict[Design, int] = {}
     shown = []

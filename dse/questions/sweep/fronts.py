@@ -16,7 +16,7 @@ from dse.answers.forms.codec import written
 from dse.answers.result import decisions_of
 from dse.answers.run_data import FoundFront
 from dse.answers.tables.display import exact
-from dse.search.front import Budget, FrontSearch, search_front
+from dse.search.front import FrontSearch, SearchLimits, search_front
 from dse.space.model.criteria import Metric
 from dse.space.model.space import Design, Space
 from dse.support.errors import UsageError
@@ -26,7 +26,7 @@ Vector = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Figures:
+class MetricReader:
     """How to say what a design amounts to: the evaluator of a space, every metric in its base unit.
 
     `jury` says what it keeps with contention.
@@ -61,7 +61,7 @@ class Figures:
 
 def search_space(evaluator: Evaluator, seed: int) -> FrontSearch:
     """The front of an evaluator's space on one solver, within the limit in force: a study runs several side by side."""
-    return search_front(evaluator, Budget(in_force(), seed, 1))
+    return search_front(evaluator, SearchLimits(in_force(), seed, 1))
 
 
 def check_objectives(space: Space) -> None:
@@ -91,7 +91,7 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
     check_objectives(space)
     evaluator = Evaluator(space)
     search = search_space(evaluator, seed)
-    figures = Figures(evaluator, Jury(space))
+    figures = MetricReader(evaluator, Jury(space))
     status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
     found = {
         "kind": "front",

@@ -22,7 +22,7 @@ from dse.answers.exports.problem_file import fixed_problem, without
 from dse.answers.result import Result
 from dse.importers.aadl.document.implementations import Subsystem, replacement, subsystems, with_implementations
 from dse.importers.aadl.document.problem import Writer
-from dse.importers.aadl.instance.model import Model as AadlModel
+from dse.importers.aadl.instance.model import InstanceModel as AadlModel
 from dse.importers.aadl.instance.model import read_model
 from dse.importers.registry import YAML, is_model
 from dse.questions.complete_design import complete_design

@@ -17,7 +17,7 @@ from dse.questions.stopped_search import search_of
 from dse.questions.sweep.cluster import run_on_cluster
 from dse.questions.sweep.workers import run_all
 from dse.questions.verify.insisting import open_options
-from dse.search.front import Budget, FrontSearch
+from dse.search.front import FrontSearch, SearchLimits
 from dse.search.insist import Insistence
 from dse.space.model.space import Design
 from dse.support import arguments
@@ -160,7 +160,7 @@ def search_payload(payload: str) -> str:
     """The front with an option, as text: the status and the designs."""
     content = json.loads(payload)
     insistence = _prepared(content["result"])
-    search = insistence.front(content["decision"], content["option"], Budget(in_force(), content["seed"]))
+    search = insistence.front(content["decision"], content["option"], SearchLimits(in_force(), content["seed"]))
     evaluator = insistence.evaluator
     names = [measure.metric.name for measure in evaluator.objectives]
     front = [

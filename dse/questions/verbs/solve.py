@@ -18,7 +18,7 @@ from dse.questions.explain.explain import Explainer, Wishes
 from dse.questions.problem import Problem, Source, load, origin_of
 from dse.questions.question import Question
 from dse.questions.verify.contention import with_verdicts
-from dse.search.front import ANYTHING, Budget, FrontSearch, Progress, Watch, search_front
+from dse.search.front import ANYTHING, FrontSearch, Progress, SearchLimits, Watch, search_front
 from dse.space.size import space_size
 from dse.support import arguments
 from dse.support.errors import UsageError
@@ -82,7 +82,7 @@ def solve(
     limit = arguments.time_limit(time_limit_s)
     with until(limit.for_the_last_steps()):
         asked = load(problem).ask(**question)
-    return solve_asked(asked, Budget(limit, seed, workers), Watcher(progress))
+    return solve_asked(asked, SearchLimits(limit, seed, workers), Watcher(progress))
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Watcher:
     checkpoint: Callable[[Result], None] | None = None
 
 
-def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
+def solve_asked(asked: Problem, budget: SearchLimits, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
     """Solve the question of a problem as it stands, or go on with an earlier search of it."""
     started = time.monotonic()
     space = asked.space
@@ -125,7 +125,7 @@ def solve_asked(asked: Problem, budget: Budget, watcher: Watcher, earlier: Front
 
 
 def result_of(
-    asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: Budget, *, under_way: bool = False
+    asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: SearchLimits, *, under_way: bool = False
 ) -> Result:
     """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be."""
     space = evaluator.space

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dse.analysis.diagnosis.flow_delays import Delayed
 from dse.analysis.diagnosis.lateness import Full, Late
 from dse.analysis.diagnosis.overloads import Overload
-from dse.analysis.diagnosis.reservation_budgets import Budget
+from dse.analysis.diagnosis.reservation_budgets import ReservationBudget
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.waiting import Wait
@@ -208,7 +208,7 @@ def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:
     return ", or ".join(words) + (f" (or of {left} more: --json)" if left else "")
 
 
-def _enough_budget(budget: Budget) -> str:
+def _enough_budget(budget: ReservationBudget) -> str:
     assert budget.enough_ns is not None
     return f"a budget of {_time(budget.enough_ns)} instead of {_time(budget.budget_ns)} of {budget.reservation}"
 

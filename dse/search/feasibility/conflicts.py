@@ -18,7 +18,7 @@ from itertools import count
 
 from ortools.sat.python import cp_model
 
-from dse.encode.linear import Model
+from dse.encode.linear import SolverModel
 from dse.search.feasibility.oracle import Oracle
 from dse.search.solver.settings import sound_solver
 from dse.space.model.space import Design
@@ -70,7 +70,7 @@ class _Map:
     """The sets of members that are neither known to have a design nor known to contain a conflict."""
 
     def __init__(self, statements: Sequence[Sequence[int]], among: frozenset[int], seed: int) -> None:
-        self.model = Model()
+        self.model = SolverModel()
         count = sum(map(len, statements))
         self.chosen = [self.model.new_bool_var("") for _ in range(count)]
         for number, literal in enumerate(self.chosen):

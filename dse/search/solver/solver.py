@@ -21,7 +21,7 @@ from dse.search.solver.large_neighbourhood import packed, roomier
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.portfolio import Attempt, Portfolio
 from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, Settings
-from dse.search.solver.subspaces import Apart, Part, Parts, as_a_whole
+from dse.search.solver.subspaces import Apart, Parts, Subspace, as_a_whole
 from dse.search.solver.value_grid import EVERY, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -133,7 +133,7 @@ class Solver(Call):
 
     def solve_part(
         self,
-        part: Part,
+        part: Subspace,
         way: tuple[Settings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
@@ -154,7 +154,7 @@ class Solver(Call):
         part.learn(answer, weights, regions, better_than)
         return answer
 
-    def run_within(self, part: Part, settings: Settings, work: float, least: int = 0) -> Answer:
+    def run_within(self, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
         """One run of the solver in a part of the space; none of it may be left where decisions are fixed."""
         known = self.least  # which is of the whole
         self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)

@@ -23,7 +23,7 @@ from dse.search.tuning import Tuning
 from dse.space.model.space import Design
 
 
-class Part:
+class Subspace:
     """One combination of shared options, and what is known of it.
 
     `literals` are the variables that are true in it, `grids` the values that each objective may have, `refuted` the
@@ -94,7 +94,7 @@ class Parts:
         every = {index for one in combinations for index in one}
         self._tuning = tuning.knapsack_tables
         self.all = [
-            Part(
+            Subspace(
                 one,
                 grids_of(encoded.objectives, one, every.difference(one))
                 if tuning.value_grid.is_on
@@ -201,7 +201,7 @@ class Asks(Protocol):
 
     def solve_part(
         self,
-        part: Part,
+        part: Subspace,
         way: tuple[Settings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
@@ -282,7 +282,7 @@ class Apart:
     def _ask_rest(self) -> bool:
         """Ask for something better than the best design wherever it is; whether that gave an answer."""
         self._has_asked_rest = True
-        solver, everywhere = self.solver, Part((), tuple(EVERY for _ in self.weights))
+        solver, everywhere = self.solver, Subspace((), tuple(EVERY for _ in self.weights))
         answer = solver.solve_part(everywhere, self.tuning.brief, self.weights, self.regions, self.best)
         solver.work += READING * len(solver.encoded.model.proto.variables)
         if isinstance(answer, Unfinished):

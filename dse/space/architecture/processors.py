@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Figures, Interference, Processor
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, AdditiveFigures, Interference, Processor
 from dse.space.model.trees import Choice, Tree, graft
 from dse.space.properties import FieldReader, Ledger, Owner, Path, stated, type_choice
 from dse.spec.schema.model import Spec
@@ -34,7 +34,7 @@ def known_types(
     return [(name, catalogue[name]) for name in names if name in catalogue]
 
 
-def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> Figures:
+def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> AdditiveFigures:
     """Price, power and declared totals of an owner."""
     readers = {
         "price": FieldReader(ledger, owner, "price", "money", format_money),
@@ -48,7 +48,7 @@ def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> Fig
         tree = reader.read(lambda model, key=key: model.totals.get(key))  # type: ignore[misc]
         if tree is not None:
             more[key] = graft(tree, lambda total: None if total is None else total.value)
-    return Figures(graft(price, lambda money: None if money is None else money.cents), power, more)
+    return AdditiveFigures(graft(price, lambda money: None if money is None else money.cents), power, more)
 
 
 def read_slot(

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.clocks import speaks_of_clocks
-from dse.space.model.space import Component, Connection, Figures, Pieces, Processor
+from dse.space.model.space import AdditiveFigures, Component, Connection, Pieces, Processor
 from dse.space.model.trees import leaves
 from dse.space.properties import FieldReader, Ledger, Owner, by_machine
 from dse.spec.schema.model import Segment, Spec
@@ -140,7 +140,7 @@ def _dispatched(piece: Component, position: int, *, is_last: bool) -> Component:
         piece = replace(piece, protocol="aperiodic")
     if is_last:
         return replace(piece, name=piece.stated_as)
-    return replace(piece, figures=Figures(None, None, {}))
+    return replace(piece, figures=AdditiveFigures(None, None, {}))
 
 
 def accelerator(processors: Sequence[Processor], spec: Spec, processor: int) -> int | None:

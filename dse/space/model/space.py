@@ -53,7 +53,7 @@ class Decision:
 
 
 @dataclass(frozen=True)
-class Figures:
+class AdditiveFigures:
     """Additive figures: trees of integers (cents, mW) or None, and of exact fractions for declared totals."""
 
     price_ct: Tree = None
@@ -69,7 +69,7 @@ class Slot:
     types: tuple[str, ...]
     type_decision: int
     optional: bool
-    figures: Figures
+    figures: AdditiveFigures
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Component:
     deadline_ns: Tree
     response_ns: Tree
     queue_size: Tree
-    figures: Figures
+    figures: AdditiveFigures
     priority: Tree = None
     core: Tree = None
     executor: Tree = None

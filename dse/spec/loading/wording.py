@@ -14,7 +14,7 @@ from dse.spec.schema.fields import describe, kind_of
 from dse.spec.schema.frames import MODELS as FRAMES
 from dse.spec.schema.hardware import TransmissionTime
 from dse.spec.schema.model import Catalogue, PathElement, Spec
-from dse.spec.schema.parts import Model
+from dse.spec.schema.parts import SpecMapping
 from dse.support.errors import Diagnostic, did_you_mean
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ MEANT: dict[str, tuple[str, ...]] = {
 """Other names of keys and values, with what the format calls them."""
 
 
-def translated(item: ErrorDetails, source: Source, root: type[Model]) -> Diagnostic:
+def translated(item: ErrorDetails, source: Source, root: type[SpecMapping]) -> Diagnostic:
     """A finding of pydantic with its place in the file; `root` is what the file was read as."""
     path, kind = list(item["loc"]), item["type"]
     if not path:  # the file may be any that a problem file includes: nothing of it is quoted
@@ -102,7 +102,7 @@ def suggestion(value: Any, allowed: Sequence[str]) -> str:
     return did_you_mean(value, allowed)
 
 
-def _unknown_key(path: Sequence[PathPart], source: Source, root: type[Model]) -> tuple[str, str]:
+def _unknown_key(path: Sequence[PathPart], source: Source, root: type[SpecMapping]) -> tuple[str, str]:
     key = str(path[-1])
     if len(path) == 1 and root is Catalogue and key in Spec.model_fields:
         return "this key has no place in an included file", ""
@@ -128,7 +128,7 @@ def _decimal_comma(key: str, node: Node) -> str:
     return f"{before}.{key}" if is_number and node.value[key].node.value is None else ""
 
 
-def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:
+def _model_at(path: Sequence[PathPart], root: type[SpecMapping]) -> type[BaseModel]:
     """The class of the mapping at a place."""
     if not path:
         return root
@@ -139,5 +139,5 @@ def _model_at(path: Sequence[PathPart], root: type[Model]) -> type[BaseModel]:
     if len(path) > 2:
         return TransmissionTime
     model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]
-    assert isinstance(model, type) and issubclass(model, Model)
+    assert isinstance(model, type) and issubclass(model, SpecMapping)
     return model

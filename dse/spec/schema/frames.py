@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Discriminator, Field, Tag, WithJsonSchema
 
 from dse.spec.schema.fields import describe, field_error
-from dse.spec.schema.parts import Part, Reads
+from dse.spec.schema.parts import Reads, StrictMapping
 from dse.spec.schema.quantity_fields import Bandwidth, DataSize
 
 
-class FrameModel(Part):
+class FrameModel(StrictMapping):
     """Base of the frames."""
 
 

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Tag, WithJsonSchema
 
 from dse.spec.schema.fields import Cores, Count, Items, Line, Name, Options, describe, field_error
 from dse.spec.schema.frames import FrameType
-from dse.spec.schema.parts import Model, Reads
+from dse.spec.schema.parts import Reads, SpecMapping
 from dse.spec.schema.quantity_fields import (
     Bandwidth,
     DataSize,
@@ -26,7 +26,7 @@ from dse.spec.schema.quantity_fields import (
 from dse.support import units
 
 
-class Priced(Model):
+class Priced(SpecMapping):
     """What adds to the system's totals: money in cents with its currency, power in mW, and declared totals."""
 
     price: Options[Money] | None = None
@@ -35,7 +35,7 @@ class Priced(Model):
     source: Line | None = None
 
 
-class Interrupt(Model):
+class Interrupt(SpecMapping):
     """What interrupts each core: at least `period` apart, each takes up to its longest execution time."""
 
     compute_execution_time: TimeRange
@@ -43,7 +43,7 @@ class Interrupt(Model):
     source: Line | None = None
 
 
-class Throttling(Model):
+class Throttling(SpecMapping):
     """What an operating system leaves to threads: at most `budget` of each `period`, on each core."""
 
     budget: Duration
@@ -87,7 +87,7 @@ FROM_BANDWIDTH = "from bandwidth"
 """Asks for size / bandwidth as the transmission time of a bus."""
 
 
-class TransmissionTime(Model):
+class TransmissionTime(SpecMapping):
     """AADL's Transmission_Time: `fixed` per message and `per_byte`, each a time range in ns, exact.
 
     `sizes` are those of messages, with protocol overheads, for which both hold, as where they were measured.

@@ -38,7 +38,7 @@ from dse.spec.schema.hardware import ONE, BusType, Demands, Priced, ProcessorTyp
 from dse.spec.schema.hardware import Interrupt as Interrupt
 from dse.spec.schema.hardware import Throttling as Throttling
 from dse.spec.schema.hardware import TransmissionTime as TransmissionTime
-from dse.spec.schema.parts import Model
+from dse.spec.schema.parts import SpecMapping
 from dse.spec.schema.quantity_fields import (
     DataRate,
     DataSize,
@@ -97,7 +97,7 @@ class Device(DeviceType):
     partition: Reference | None = None
 
 
-class Segment(Model):
+class Segment(SpecMapping):
     """A piece of a thread's work: on the thread's own processor, or while the thread waits on an accelerator."""
 
     compute_execution_time: TimeRanges
@@ -124,7 +124,7 @@ class Thread(ThreadType):
     segments: SomeItems[Segment] | None = None
 
 
-class Clock(Model):
+class Clock(SpecMapping):
     """A clock that processors and devices share.
 
     `synchronisation_error` (ns) is the most by which what two of them show may differ at one moment.
@@ -134,7 +134,7 @@ class Clock(Model):
     source: Line | None = None
 
 
-class Executor(Model):
+class Executor(SpecMapping):
     """An OS thread that runs the jobs of several threads of the architecture (callbacks), which wait for each other."""
 
     kind: Options[ExecutorKind]
@@ -145,7 +145,7 @@ class Executor(Model):
     source: Line | None = None
 
 
-class Reservation(Model):
+class Reservation(SpecMapping):
     """A share of a core: its threads get at least `budget` of each `period` (ns), and at most that."""
 
     processor: Options[Reference]
@@ -156,7 +156,7 @@ class Reservation(Model):
     source: Line | None = None
 
 
-class Slot(Model):
+class Slot(SpecMapping):
     """What a type fills; `overload` lifts the limits that are implied."""
 
     type: Options[SlotType]
@@ -179,7 +179,7 @@ class Bus(Slot):
     budget: DataRate | None = None
 
 
-class Messages(Model):
+class Messages(SpecMapping):
     """Where the types of ROS messages are defined that connections name, and which size of theirs counts."""
 
     distribution: Line | None = None
@@ -188,7 +188,7 @@ class Messages(Model):
     source: Line | None = None
 
 
-class Connection(Model):
+class Connection(SpecMapping):
     """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
 
     from_: Reference | None = Field(default=None, alias="from")
@@ -210,7 +210,7 @@ class Connection(Model):
     source: Line | None = None
 
 
-class PathElement(Model):
+class PathElement(SpecMapping):
     """A component of a flow with figures that it has in this flow alone.
 
     `latency` is that of AADL's flow specification; `compute_execution_time` and `response_time` are those of the port
@@ -232,7 +232,7 @@ PathItem: TypeAlias = Annotated[
 ]
 
 
-class Flow(Model):
+class Flow(SpecMapping):
     """An end-to-end flow: components in order, connections where they must be named."""
 
     path: SomeItems[PathItem]
@@ -294,7 +294,7 @@ FigureText: TypeAlias = Annotated[
 ]
 
 
-class Uncertainty(Model):
+class Uncertainty(SpecMapping):
     """What is not known of a quantity: a range of values or factors, a distribution, or measured samples."""
 
     range: Line | None = None
@@ -312,7 +312,7 @@ class Uncertainty(Model):
 Deadlines: TypeAlias = Literal["stated", "all", "none"]
 
 
-class Catalogue(Model):
+class Catalogue(SpecMapping):
     """What an included file may hold."""
 
     source: Line | None = None
@@ -340,7 +340,7 @@ class Catalogue(Model):
     uncertainty: dict[Name, Uncertainty] = {}
 
 
-class Imported(Model):
+class Imported(SpecMapping):
     """Where a problem file was imported from: the model, its root, and the mode that it is in."""
 
     from_: Line = Field(alias="from")
@@ -348,7 +348,7 @@ class Imported(Model):
     mode: Line | None = None
 
 
-class Ros2(Model):
+class Ros2(SpecMapping):
     """How ROS 2 calls what the file names, for exports: nodes, parameters, and callback groups of OS threads."""
 
     nodes: dict[Name, Line] = {}

@@ -32,7 +32,7 @@ class Reads:
         return core_schema.no_info_plain_validator_function(self.read, serialization=written)
 
 
-class Part(BaseModel):
+class StrictMapping(BaseModel):
     """A mapping of a problem file: unknown keys are errors, nothing is coerced, nothing changes.
 
     The validator of a class is made when the first value is validated; those that contain the class call it. Most
@@ -61,7 +61,7 @@ class Part(BaseModel):
         return asked
 
 
-class Model(Part):
+class SpecMapping(StrictMapping):
     """Base of every part of a problem file but the frames of buses."""
 
     model_config = ConfigDict(populate_by_name=True)

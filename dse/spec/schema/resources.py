@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dse.spec.schema.fields import Line, Reference
-from dse.spec.schema.parts import Model
+from dse.spec.schema.parts import SpecMapping
 from dse.spec.schema.quantity_fields import DataSize, Duration, Instructions, Period, Speed
 
 
-class Partition(Model):
+class Partition(SpecMapping):
     """A partition of a processor in time (ARINC 653; AADL's virtual processor), for the OSATE profiles; times in ns.
 
     It has a window of `duration` from `offset` on in each `period` (the major frame; without one the duration); without
@@ -21,7 +21,7 @@ class Partition(Model):
     source: Line | None = None
 
 
-class Memory(Model):
+class Memory(SpecMapping):
     """A memory, for OSATE's resource budgets: what it has altogether, and of RAM and ROM; in bytes."""
 
     size: DataSize | None = None
@@ -30,7 +30,7 @@ class Memory(Model):
     source: Line | None = None
 
 
-class ResourceBudget(Model):
+class ResourceBudget(SpecMapping):
     """What a thread, a device or a subsystem around some is to use of processors and memories, for `osate-2.19`.
 
     `speed` is in MIPS, `instructions` are those of one dispatch of a thread, sizes in bytes. A subsystem says what it

@@ -26,7 +26,7 @@ Claim: TypeAlias = tuple[Sequence[int], Design]
 
 
 @dataclass(frozen=True)
-class Place:
+class EarlierDesigns:
     """Designs that are like another one before a decision, and smaller there: for each decision the positions left.
 
     With the smaller question of them, which more work may still refute.
@@ -43,26 +43,26 @@ class Earlier:
     def __init__(self, reduction: Reduction, aside: Collection[int], deadline: float | None) -> None:
         self.reduction, self.tables, self.deadline = reduction, reduction.tables, deadline
         self.aside = aside
-        self.anywhere = [Place(decision, reduction.left) for decision in range(len(self.tables.allowed))]
+        self.anywhere = [EarlierDesigns(decision, reduction.left) for decision in range(len(self.tables.allowed))]
         """Every place, as long as nothing is known of a claim."""
-        self._known: dict[Claim, list[Place]] = {}
+        self._known: dict[Claim, list[EarlierDesigns]] = {}
 
     def knows(self, claim: Claim) -> bool:
         """Whether the places of a claim are known."""
         return (tuple(claim[0]), tuple(claim[1])) in self._known
 
-    def places(self, vector: Sequence[int], design: Design) -> list[Place]:
+    def places(self, vector: Sequence[int], design: Design) -> list[EarlierDesigns]:
         """Those at which a design with these objectives may come before `design`; none where it is the first."""
         key = tuple(vector), tuple(design)
         if key not in self._known:
             self._known[key] = list(self._open(vector, design))
         return self._known[key]
 
-    def are_refuted(self, places: Sequence[Place], limit: float) -> bool:
+    def are_refuted(self, places: Sequence[EarlierDesigns], limit: float) -> bool:
         """Whether it can be shown, with so much deterministic time each, that no design has any of these places."""
         return all(place.region is not None and place.region.is_refuted(limit, self.deadline) for place in places)
 
-    def _open(self, vector: Sequence[int], design: Design) -> Iterator[Place]:
+    def _open(self, vector: Sequence[int], design: Design) -> Iterator[EarlierDesigns]:
         question = self._of(vector)
         if self.reduction.is_empty:
             return
@@ -94,12 +94,12 @@ class Earlier:
         question = _Question(self.reduction.rows, self.reduction.using, self.reduction.left)
         return question.with_rows(self.reduction.rows_in([value + 1 for value in vector], vector))
 
-    def _if_open(self, decision: int, question: _Question) -> Iterator[Place]:
+    def _if_open(self, decision: int, question: _Question) -> Iterator[EarlierDesigns]:
         if question.narrowed() and all(may_fit(table, question.left) for table in self.tables.cores):
             region = self.reduction.part(question.rows, question.left)
             region.is_easy = True
             if not region.is_refuted(SHARE_OF_REFUTING * FIRST_LIMIT, self.deadline):
-                yield Place(decision, question.left, region)
+                yield EarlierDesigns(decision, question.left, region)
 
 
 class _Question:
@@ -142,7 +142,7 @@ def limit_options(
     model: cp_model.CpModel,
     chosen: Sequence[Any],
     allowed: Sequence[Sequence[int]],
-    places: Sequence[Sequence[Place]],
+    places: Sequence[Sequence[EarlierDesigns]],
 ) -> None:
     """The options of decisions are among those that some place leaves."""
     everywhere = {id(place.left): place.left for listed in places for place in listed}.values()
@@ -155,7 +155,7 @@ def add_earlier(
     model: cp_model.CpModel,
     variables: tuple[Sequence[Any], Sequence[Any]],
     claims: Sequence[Claim],
-    places: Sequence[Sequence[Place]],
+    places: Sequence[Sequence[EarlierDesigns]],
     aside: Collection[int],
 ) -> None:
     """The design comes before that of some claim, at one of its places; branched on in the order of decisions.

@@ -26,7 +26,7 @@ from dse.space.model.trees import at
 from dse.space.model.trees import leaves as leaves_of
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, TooLarge, as_fraction, leaves
 from dse.verification.scheduling.contention import is_simple
-from dse.verification.sums import Figures
+from dse.verification.sums import Summands
 
 MOST_ENTRIES = 100_000
 """Rows with more entries than this, in all, are left out: they would cost more than they save."""
@@ -73,7 +73,7 @@ def timely(space: Space, late: Sequence[Limit]) -> dict[int, Limit]:
     return found
 
 
-def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, Figures, Diagram]]:
+def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, Summands, Diagram]]:
     """For each processor a name, what these threads use there, and how many cores there are."""
     for number, slot in enumerate(make.space.processors):
         name = f"the cores of {slot.name}"
@@ -82,7 +82,7 @@ def rooms(make: Diagrams, threads: Mapping[int, Limit]) -> Iterator[tuple[str, F
         parts = tuple(make.mapped(use, as_fraction) for use in uses if use is not None)
         count = _diagram(make, partial(core_count, make.space, number), name)
         if parts and count is not None:
-            yield name, Figures(parts), make.mapped(count, as_fraction)
+            yield name, Summands(parts), make.mapped(count, as_fraction)
 
 
 def _diagram(make: Diagrams, formula: Callable[[View], Any], name: str) -> Diagram | None:

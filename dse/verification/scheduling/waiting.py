@@ -27,7 +27,7 @@ MOST_JOBS = 24
 """The greatest number of jobs of one thread that are counted within the response time of another."""
 
 
-class Waiting:
+class WaitVariables:
     """The waiting times in a model, in units of 1 / `scale` ns."""
 
     def __init__(self, space: Space, model: cp_model.CpModel, waits: Waits, value: Callable[[Any], Any]) -> None:

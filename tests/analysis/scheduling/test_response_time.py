@@ -23,7 +23,7 @@ from dse.analysis.scheduling.response_time import (
 from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, processor_responses, response_of
 from dse.analysis.views import View
 from dse.encode.scheduling import waiting_forms
-from dse.search.front import Budget, search_front
+from dse.search.front import SearchLimits, search_front
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
@@ -354,7 +354,7 @@ def test_the_search_is_exact() -> None:
     """Requirement, deadlines, objective and processing time: the front is that of looking at every design."""
     space = space_of(DECISIONS)
     evaluator = Evaluator(space)
-    search = search_front(evaluator, Budget())
+    search = search_front(evaluator, SearchLimits())
     expected = brute_front(evaluator)
     assert search.is_complete and search.points == expected and len(expected) > 1
 
@@ -367,7 +367,7 @@ def test_the_search_is_exact_where_response_times_are_sharpened_on_the_way(
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     text = DECISIONS if objectives == "as they are" else DECISIONS.replace("minimise resp", "maximise resp")
     evaluator = Evaluator(space_of(text))
-    search = search_front(evaluator, Budget(workers=2))
+    search = search_front(evaluator, SearchLimits(workers=2))
     assert search.is_complete and search.points == brute_front(evaluator)
 
 
@@ -377,7 +377,7 @@ def test_the_search_is_exact_on_random_threads(seed: int, monkeypatch: pytest.Mo
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
     evaluator = Evaluator(space_of(random_threads(random.Random(seed))))
-    search = search_front(evaluator, Budget(seed=seed))
+    search = search_front(evaluator, SearchLimits(seed=seed))
     assert search.is_complete and search.points == brute_front(evaluator)
 
 

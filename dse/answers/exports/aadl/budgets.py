@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from dse.answers.exports.aadl.names import instructions, real_size, speed
-from dse.answers.exports.aadl.package import Part
+from dse.answers.exports.aadl.package import ComponentDraft
 
 WORDS = (
     ("speed", "MIPSBudget", speed),
@@ -16,7 +16,7 @@ WORDS = (
 )
 
 
-def state_budgets(entries: Mapping[str, Any], parts: Mapping[str, Part]) -> dict[str, dict[str, Any]]:
+def state_budgets(entries: Mapping[str, Any], parts: Mapping[str, ComponentDraft]) -> dict[str, dict[str, Any]]:
     """Give the parts their budgets as properties; returns what AADL has no word for of the entries."""
     found = {}
     for name, entry in entries.items():

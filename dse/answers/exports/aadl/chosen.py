@@ -13,7 +13,7 @@ from dse.answers.exports.aadl.names import comment, identifier, output_rate, rea
 from dse.importers.aadl.document.problem import Writer
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.syntax.tree import Classifier, Path
 from dse.space.model.space import EMPTY, Component, Connection, Design, Space
 from dse.space.model.trees import NotOffered, Tree, at
@@ -58,7 +58,7 @@ class ChosenModel:
 
     def __init__(
         self,
-        model: Model,
+        model: InstanceModel,
         writer: Writer,
         base: Side,
         chosen: Side,

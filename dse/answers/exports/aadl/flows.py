@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dse.answers.exports.aadl.names import extra, quoted, times
-from dse.answers.exports.aadl.package import Part, kind_of
+from dse.answers.exports.aadl.package import ComponentDraft, kind_of
 from dse.answers.exports.aadl.paths import PathStep, placed_flows, stated_in, steps_of, whole_path
 from dse.importers.aadl.ours import OURS
 from dse.support.errors import UsageError
@@ -24,12 +24,12 @@ class FlowWriter:
 
     flows: Mapping[str, Mapping[str, Any]]
     wires: Mapping[str, Mapping[str, Any]]
-    parts: Mapping[str, Part]
+    parts: Mapping[str, ComponentDraft]
     links: Mapping[str, str]
     latencies: Mapping[str, Any]
-    root: Part
-    end: Callable[[str], Part]
-    process_of: Callable[[Part], Part | None]
+    root: ComponentDraft
+    end: Callable[[str], ComponentDraft]
+    process_of: Callable[[ComponentDraft], ComponentDraft | None]
     named: Callable[[str], str]
     is_inside: Callable[[Mapping[str, Any]], bool]
     profile: str
@@ -56,7 +56,7 @@ class FlowWriter:
     def _whole(self, entry: Mapping[str, Any]) -> list[Any]:
         return whole_path(entry["path"], self.flows, self.parts, self.wires)
 
-    def _around(self, name: str) -> Part | None:
+    def _around(self, name: str) -> ComponentDraft | None:
         """The process that a flow stays within, which then declares it; None where the system does."""
         steps = self.steps[name]
         process = self.process_of(self.end(steps[0].name))
@@ -100,7 +100,7 @@ class FlowWriter:
             elements.append(f"{part.own}.{spec}")
         return elements
 
-    def _specify(self, part: Part, spec: str, step: PathStep, latency: Any) -> None:
+    def _specify(self, part: ComponentDraft, spec: str, step: PathStep, latency: Any) -> None:
         """A flow specification of a component from the connection before to the one behind."""
         text = None if latency is None else times(latency)
         block = f" {{Latency => {text};}}" if text else ""
@@ -132,7 +132,7 @@ class FlowWriter:
             yield f"{process.own}.{self._of_process(name, process, number, last, elements[number : last + 1])}"
             number = last + 1
 
-    def _of_process(self, name: str, process: Part, first: int, last: int, within: list[str]) -> str:
+    def _of_process(self, name: str, process: ComponentDraft, first: int, last: int, within: list[str]) -> str:
         """A flow of a process over some steps; returns its name."""
         before, after = self.steps[name][first].before, self.steps[name][last].after
         spec = f"{self.names[name]}_{first}_p"

@@ -9,7 +9,7 @@ from dse.importers.aadl.ours import OURS
 
 
 @dataclass
-class Part:
+class ComponentDraft:
     """A component under construction: its type's features and flows, and what its implementation has."""
 
     name: str
@@ -37,7 +37,9 @@ def section_lines(name: str, lines: Iterable[str]) -> list[str]:
     return [f"    {name}", *found] if found else []
 
 
-def package_text(package: str, types: Iterable[str], parts: Iterable[Part], wholes: Sequence[Part]) -> str:
+def package_text(
+    package: str, types: Iterable[str], parts: Iterable[ComponentDraft], wholes: Sequence[ComponentDraft]
+) -> str:
     """The package of `types`, then `parts`, then those with an implementation, of which the last is the system."""
     lines = [f"package {package}", "public", f"  with SEI, {OURS};", "", *types]
     for part in parts:

@@ -20,7 +20,7 @@ from dse.answers.exports.aadl.names import (
     times,
     written_range,
 )
-from dse.answers.exports.aadl.package import Part, package_text, section_lines
+from dse.answers.exports.aadl.package import ComponentDraft, package_text, section_lines
 from dse.answers.exports.aadl.paths import entered_times
 from dse.importers.aadl.ours import OURS
 from dse.space.model.space import Design, Space
@@ -54,10 +54,10 @@ class WholeModel:
         self.title = title
         self.taken: set[str] = set()
         self.package = identifier(str(document.get("name", "model")), set())
-        self.root = Part(self.package, "system", "system")
+        self.root = ComponentDraft(self.package, "system", "system")
         self.types: list[str] = []
-        self.parts: dict[str, Part] = {}
-        self.processes: dict[str, Part] = {}
+        self.parts: dict[str, ComponentDraft] = {}
+        self.processes: dict[str, ComponentDraft] = {}
         self.links: dict[str, str] = {}
         self.required: dict[str, str] = {}
         self.paths: dict[str, str] = {}
@@ -189,11 +189,11 @@ class WholeModel:
         for section in ("devices", "threads"):
             for name, entry in self.decided.section(section).items():
                 self._component(section, name, entry)
-        self.environment: Part | None = None
+        self.environment: ComponentDraft | None = None
         for entry in self.decided.section("connections").values():
             if "from" not in entry or "to" not in entry:
                 own = self._named("environment")
-                self.environment = Part("environment", "abstract", own)
+                self.environment = ComponentDraft("environment", "abstract", own)
                 self.root.subcomponents.append(f"{own} : abstract {own}_type {{{OURS}::Boundary => true;}};")
                 self.environment.name = f"{own}_type"
                 self.taken.add(f"{own}_type".lower())
@@ -217,7 +217,7 @@ class WholeModel:
             rest["category"] = category
             category = usual
         own = self._named(name)
-        part = self.parts[name] = Part(f"{own}_type", category, own)
+        part = self.parts[name] = ComponentDraft(f"{own}_type", category, own)
         self.taken.add(part.name.lower())
         if self._is_latency_of_flows(name):
             rest.pop("latency", None)
@@ -250,11 +250,11 @@ class WholeModel:
         ]
         return bool(here) and all(isinstance(item, dict) and "latency" in item for item in here)
 
-    def _process(self, name: Any, own: str) -> Part:
+    def _process(self, name: Any, own: str) -> ComponentDraft:
         key = str(name) if name is not None else f"\n{own}"
         if key not in self.processes:
             called = self._named(str(name) if name is not None else f"{own} process")
-            part = self.processes[key] = Part(f"{called}_type", "process", called)
+            part = self.processes[key] = ComponentDraft(f"{called}_type", "process", called)
             self.taken.add(part.name.lower())
             self.root.subcomponents.append(f"{called} : process {part.name}.i;")
         return self.processes[key]
@@ -321,7 +321,7 @@ class WholeModel:
             if bus and self._is_inside(entry):
                 self._bind("Actual_Connection_Binding", bus, f"{self.parts[entry['from']].parent}.{own}")
 
-    def _end(self, name: Any) -> Part:
+    def _end(self, name: Any) -> ComponentDraft:
         if name is None:
             assert self.environment is not None
             return self.environment
@@ -353,7 +353,7 @@ class WholeModel:
                 word = "feature" if kind.split()[0] == "feature" else "port"
                 process.connections.append(f"{own}_{direction}side : {word} {ends[0]} -> {ends[1]};")
 
-    def _process_of(self, part: Part) -> Part | None:
+    def _process_of(self, part: ComponentDraft) -> ComponentDraft | None:
         return next((item for item in self.processes.values() if item.own == part.parent), None)
 
     def _declare(self, own: str, entry: Mapping[str, Any], block: str, kind: str) -> None:

@@ -10,7 +10,7 @@ from dse.importers.aadl.document.components import ComponentWriter
 from dse.importers.aadl.document.hardware import Sheet
 from dse.importers.aadl.document.values import number_text, size_of, speed_mips, time_range
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found, reference_in
 from dse.importers.registry import Key, Place
 
@@ -27,7 +27,7 @@ NS_OF_MIPS = 1000
 class BudgetWriter:
     """Writes the sections ``memories`` and ``budgets``, where a model says anything of either."""
 
-    def __init__(self, model: Model, places: dict[Key, Place], components: ComponentWriter) -> None:
+    def __init__(self, model: InstanceModel, places: dict[Key, Place], components: ComponentWriter) -> None:
         self.model = model
         self.places = places
         self.components = components

@@ -12,7 +12,7 @@ from dse.importers.aadl.document.values import Span, number_text, time_range, wh
 from dse.importers.aadl.instance.flows import EndToEnd, Stop
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found, reference_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Path
@@ -37,7 +37,7 @@ class ComponentWriter:
 
     def __init__(
         self,
-        model: Model,
+        model: InstanceModel,
         places: dict[Key, Place],
         choices: Mapping[str, Mapping[str, list[str]]],
         hardware: HardwareWriter,

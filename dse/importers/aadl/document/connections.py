@@ -19,7 +19,7 @@ from dse.importers.aadl.document.values import (
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
@@ -39,7 +39,7 @@ def connections_of(flows: list[EndToEnd]) -> set[ConnectionInstance]:
 class ConnectionWriter:
     """Writes the section ``connections``."""
 
-    def __init__(self, model: Model, places: dict[Key, Place], hardware: HardwareWriter) -> None:
+    def __init__(self, model: InstanceModel, places: dict[Key, Place], hardware: HardwareWriter) -> None:
         self.model = model
         self.places = places
         self.hardware = hardware

@@ -22,7 +22,7 @@ from dse.importers.aadl.document.values import (
 )
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import CARRIERS, Model
+from dse.importers.aadl.instance.model import CARRIERS, InstanceModel
 from dse.importers.aadl.instance.properties import Found, references_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Listed, Record, Reference, Text
@@ -41,7 +41,7 @@ OF_PARTITIONS = (*SPEEDS, ("MIPSBudget", "SEI"))
 class Sheet:
     """The fields of one entry as they are found, with where each is from."""
 
-    def __init__(self, model: Model, places: dict[Key, Place], key: Key) -> None:
+    def __init__(self, model: InstanceModel, places: dict[Key, Place], key: Key) -> None:
         self.model = model
         self.places = places
         self.key = key
@@ -89,7 +89,9 @@ class Sheet:
 class HardwareWriter:
     """Writes processor types, bus types, processors and buses."""
 
-    def __init__(self, model: Model, places: dict[Key, Place], choices: Mapping[str, Mapping[str, list[str]]]) -> None:
+    def __init__(
+        self, model: InstanceModel, places: dict[Key, Place], choices: Mapping[str, Mapping[str, list[str]]]
+    ) -> None:
         self.model = model
         self.places = places
         self.choices = choices

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.library import Library
-from dse.importers.aadl.instance.model import Model, instantiated
+from dse.importers.aadl.instance.model import InstanceModel, instantiated
 from dse.importers.aadl.syntax.tree import Reference
 from dse.importers.registry import Key, Place
 
@@ -56,7 +56,7 @@ class DifferError(Exception):
     """Two implementations cannot be alternatives in one problem; the text says why."""
 
 
-def subsystems(model: Model, choices: Mapping[str, Mapping[str, Sequence[str]]]) -> list[Subsystem]:
+def subsystems(model: InstanceModel, choices: Mapping[str, Mapping[str, Sequence[str]]]) -> list[Subsystem]:
     """The components with a structure of their own for which a file beside the model lists implementations."""
     by_name = {model.name(item): item for item in model.root.below()}
     found = []
@@ -71,7 +71,7 @@ def subsystems(model: Model, choices: Mapping[str, Mapping[str, Sequence[str]]])
     return found
 
 
-def _is_structure(model: Model, component: Instance, name: str) -> bool:
+def _is_structure(model: InstanceModel, component: Instance, name: str) -> bool:
     classifier = replacement(model.library, component, name)
     flat = None if classifier is None else model.flattener.flat(classifier)
     return flat is not None and any(item.item.category not in DATA for item in flat.subcomponents.values())
@@ -89,8 +89,12 @@ def replacement(library: Library, component: Instance, name: str) -> Any:
 
 
 def with_implementations(
-    model: Model, chosen: Sequence[Subsystem], taken: Mapping[str, str], path: FilePath, options: Mapping[str, Any]
-) -> Model:
+    model: InstanceModel,
+    chosen: Sequence[Subsystem],
+    taken: Mapping[str, str],
+    path: FilePath,
+    options: Mapping[str, Any],
+) -> InstanceModel:
     """The instance of a model with an implementation for each subsystem, by its name."""
     replaced = {
         item.component.title.lower(): replacement(model.library, item.component, taken[item.name]) for item in chosen

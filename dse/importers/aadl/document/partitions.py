@@ -8,7 +8,7 @@ from typing import Any
 from dse.importers.aadl.document.hardware import OF_PARTITIONS, HardwareWriter, Sheet
 from dse.importers.aadl.document.values import Span, number_text, time_range
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found
 from dse.importers.aadl.syntax.tree import Listed, Record
 from dse.importers.registry import Key, Place
@@ -20,7 +20,7 @@ MODULES = ("processor", "abstract")
 class PartitionWriter:
     """Writes the section ``partitions``: the virtual processors that something is bound to."""
 
-    def __init__(self, model: Model, places: dict[Key, Place], hardware: HardwareWriter) -> None:
+    def __init__(self, model: InstanceModel, places: dict[Key, Place], hardware: HardwareWriter) -> None:
         self.model = model
         self.hardware = hardware
         self.places = places

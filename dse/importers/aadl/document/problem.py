@@ -19,7 +19,7 @@ from dse.importers.aadl.document.values import shown_place, text_of, time_range
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd, Stop, grouped
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.ours import OURS
 from dse.importers.registry import Key, Place
 
@@ -30,7 +30,7 @@ WORKING = ("thread", "device")
 class Writer:
     """Makes the document of one model; `places` tell where its values stand."""
 
-    def __init__(self, model: Model, path: FilePath, options: Mapping[str, Any]) -> None:
+    def __init__(self, model: InstanceModel, path: FilePath, options: Mapping[str, Any]) -> None:
         self.model = model
         self.path = path
         self.options = options

@@ -19,7 +19,7 @@ MAX_DEPTH = 60
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class NestedFlow:
     """One place of a flow at which another one stands."""
 
     name: str
@@ -35,7 +35,7 @@ class Stop:
     component: Instance
     spec: Member[FlowSpec] | None
     place: Place
-    part: Part | None = None
+    part: NestedFlow | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ class Flows:
                 yield from self._component(context, path, member, depth)
             elif len(key) == 1 and key[0] in context.flat.flows and member.item.kind == "end to end":
                 inner = context.flat.flows[key[0]]
-                part = Part(".".join((*context.path, inner.item.name)))
+                part = NestedFlow(".".join((*context.path, inner.item.name)))
                 for element in self._elements(context, inner, depth + 1):
                     yield replace(element, part=part) if isinstance(element, Stop) else element
             elif key[0] in context.flat.subcomponents:

@@ -26,7 +26,7 @@ CARRIERS = ("bus", "virtual bus")
 
 
 @dataclass
-class Model:
+class InstanceModel:
     """An instantiated model."""
 
     library: Library
@@ -142,7 +142,7 @@ class Model:
         return self.size_of_data(flat, component)
 
 
-def read_model(path: FilePath, options: Mapping[str, Any]) -> Model:
+def read_model(path: FilePath, options: Mapping[str, Any]) -> InstanceModel:
     """A model from its files, instantiated.
 
     Raises
@@ -157,7 +157,7 @@ def read_model(path: FilePath, options: Mapping[str, Any]) -> Model:
 
 def instantiated(
     library: Library, path: FilePath, options: Mapping[str, Any], replaced: Mapping[str, Classifier]
-) -> Model:
+) -> InstanceModel:
     """The instance of files that are read; `replaced` are classifiers that subcomponents have instead, by path.
 
     Raises
@@ -174,7 +174,7 @@ def instantiated(
     features = Features(library, flattener)
     wiring = Wiring(library, root, features, properties)
     flows = list(Flows(library, wiring).of(root))
-    return Model(library, flattener, root, properties, features, wiring, flows)
+    return InstanceModel(library, flattener, root, properties, features, wiring, flows)
 
 
 def _stop(library: Library) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dse.importers.aadl.instance.model import Model
+from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Stated
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.predeclared import STANDARD
@@ -23,7 +23,7 @@ SAID = {SCHEDULING: "other than fixed priorities is not looked at"}
 MOST_NAMES = 6
 
 
-def tell(model: Model) -> None:
+def tell(model: InstanceModel) -> None:
     """A remark for each property that nothing looked up: where it first stands, and at how many places.
 
     Of sets that are not AADL's own for timing, communication, deployment and resources there is one remark for each
@@ -53,7 +53,7 @@ def tell(model: Model) -> None:
         _remark(model, f"properties {of}that bear on no figure here are not looked at: {listed}", items)
 
 
-def _remark(model: Model, text: str, items: Sequence[Stated]) -> None:
+def _remark(model: InstanceModel, text: str, items: Sequence[Stated]) -> None:
     places = dict.fromkeys(item.owned.association.place for item in items)
     first = min(places, key=lambda place: (place.file, place.line, place.column))
     times = f" (at {len(places)} places, first here)" if len(places) > 1 else ""

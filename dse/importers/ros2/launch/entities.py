@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from dse.importers.allowance import at, spend
 from dse.importers.ros2.launch.substitutions import Context
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import UnreadableFileError, read_text
 
@@ -118,13 +118,13 @@ def read_yaml(path: Path) -> Entity:
         return Entity("launch", top.line, {}, [part for item in top for part in _actions(item)])
 
 
-def _actions(item: Place) -> Iterator[Entity]:
+def _actions(item: LocatedValue) -> Iterator[Entity]:
     """An item of a list: actions by their kind."""
     for kind, body in (item.data if isinstance(item.data, dict) else {}).items():
         yield _entity(kind.replace("-", "_"), body)
 
 
-def _entity(kind: str, body: Place) -> Entity:
+def _entity(kind: str, body: LocatedValue) -> Entity:
     found = Entity(kind, body.line)
     if isinstance(body.data, list):
         found.children = [part for item in body for part in _actions(item)]

@@ -13,7 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from dse.importers.allowance import spend
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.units import PARAMETER_RATES as RATES
 from dse.support.units import PARAMETER_TIMES_NS as UNITS
 
@@ -135,7 +135,7 @@ class ParameterFile:
                 file.wrong(place, f"the parameters of {name} are no mapping")
         file.check()
 
-    def _entries(self, place: Place, prefix: str) -> Iterator[tuple[str, Place]]:
+    def _entries(self, place: LocatedValue, prefix: str) -> Iterator[tuple[str, LocatedValue]]:
         for key, value in (place.data if isinstance(place.data, dict) else {}).items():
             if key == INSIDE:
                 yield prefix, value
@@ -159,7 +159,7 @@ class ParameterFile:
                 found[parameter.name] = parameter
         return list(found.values())
 
-    def _flat(self, place: Place, prefix: str) -> Iterator[Parameter]:
+    def _flat(self, place: LocatedValue, prefix: str) -> Iterator[Parameter]:
         for key, value in (place.data or {}).items():
             name = f"{prefix}{key}"
             if isinstance(value.data, dict):

@@ -13,7 +13,7 @@ from dse.importers.ros2.launch.packages import Packages
 from dse.importers.ros2.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.ros2.launch.running import Launch, Started, joined
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
-from dse.importers.ros2.yaml_places import LocatedFile, Place
+from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, UsageError
 from dse.support.files.reading import real
 
@@ -45,10 +45,10 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
 def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     launch = Launch(Packages(path, options.get("workspace")))
     launch.run(real(path), _arguments(options.get("arguments")))
-    file = LocatedFile(path, "a launch file", Place({}, 0, 0))
+    file = LocatedFile(path, "a launch file", LocatedValue({}, 0, 0))
     found = _system(launch, file, _stated(options))
     if not found.groups:
-        file.wrong(Place({}, 1, 0), "it starts no node that can be told without launching it")
+        file.wrong(LocatedValue({}, 1, 0), "it starts no node that can be told without launching it")
         file.mistakes += list(launch.told)[:MOST_TOLD]
         file.check()
     writer = Writer(file, found, options, "launch file")
@@ -72,7 +72,7 @@ def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
 def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
     stated = _stated(options)
     parameters = ParameterFile(path)
-    file = LocatedFile(path, "a parameter file", Place({}, 0, 0))
+    file = LocatedFile(path, "a parameter file", LocatedValue({}, 0, 0))
     system = System()
     for name in dict.fromkeys([*parameters.nodes, *options.get(NODES, ())]):
         node = Started(name, path, 0, "", "", [], parameters.of(name))
@@ -82,7 +82,7 @@ def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
             system.executors.append((f"{name}/group", system.groups[-1:]))
     if not system.groups:
         words = "none of its parameters is the rate or period of a timer as far as their names say"
-        file.wrong(Place({}, 1, 0), words, "name them: --timers 'fps [Hz], /cam:grab.period_ms [ms]'")
+        file.wrong(LocatedValue({}, 1, 0), words, "name them: --timers 'fps [Hz], /cam:grab.period_ms [ms]'")
         file.mistakes += list(file.remarks)[:MOST_TOLD]
     file.check()
     writer = Writer(file, system, options, "parameter file of ROS 2")
@@ -133,8 +133,8 @@ def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated]) -> Syst
     return found
 
 
-def _place() -> Place:
-    return Place(None, 0, 0)  # its source names its own file
+def _place() -> LocatedValue:
+    return LocatedValue(None, 0, 0)  # its source names its own file
 
 
 def _tell(file: LocatedFile, node: Started, message: str, hint: str = "") -> None:
@@ -176,7 +176,7 @@ def _timers(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[
         name = f"{node.name}/timer{'/' + item.parameter.name if len(timers) > 1 else ''}"
         why = f"{item.parameter.name} = {item.parameter.text} {item.unit}, {Path(item.parameter.file).name}"
         one = Callback(
-            name, node.name, Place(None, 0, 0), period_ns=item.period_ns, words=f"{why}:{item.parameter.line}"
+            name, node.name, LocatedValue(None, 0, 0), period_ns=item.period_ns, words=f"{why}:{item.parameter.line}"
         )
         one.parameter = (item.field, item.words)
         if not item.stated:
