@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import dse
 from dse.cli.main import cli
+from dse.cli.options import Words
 from dse.questions.problem import changed, loads
 from dse.questions.question import Changes
 from dse.questions.result_question import restated
@@ -78,7 +79,7 @@ def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str,
 
 def test_both_spellings_are_taken() -> None:
     for word in ("response-time", "response_time"):
-        assert dse.cli.options.Words(["response-time"]).convert(word, None, None) == "response_time"
+        assert Words(["response-time"]).convert(word, None, None) == "response_time"
 
 
 def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:

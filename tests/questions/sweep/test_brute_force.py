@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import prod
@@ -54,7 +55,7 @@ def scaled(row: tuple[int, ...], scales: list[int]) -> Vector:
     return tuple(Fraction(value, scale) for value, scale in zip(row, scales, strict=True))
 
 
-def with_point(front: set[Vector], point: Vector, senses: list[str]) -> set[Vector]:
+def with_point(front: set[Vector], point: Vector, senses: Sequence[str]) -> set[Vector]:
     """A front with one more point, if nothing dominates it."""
     here = minimised(point, senses)
     if any(all(a <= b for a, b in zip(minimised(item, senses), here, strict=True)) for item in front):
