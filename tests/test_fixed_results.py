@@ -141,7 +141,7 @@ def _without(data: Any) -> Any:
     if isinstance(data, list | tuple):
         return [_without(item) for item in data]
     if isinstance(data, str):
-        return re.sub(r"\S*/(p\.yaml\b)", r"\1", data)
+        return re.sub(r"[^\s:']*/(?=[\w.]+\.(?:yaml|aadl)\b)", "", data)
     return f"{data:.12g}" if isinstance(data, float) else data
 
 

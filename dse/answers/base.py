@@ -110,7 +110,7 @@ class DataAnswer(Answer):
             when the data are not of its format, naming the first place that is wrong.
         """
         from dse.answers.forms.codec import read_as
-        from dse.answers.reading import check_data
+        from dse.answers.forms.consistency import check_data
 
         check_data(cls.FORMAT, data, "the data")
         return read_as(cls, data, **cls._read(data))

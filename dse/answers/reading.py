@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from dse.answers.forms.consistency import check_whole
+from dse.answers.forms.consistency import check_data
 from dse.answers.result import Result
 from dse.spec.loading.recognising import is_problem
 from dse.support.errors import UsageError
@@ -54,20 +54,6 @@ def no_json(text: str, error: ValueError, otherwise: str = "is not JSON") -> str
     if is_problem(text):
         return "is a problem file, and no result: `dse solve PROBLEM --json RESULT.json` writes one"
     return f"{otherwise}: {error}"
-
-
-def check_data(name: str, data: object, path: object) -> None:
-    """Refuse data that are not of the form ``dse-NAME/1``; `path` is what they are called in the message.
-
-    Raises
-    ------
-    UsageError
-        naming the first place that is wrong, and how many others are.
-    """
-    found = list(check_whole(name, data))
-    if found:
-        more = f" (and {len(found) - 1} more mistakes)" if len(found) > 1 else ""
-        raise UsageError(f"{path}: is not a whole {name}: {found[0]}{more}")
 
 
 def check_semantics(data: Mapping[str, Any], path: str | Path) -> None:

@@ -92,13 +92,6 @@ def cli() -> None:
     """
 
 
-def main() -> None:
-    """Run the command line and leave with its exit code; see `dse.cli.entry`."""
-    from dse.cli.entry import main as enter
-
-    enter()
-
-
 def run(arguments: list[str]) -> int:
     """Run one command; every error becomes a message and an exit code."""
     try:

@@ -95,7 +95,7 @@ def check_study(data: Any, path: str) -> None:
     UsageError
         saying what is wrong with the file, and where.
     """
-    from dse.answers.reading import check_data
+    from dse.answers.forms.consistency import check_data
 
     kinds = {f"dse-{name}/1": name for name in ("sweep", "sensitivity", "result")}
     form = data.get("format") if isinstance(data, dict) else None

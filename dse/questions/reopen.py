@@ -12,8 +12,9 @@ from dse.analysis.evaluate import Evaluator
 from dse.answers.base import DataAnswer
 from dse.answers.designs import FurtherAsked, FurtherDesign, FurtherDesigns, InsistedPoint, Point
 from dse.answers.forms.codec import Form
+from dse.answers.forms.consistency import check_data
 from dse.answers.forms.registry import FORMS
-from dse.answers.reading import check_data, no_json, read_result
+from dse.answers.reading import no_json, read_result
 from dse.answers.result import Clash, Conflict, ObjectiveInfo, Origin, Result, Search, decisions_of
 from dse.answers.tables.display import figures_of
 from dse.questions.complete_design import baseline_design

@@ -198,7 +198,7 @@ def test_a_killed_search_leaves_a_whole_state_that_goes_on_to_the_same_front(tmp
     """Killed with SIGKILL at random moments."""
     expected = comparable(dse.solve(INMARK, minimise=OBJECTIVES).to_json())
     path = tmp_path / "result.json"
-    command = [sys.executable, "-c", "from dse.cli.main import main; main()", "solve", str(INMARK), "-q"]
+    command = [sys.executable, "-c", "from dse.cli.entry import main; main()", "solve", str(INMARK), "-q"]
     command += [word for objective in OBJECTIVES for word in ("--minimise", objective)]
     moments = random.Random(1)
     for _ in range(KILLS):

@@ -8,6 +8,7 @@ from typing import Any
 from dse.answers.forms.codec import kind_of
 from dse.answers.forms.registry import Mistake, mistakes_in, mistakes_in_part
 from dse.answers.run_data import Found
+from dse.support.errors import UsageError
 
 Data = Mapping[str, Any]
 
@@ -141,3 +142,17 @@ AGREEMENTS: Mapping[str, Callable[[Data], Iterator[Mistake]]] = {
     "sensitivity": _sensitivity,
 }
 """By format."""
+
+
+def check_data(name: str, data: object, path: object) -> None:
+    """Refuse data that are not of the form ``dse-NAME/1``; `path` is what they are called in the message.
+
+    Raises
+    ------
+    UsageError
+        naming the first place that is wrong, and how many others are.
+    """
+    found = list(check_whole(name, data))
+    if found:
+        more = f" (and {len(found) - 1} more mistakes)" if len(found) > 1 else ""
+        raise UsageError(f"{path}: is not a whole {name}: {found[0]}{more}")

@@ -15,7 +15,7 @@ from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.loading.document import SECTIONS, identity_of, merged_document
 from dse.spec.loading.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.loading.messages import CARRIED, Sized, read_sizes, with_sizes
-from dse.spec.loading.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, decode_text, dotted, read_yaml
+from dse.spec.loading.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, Source, decode_text, read_yaml
 from dse.spec.loading.recognising import no_answer
 from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.samples import Samples, read_samples
@@ -28,33 +28,6 @@ from dse.spec.schema.uncertainty import Stated, UncertaintyError, read_stated
 from dse.support.errors import Diagnostic, ProblemError, in_order
 
 MAX_FILES = 200
-
-
-@dataclass(frozen=True)
-class Source:
-    """One file of a problem: its name in diagnostics and its tree."""
-
-    file: str
-    node: Node
-
-    def diagnostic(
-        self,
-        path: Sequence[PathPart],
-        message: str,
-        hint: str = "",
-        severity: Literal["error", "warning"] = "error",
-        *,
-        at_key: bool = False,
-    ) -> Diagnostic:
-        """A finding about a place in this file."""
-        place = self.node.place(path, at_key=at_key)
-        file = place.file or self.file
-        return Diagnostic(message, dotted(self.node.known(path)), file, place.line, place.column, hint, severity)
-
-    def text_at(self, path: Sequence[PathPart]) -> str:
-        """The text at a place in this file, or of the last part that exists; "" for anything but text."""
-        value = self.node.at(path).value
-        return value if isinstance(value, str) else ""
 
 
 @dataclass(frozen=True)

@@ -383,3 +383,30 @@ def _resolve(text: str) -> Scalar:
 
 def _is_float(text: str) -> bool:
     return _FLOAT.fullmatch(text) is not None
+
+
+@dataclass(frozen=True)
+class Source:
+    """One file of a problem: its name in diagnostics and its tree."""
+
+    file: str
+    node: Node
+
+    def diagnostic(
+        self,
+        path: Sequence[PathPart],
+        message: str,
+        hint: str = "",
+        severity: Literal["error", "warning"] = "error",
+        *,
+        at_key: bool = False,
+    ) -> Diagnostic:
+        """A finding about a place in this file."""
+        place = self.node.place(path, at_key=at_key)
+        file = place.file or self.file
+        return Diagnostic(message, dotted(self.node.known(path)), file, place.line, place.column, hint, severity)
+
+    def text_at(self, path: Sequence[PathPart]) -> str:
+        """The text at a place in this file, or of the last part that exists; "" for anything but text."""
+        value = self.node.at(path).value
+        return value if isinstance(value, str) else ""

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from dse.spec.loading.reader import Node, PathPart
+from dse.spec.loading.reader import Node, PathPart, Source
 from dse.spec.schema.fields import describe, kind_of
 from dse.spec.schema.frames import MODELS as FRAMES
 from dse.spec.schema.hardware import TransmissionTime
 from dse.spec.schema.model import Catalogue, PathElement, Spec
 from dse.spec.schema.parts import SpecMapping
 from dse.support.errors import Diagnostic, did_you_mean
-
-if TYPE_CHECKING:
-    from dse.spec.loading.load import Source
 
 BUS_SCHEDULE = "put a device of `category: bus` with `period`, `clock` and `offset` before the message that it sends"
 """How the schedule of a bus is said."""

@@ -25,7 +25,7 @@ from dse.questions.sweep.sweep import SweepProgress, sweep
 from dse.questions.sweep.workers import LostRunError, run_all
 from tests.questions.studies import LONG, edited, example, written
 
-RUN = "from dse.cli.main import main; main()"
+RUN = "from dse.cli.entry import main; main()"
 RUNS, KILLS = (200, 5) if LONG else (16, 1)
 
 
