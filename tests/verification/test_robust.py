@@ -270,7 +270,8 @@ def test_a_robust_search_that_is_killed_leaves_a_robust_state(tmp_path: Path) ->
         "[5 ms, 10 ms, 20 ms]", f"[{periods}]"
     )
     file.write_text(large, encoding="utf-8")
-    program = "from dse.search import workers as pace; pace.CHECKPOINT_S, pace.SHARE = 0, 1; from dse.cli.entry import main; main()"
+    program = "from dse.search import workers; workers.CHECKPOINT_S, workers.SHARE = 0, 1; "
+    program += "from dse.cli.entry import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", program, "solve", str(file), "--robust", "-q", "--json", str(out)]
     )
