@@ -21,12 +21,12 @@ SEEDS = range(24) if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
 
 
 @cache
-def drawn(seed: int, size: str = "tiny") -> dse.Problem:
+def drawn(seed: int, size: str = "small") -> dse.Problem:
     """A random problem, for both witnesses."""
     return dse.loads(generator.random_problem(seed, size))
 
 
-def random_simulation(seed: int, *, contention: bool, size: str = "tiny") -> Simulation | None:
+def random_simulation(seed: int, *, contention: bool, size: str = "small") -> Simulation | None:
     """The simulation of a random design of a random problem; None when it has no flow or no design is found."""
     problem = drawn(seed, size)
     space, rng = problem.space, random.Random(seed)

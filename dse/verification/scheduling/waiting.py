@@ -49,6 +49,7 @@ class WaitVariables:
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._pairs: dict[tuple[int, int], Any] = {}
         self._at: dict[int, dict[int, Any]] = {}
+        self._rests: dict[int, list[Any]] = {}
         self._counted: set[tuple[int, int, int]] = set()
         for number in (item for item in waits.threads if item in self.work):
             others = [other for other in self.work if other != number and self._may_wait(number, other)]
@@ -66,7 +67,7 @@ class WaitVariables:
         """The work of another thread that a thread waits for: at least its first job, where it does wait."""
         model = self.model
         waits = model.new_bool_var("")
-        ways = [waits, self._together(number, other).negated()]
+        ways = [waits, self._together(number, other).negated(), *self._resting(number)]
         after = model.new_bool_var("")
         if number in self.rank and other in self.rank:
             model.add(self.rank[other] <= self.rank[number] - int(other < number)).only_enforce_if(after)
@@ -79,6 +80,15 @@ class WaitVariables:
         model.add(share >= self.work[other]).only_enforce_if(waits)
         self._done[number, other] = waits, share
         return share
+
+    def _resting(self, number: int) -> list[Any]:
+        """A literal that may be true where a thread takes no time, and waits for nobody; none where it always does."""
+        if number not in self._rests:
+            rests = [self.model.new_bool_var("")] if 0 in leaves(self.waits.works[number]) else []
+            for literal in rests:
+                self.model.add(self.work[number] <= 0).only_enforce_if(literal)
+            self._rests[number] = rests
+        return self._rests[number]
 
     def _together(self, number: int, other: int) -> Any:
         """Whether two threads share a core: true where they do."""
