@@ -198,7 +198,6 @@ COMMANDS = (
     "analyse shared.yaml --design 'p.type = cpu' --json broken.json",
     "analyse framed.yaml --json framed.json",
     "analyse contended.yaml --response-times --json contended.json",
-    "analyse later.yaml --response-times --json later.json",
     "explain contended.yaml --all --json why_contended.json",
     "explain contended.yaml --json least.json",
     "analyse osate.yaml --json osate.json",
