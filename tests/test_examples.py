@@ -47,7 +47,7 @@ def test_an_unknown_name_is_answered_with_the_closest(name: str, hint: str) -> N
 def test_an_installed_package_has_its_own_problems(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "dse" / "problems").mkdir(parents=True)
     (tmp_path / "problems").mkdir()  # somebody else's
-    monkeypatch.setattr(shipped, "__file__", str(tmp_path / "dse" / "examples.py"))
+    monkeypatch.setattr(shipped, "__file__", str(tmp_path / "dse" / "examples" / "shipped.py"))
     assert example_folder() == tmp_path / "dse" / "problems"
 
 

@@ -11,11 +11,13 @@ import pytest
 INMARK = str(Path(__file__).parents[2] / "problems" / "inmark.yaml")
 SOLVER = ("ortools", "pandas", "numpy")
 SELDOM = ("importlib.metadata", "email")
-RESULTS = ("dse.answers.forms", "dse.answers.result")
+RESULTS = ("dse.answers.forms",)
 ROOMS = (
     "dse.simulation",
     "dse.verification",
-    "dse.questions",
+    "dse.questions.sweep",
+    "dse.questions.sensitivity",
+    "dse.questions.robust",
     "dse.fitting",
     "dse.importers.aadl",
     "dse.report.content.document",
@@ -34,7 +36,15 @@ NEVER = {
         *ROOMS,
     ),
     "new": (*SOLVER, "networkx", "rich", "dse.space", "dse.examples.random"),
-    "solve": ("pandas", "networkx", "scipy", "matplotlib", "dse.examples.random", "dse.questions", "dse.verification"),
+    "solve": (
+        "pandas",
+        "networkx",
+        "scipy",
+        "matplotlib",
+        "dse.examples.random",
+        "dse.questions.sweep",
+        "dse.verification",
+    ),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.search"),
 }
 ARGUMENTS = {

@@ -190,5 +190,5 @@ threads:
 objectives: [minimise price]
 requirements: [response time of t <= 1 ms, response time <= 1 ms]
 """)
-    assert len(found.give_up) == 3
+    assert len(found.give_up) == 2
     assert not dse.verify(found, method="exhaustion").findings

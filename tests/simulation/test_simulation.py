@@ -301,7 +301,7 @@ def test_the_robot_reaches_its_bounds() -> None:
         ({"duration": "5"}, "duration '5'"),
         ({"duration": "0 s"}, "must be positive"),
         ({"duration": "1e9 s"}, "give a shorter --duration"),
-        ({"runs": 0}, "at least one run"),
+        ({"runs": 0}, "expected a whole number from 1"),
         ({"drift_ppm": -1}, "drift"),
         ({"design": ["nav.period = 1 ms"]}, "nothing is called"),
     ],

@@ -64,7 +64,9 @@ def once(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function that is asked once about the same: plain data with the same content, or the very same object."""
     known: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
-    def remembering(*given: Any) -> Any:
+    def remembering(*given: Any, **named: Any) -> Any:
+        if named:
+            return function(*given, **named)
         key = tuple(json.dumps(part) if isinstance(part, str | tuple | dict) else id(part) for part in given)
         if key not in known:
             if len(known) >= MOST:

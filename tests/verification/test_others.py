@@ -169,9 +169,9 @@ def test_what_was_stopped_claims_nothing(tmp_path: Any) -> None:
     assert dse.reopen(path).others_asked == whole.others_asked
 
 
-def test_results_of_earlier_versions_do_not_say_what_was_asked() -> None:
+def test_a_result_with_others_that_does_not_say_what_was_asked_is_rejected() -> None:
     problem = dse.loads(FREE)
     data = asked(problem, 2, "3%")
     del data["others_asked"]
     found = dse.verify(data, problem=problem)
-    assert found.status == "unfinished" and "others_asked is missing" in found.left_open[0]
+    assert found.status == "rejected" and found.findings[0].place == "others_asked"

@@ -401,7 +401,7 @@ def random_threads(rng: random.Random) -> str:
         limits.append(f"response time of {rng.choice(names)} >= {rng.randint(2, 5)} ms")
     return "\n".join(
         [
-            f"dse: 1\nname: random\ndeadlines: {'true' if rng.random() < 0.5 else 'false'}",
+            f"dse: 1\nname: random\ndeadlines: {'all' if rng.random() < 0.5 else 'none'}",
             "processing: response_time",
             f"processor_types: {{cpu: {{cores: {rng.choice(('1', '2', '[1, 2]'))}, price: 5 EUR}}}}",
             "processors: {p: {type: cpu}, q: {type: cpu, optional: true}}",
