@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from dse.spec.loading.load import dotted, load_spec, parse_spec
+from dse.spec.loading.load import load_spec, parse_spec
+from dse.spec.loading.reader import dotted
 from dse.spec.schema.hardware import TransmissionTime
 from dse.spec.schema.model import Spec
 from dse.support.errors import ProblemError
