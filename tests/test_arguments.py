@@ -124,24 +124,24 @@ def test_ranges_and_words_are_those_of_the_command_line() -> None:
 def test_words_that_are_none_name_the_nearest(given: dict[str, Any]) -> None:
     problem, result = given["problem"], given["result"]
     wrong: dict[str, Callable[[], object]] = {
-        'offsets: \'wurst\' is not one of worst, random, zero (did you mean "worst"?)':
+        'offsets: expected worst, random, zero; got \'wurst\' (did you mean "worst"?)':
             lambda: dse.simulate(problem, DESIGN, offsets="wurst"),  # type: ignore[arg-type]
-        'execution: \'maxx\' is not one of max, min, random (did you mean "max"?)':
+        'execution: expected max, min, random; got \'maxx\' (did you mean "max"?)':
             lambda: dse.simulate(problem, DESIGN, execution="maxx"),  # type: ignore[arg-type]
-        "method: 'foo' is not one of auto, exhaustion, model":
+        "method: expected auto, exhaustion, model; got 'foo'":
             lambda: dse.verify(result, method="foo"),  # type: ignore[arg-type]
-        'profile: \'des\' is not one of dse, osate-2.2, osate-2.19 (did you mean "dse"?)':
+        'profile: expected dse, osate-2.2, osate-2.19; got \'des\' (did you mean "dse"?)':
             lambda: dse.solve(problem, profile="des"),
-        "workers: expected a whole number from 1 to 64, got 0": lambda: dse.solve(problem, workers=0),
-        'time_limit_s: expected a positive time: seconds, a timedelta, or text such as "2 min", got -1':
+        "workers: expected a whole number from 1 to 64; got 0": lambda: dse.solve(problem, workers=0),
+        'time_limit_s: expected a positive time: seconds, a timedelta, or text such as "2 min"; got -1':
             lambda: dse.solve(problem, time_limit_s=-1),
         'solve: unknown keyword \'max_jiter\' (did you mean "max_jitter"?)':
             lambda: dse.solve(problem, max_jiter="5 ms"),  # type: ignore[call-arg]
         'unknown keyword \'max_jiter\' (did you mean "max_jitter"?)':
             lambda: problem.ask(max_jiter="5 ms"),
-        'max_jitter: expected a text with a unit, such as "20 ms", or several, got 0':
+        'max_jitter: expected a text with a unit, such as "20 ms", or several; got 0':
             lambda: problem.ask(max_jitter=0),
-        "require: expected a text, or several, got 0": lambda: problem.ask(require=0),
+        "require: expected a text, or several; got 0": lambda: problem.ask(require=0),
     }  # fmt: skip
     for said, call in wrong.items():
         with pytest.raises(DseError) as caught:

@@ -10,7 +10,7 @@ from rich.cells import cell_len, set_cell_size
 
 from dse.answers.ranking.changes import Delta
 from dse.answers.ranking.reasons import Margin
-from dse.answers.tables.display import NO_BOUND, counted, display_unit, readable
+from dse.answers.tables.display import NO_BOUND, counted, display_unit, each_core_words, readable
 from dse.support.units import is_unbounded
 
 PPM = 10**6
@@ -86,25 +86,6 @@ def _limit_words(margin: Margin, currency: str) -> str:
     if margin.unit == "ppm":
         return f"{limit} ({each_core_words(margin.limit, whole)})"
     return f"{limit} ({readable(margin.limit / whole * PPM, 'ppm')} of {readable(whole, margin.unit, currency)})"
-
-
-def each_core_words(limit: Fraction, whole: Fraction) -> str:
-    """What a limit of the sum of several cores, `whole` together, is for each of them; all in ppm of one core.
-
-    >>> each_core_words(Fraction(2_800_000), Fraction(4_000_000))
-    '70 % of each of 4 cores'
-    """
-    return f"{readable(limit / whole * PPM, 'ppm', digits=6)} of each of {whole / PPM} cores"
-
-
-def of_cores(capacity: Fraction) -> str:
-    """What a processor has in all, on the scale on which one core is 100 %.
-
-    >>> of_cores(Fraction(4_000_000)), of_cores(Fraction(1_000_000))
-    ('of 400 % (4 cores)', 'of its core')
-    """
-    count = int(capacity / PPM)
-    return "of its core" if count == 1 else f"of {count * 100} % ({count} cores)"
 
 
 def rate_words(loss: Delta, gain: Delta, currency: str) -> str:

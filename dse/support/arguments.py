@@ -81,7 +81,7 @@ def refuse(name: str, expected: str, value: object) -> NoReturn:
         always.
     """
     text = repr(value)
-    raise UsageError(f"{name}: expected {expected}, got {text if len(text) <= 100 else f'{text[:100]}…'}")
+    raise UsageError(f"{name}: expected {expected}; got {text if len(text) <= 100 else f'{text[:100]}…'}")
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,9 @@ class Word:
     def __call__(self, name: str, value: Any) -> str:
         """The word."""
         if not isinstance(value, str):
-            refuse(name, f"one of {', '.join(self.words)}", value)
+            refuse(name, ", ".join(self.words), value)
         if value not in self.words:
-            raise UsageError(f"{name}: {value!r} is not one of {', '.join(self.words)}{hint(value, self.words)}")
+            raise UsageError(f"{name}: expected {', '.join(self.words)}; got {value!r}{hint(value, self.words)}")
         return value
 
 

@@ -91,13 +91,13 @@ def test_shares_of_periods_are_those_of_the_paper() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((4, 1, 2, "robot"), "threads: expected a whole number from 5 to 5,000, got 4"),
-        ((5_001, 1, 2, "robot"), "threads: expected a whole number from 5 to 5,000, got 5001"),
-        ((9, 1, 6, "robot"), "objectives: expected a whole number from 1 to 5, got 6"),
-        ((9, 1, 0, "robot"), "objectives: expected a whole number from 1 to 5, got 0"),
+        ((4, 1, 2, "robot"), "threads: expected a whole number from 5 to 5,000; got 4"),
+        ((5_001, 1, 2, "robot"), "threads: expected a whole number from 5 to 5,000; got 5001"),
+        ((9, 1, 6, "robot"), "objectives: expected a whole number from 1 to 5; got 6"),
+        ((9, 1, 0, "robot"), "objectives: expected a whole number from 1 to 5; got 0"),
         (
             (9, 1, 2, "robots"),
-            'many-buses, automotive (did you mean "robot"?)',
+            "automotive; got 'robots' (did you mean \"robot\"?)",
         ),
     ],
 )
@@ -141,7 +141,7 @@ def test_what_goes_to_standard_output_names_no_file(capsys: pytest.CaptureFixtur
     [
         (["--threads", "8"], "--threads needs --random"),
         (["--random", "--example", "inmark"], "exclude each other"),
-        (["--random", "--threads", "2"], "from 5 to 5,000, got 2"),
+        (["--random", "--threads", "2"], "from 5 to 5,000; got 2"),
         (["--random", "--family", "submarine"], "many-buses"),
     ],
 )

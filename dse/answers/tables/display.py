@@ -24,6 +24,7 @@ MOST_DIGITS = 9
 PREFERRED = {"ns": "ms", "nm": "cm", "ppm": "%", "mW": "W", "B/s": "KB/s"}
 
 
+PPM = 10**6
 NO_BOUND = "unbounded"
 """What is shown in place of a figure in which a response time has no bound."""
 
@@ -138,6 +139,25 @@ def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int
     while amount and digits < MOST_DIGITS and not round(amount / factor, digits):
         digits += 1
     return readable(amount, base, currency, digits)
+
+
+def each_core_words(limit: Fraction, whole: Fraction) -> str:
+    """What a limit of the sum of several cores, `whole` together, is for each of them; all in ppm of one core.
+
+    >>> each_core_words(Fraction(2_800_000), Fraction(4_000_000))
+    '70 % of each of 4 cores'
+    """
+    return f"{readable(limit / whole * PPM, 'ppm', digits=6)} of each of {whole / PPM} cores"
+
+
+def of_cores(capacity: Fraction) -> str:
+    """What a processor has in all, on the scale on which one core is 100 %.
+
+    >>> of_cores(Fraction(4_000_000)), of_cores(Fraction(1_000_000))
+    ('of 400 % (4 cores)', 'of its core')
+    """
+    count = int(capacity / PPM)
+    return "of its core" if count == 1 else f"of {count * 100} % ({count} cores)"
 
 
 def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:

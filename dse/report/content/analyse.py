@@ -11,8 +11,8 @@ from functools import partial
 from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis, FlowTable, Usage
-from dse.answers.tables.display import counted, readable
-from dse.report.amounts import amount_words, each_core_words, of_cores, slack_words
+from dse.answers.tables.display import counted, each_core_words, of_cores, readable
+from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records

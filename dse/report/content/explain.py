@@ -12,8 +12,8 @@ from dse.analysis.limits import FULLEST, build_limit
 from dse.analysis.scheduling.overheads import safe_bounds
 from dse.answers.explanation import Demand, Example, Explanation, GiveUp, Offer, Relaxation
 from dse.answers.result import Clash, Conflict, Result
-from dse.answers.tables.display import readable
-from dse.report.amounts import amount_words, each_core_words, listed
+from dse.answers.tables.display import each_core_words, readable
+from dse.report.amounts import amount_words, listed
 from dse.report.page import Block, Item, Listing, Page, Section, Text, few, listing, texts
 from dse.report.text_table import basis_words
 from dse.report.words.clocks import boundary_words
