@@ -8,7 +8,7 @@ the analysis of its first design, without the version, the meaning of the figure
 A change that is meant to change answers says so, and writes the digests anew. To see what a change did, keep the
 answers before and after it and compare the folders::
 
-    python -m tests.test_fixed_results                   # writes tests/expected/fixed_results.txt
+    python -m tests.test_fixed_results                   # writes tests/golden/fixed_results.txt
     python -m tests.test_fixed_results --keep FOLDER     # writes each answer to a file of the folder, no digest
 """
 
@@ -42,7 +42,7 @@ from tests.oracle.generator import to_yaml
 from tests.properties import test_every_question
 
 ROOT = Path(__file__).parents[1]
-DIGESTS = Path(__file__).parent / "expected" / "fixed_results.txt"
+DIGESTS = Path(__file__).parent / "golden" / "fixed_results.txt"
 LEFT_OUT = (
     *("version", "semantics", "search", "files", "sha256", "question", "identity", "file", "solver_calls"),
     *("conflicts", "give_up"),

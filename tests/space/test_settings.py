@@ -97,7 +97,7 @@ def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:
 
 
 def test_unknown_values_are_usage_errors() -> None:
-    with pytest.raises(UsageError, match="processing: 'busy' is not one of execution_time, response_time"):
+    with pytest.raises(UsageError, match="processing: expected execution_time, response_time; got 'busy'"):
         changed(loads(PROBLEM), Changes(processing="busy"))
     with pytest.raises(ProblemError, match="expected one of stated, all, none"):
         loads(PROBLEM + "deadlines: some\n")
