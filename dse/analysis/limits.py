@@ -28,7 +28,7 @@ from dse.analysis.measures import (
 from dse.analysis.placement.bin_packing import Room
 from dse.analysis.placement.partition import Spread, asks_for_first_fit, even_spread, spread
 from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.views import View, tabulate
 from dse.space.model.criteria import Requirement
 from dse.space.model.metric_kinds import metric_dimension

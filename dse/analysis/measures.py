@@ -13,8 +13,8 @@ from typing import Literal
 
 from dse.analysis.binding import bus_stack
 from dse.analysis.latency.metrics import flow_terms, input_terms, up_to
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.scheduling.servers.segments import always_executes, elapsed_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.tasks import always_executes, elapsed_ns
 from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, latency_scale, whole_time_scale
 from dse.analysis.usage import (

@@ -21,7 +21,7 @@ from dse.analysis.osate.load import BusBudget, bus_budget
 from dse.analysis.osate.quirks import quirks
 from dse.analysis.osate.resources import ResourceUse, resource_uses
 from dse.analysis.scheduling.overheads import stated_overheads
-from dse.analysis.scheduling.scheduling import Response, processor_responses
+from dse.analysis.scheduling.responses import Response, processor_responses
 from dse.analysis.terms import PPM, Term
 from dse.analysis.usage import busy_terms, load_terms, payload_terms, utilisation_terms
 from dse.analysis.views import View

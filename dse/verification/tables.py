@@ -13,7 +13,7 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import Reads
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View

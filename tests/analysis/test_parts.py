@@ -12,7 +12,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.scheduling import Response, processor_responses
+from dse.analysis.scheduling.responses import Response, processor_responses
 from dse.analysis.views import View
 from dse.cli.main import run
 from dse.space.model.space import Space

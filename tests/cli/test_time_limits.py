@@ -17,7 +17,7 @@ import click
 import pytest
 
 import dse
-from dse.analysis.scheduling import responding
+from dse.analysis.scheduling.policies import preemptive
 from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
 from dse.report.content.document import Document
@@ -74,7 +74,7 @@ def jumping(step_s: float, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    responding._respond_alone.cache_clear()  # what another test computed would take no time
+    preemptive._remembered.cache_clear()  # what another test computed would take no time
     (tmp_path / "p.yaml").write_text(COPRIME, encoding="utf-8")
     return tmp_path
 

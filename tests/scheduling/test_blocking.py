@@ -9,7 +9,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.scheduling.response_time import periodic, response_time_ns
-from dse.analysis.scheduling.scheduling import processor_responses
+from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
 from dse.questions.problem import loads
 from dse.report.words.contention import bound_words, overhead_words

@@ -10,12 +10,11 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling import responding
-from dse.analysis.scheduling.busy_period import worst_busy_period
-from dse.analysis.scheduling.scheduling import all_responses, processor_responses
-from dse.analysis.scheduling.servers.succession import Chains, link_of
-from dse.analysis.scheduling.turns import Schedule
-from dse.analysis.scheduling.waiting import waits_of
+from dse.analysis.scheduling.policies.chains_in_executor import Chains, Succession
+from dse.analysis.scheduling.resolve import stage_of
+from dse.analysis.scheduling.responses import all_responses, processor_responses, solution_of
+from dse.analysis.scheduling.timelines import worst_busy_period
+from dse.analysis.scheduling.waits import Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from tests.helpers import chained_callbacks
@@ -102,7 +101,9 @@ def test_what_is_no_chain(thread: str, fields: dict[str, Any]) -> None:
     space = space_of(text)
     view = View([0] * len(space.decisions))
     numbers = {item.name: number for number, item in enumerate(space.components)}
-    assert [name for name in ("b", "c", "d4") if link_of(space, numbers[name], view) is None] == [thread]
+    assert [name for name in ("b", "c", "d4") if stage_of(space, (numbers[name], "thread"), view).follows is None] == [
+        thread
+    ]
     assert known_ms(space)[thread] != {"b": 21, "d4": 7}[thread]
 
 
@@ -158,10 +159,10 @@ def test_no_run_takes_longer_than_its_bound(seed: int) -> None:
         for name, taken in chained_callbacks.played(core, rng).items():
             bound = bounds[name]
             assert bound is None or taken * MS <= bound, (name, taken, bound, chained_callbacks.text_of(core))
-    schedule = Schedule(space, view)
+    waits = Waits(space, solution_of(space, view).system, known)
     for key, time in known.items():
         if time is not None:
-            (wait,) = waits_of(schedule, key, known) or ()
+            (wait,) = waits.of_thread(key) or ()
             assert wait.response_ns == time
 
 
@@ -187,10 +188,7 @@ def test_bounds_are_no_longer_than_those_of_strangers(seed: int, monkeypatch: py
     space = space_of(chained_callbacks.text_of(core))
     found = known_ms(space)
 
-    def strangers(*args: Any, **more: Any) -> Any:
-        return Chains(space, (), {}, View(()))
-
-    monkeypatch.setattr(responding.Succession, "chains", strangers)
+    monkeypatch.setattr(Succession, "chains", lambda self, executor: Chains(self.events, ()))
     for name, time in known_ms(space).items():
         mine = found[name]
         assert time is None or (mine is not None and mine <= time)

@@ -9,7 +9,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import build_limit, excess
-from dse.analysis.scheduling.scheduling import all_responses
+from dse.analysis.scheduling.responses import all_responses
 from dse.analysis.scheduling.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.encode.model import encode

@@ -9,7 +9,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.views import View
 from dse.search.front import SearchLimits, search_front
 from dse.simulation.engine import simulate_once

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.analysis.scheduling.policies.reservations import server, supply_gaps
 from dse.analysis.scheduling.response_time import Stream, Task, periodic, response_time_ns
-from dse.analysis.scheduling.scheduling import processor_responses
-from dse.analysis.scheduling.servers.reservations import server, supply_gaps
+from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
 from dse.questions.problem import load, loads
 from dse.report.words.contention import bound_words

@@ -13,7 +13,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.scheduling import all_responses
+from dse.analysis.scheduling.responses import all_responses
 from dse.analysis.views import View
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling import waiting_forms

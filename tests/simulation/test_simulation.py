@@ -106,9 +106,9 @@ def test_a_wrong_analysis_is_contradicted(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 def test_a_wrong_response_time_is_contradicted(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dse.analysis.scheduling import responding
+    from dse.analysis.scheduling.policies import preemptive
 
-    monkeypatch.setattr(responding, "response_time_ns", lambda task, *_: task.worst_ns)
+    monkeypatch.setattr(preemptive, "response_time_ns", lambda task, *_: task.worst_ns)
     text = CHAIN.replace("  control:", RIVAL + "  control:")
     assert any("thread" in item for item in run_text(text, runs=60).contradictions)
 

@@ -136,7 +136,7 @@ def test_deadlines_follow_the_profile_unless_they_are_said() -> None:
 def test_stated_deadlines_are_those_of_the_threads_that_have_one() -> None:
     """Under `stated` a thread without a deadline is never late; under `all` it ends by its period."""
     from dse.analysis.limits import build_limit
-    from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+    from dse.analysis.scheduling.responses import UNBOUNDED_NS
     from dse.analysis.views import View
     from dse.space.question.settings import deadline_requirements
 

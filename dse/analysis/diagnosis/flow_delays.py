@@ -1,6 +1,6 @@
 """Who waits for whom in a flow whose latency counts response times, and which single shorter time would keep a limit.
 
-What a thread waits for is told as that of late threads is (`dse.analysis.scheduling.waiting`), and a shorter time that
+What a thread waits for is told as that of late threads is (`dse.analysis.scheduling.waits`), and a shorter time that
 would do is found in the same way (`dse.analysis.diagnosis.shortening`): all response times are found anew, and the
 figure that is limited.
 """
@@ -15,9 +15,9 @@ from dse.analysis.diagnosis.lateness import Late, Teller
 from dse.analysis.diagnosis.shortening import Candidate, Shorter
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
 from dse.analysis.limits import Verdict, build_limit, judge
-from dse.analysis.scheduling.scheduling import response_of
+from dse.analysis.scheduling.responses import response_of
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.scheduling.waiting import Wait, waits_of
+from dse.analysis.scheduling.waits import Wait
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact
 
@@ -83,7 +83,7 @@ def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
     steps = [step for flow in space.flows if flow.name in flows for step in flow.steps]
     last: dict[str, int] = {}
     for step in steps:
-        if step.kind == "component" and teller.schedule.place((step.index, "thread")) is not None:
+        if step.kind == "component" and teller.solution.system.place((step.index, "thread")) is not None:
             last[space.components[step.index].stated_as] = step.index
     return [(number, "thread") for number in last.values()]
 
@@ -93,7 +93,7 @@ def _waiting(teller: Teller, key: TaskKey) -> FlowWait | None:
     found = response_of(teller.space, *key, teller.view)
     if found is None or found.response_ns is None:
         return None
-    waits = waits_of(teller.schedule, key, teller.known) or ()
+    waits = teller.waits.of_thread(key) or ()
     waited = sum(item.waited_ns for item in waits)
     return FlowWait(teller.space.components[key[0]].stated_as, waited, waits) if waited > 0 else None
 

@@ -18,8 +18,8 @@ from dse.analysis.memo import Recall
 from dse.analysis.placement.first_fit import placement
 from dse.analysis.placement.heuristics import placed
 from dse.analysis.placement.partition import Spread
-from dse.analysis.scheduling.turns import Turn
-from dse.analysis.scheduling.turns import cores_of as turns_on
+from dse.analysis.scheduling.order import Turn
+from dse.analysis.scheduling.order import cores_of as turns_on
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.architecture.carriers import carriers

@@ -1,6 +1,6 @@
 """Why a thread is late, and how much shorter it or what goes before it would have to be.
 
-What goes before the worst job is what the analysis of its response time counts (`dse.analysis.scheduling.waiting`;
+What goes before the worst job is what the analysis of its response time counts (`dse.analysis.scheduling.waits`;
 docs/semantics.md, section 4.3), of a thread with segments piece by piece. A time that would do is found by asking that
 analysis again with a shorter one (`dse.analysis.diagnosis.shortening`). Of threads without a bound it is told which of
 them have none because of others.
@@ -8,7 +8,7 @@ them have none because of others.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
@@ -17,16 +17,14 @@ from typing import Annotated
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
 from dse.analysis.limits import HOLDS, Verdict
-from dse.analysis.scheduling.holistic import fixed_point
+from dse.analysis.scheduling.event_models import upstream
+from dse.analysis.scheduling.fixed_point import Loss
+from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
-from dse.analysis.scheduling.releases import thread_releases
-from dse.analysis.scheduling.responding import counts_once
-from dse.analysis.scheduling.response_time import Task
-from dse.analysis.scheduling.scheduling import Response, all_responses, response_of
-from dse.analysis.scheduling.servers.segments import apart_ns, elapsed_ns
+from dse.analysis.scheduling.policies.executors import counts_once
+from dse.analysis.scheduling.responses import Response, response_of, solution_of
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.scheduling.turns import Schedule, Turn, upstream
-from dse.analysis.scheduling.waiting import Known, SharedCore, Wait, waits_of
+from dse.analysis.scheduling.waits import Wait, Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -114,65 +112,36 @@ def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Itera
     yield from Teller(space, view).late_threads(verdicts)
 
 
-@dataclass(frozen=True)
-class _Loss:
-    """How it turns out that a thread has no bound: because of others, or with what is `known` of them by then."""
-
-    key: TaskKey
-    because: tuple[str, ...]
-    known: Known
-
-
-class _Losses:
-    """Notes, when it turns out that a task has no bound, whether that is because something else has none.
-
-    What is known of others by then are times that they take at the least, all of them bounded.
-    """
-
-    def __init__(self, space: Space, view: View) -> None:
-        self.space, self.view = space, view
-        self.found: dict[tuple[int, ...], _Loss] = {}
-
-    def note(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], known: Known) -> None:
-        """Called by the analysis (`dse.analysis.scheduling.holistic.fixed_point`)."""
-        members = turn.pieces or turn.key[:1]
-        if members in self.found:
-            return
-        space, view = self.space, self.view
-        before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
-        missing = [turns[position].key[0] for position in sorted(before) if self._is_lost(turn, turns, tasks, position)]
-        missing += [
-            key[0] for key in upstream(space, turn.key, view, frozenset())
-            if key[0] not in members and known.get(key, 0) is None
-        ]  # fmt: skip
-        because = tuple(dict.fromkeys(space.components[number].stated_as for number in missing))
-        self.found[members] = _Loss(turn.key, because, {} if because else dict(known))
-
-    def _is_lost(self, turn: Turn, turns: Sequence[Turn], tasks: Sequence[Task | None], position: int) -> bool:
-        return tasks[position] is None and not counts_once(self.space, turn, turns[position], self.view)
-
-
 class Teller:
     """The late threads of one design."""
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
-        self.schedule, self.trials = Schedule(space, view), Trials(space, view)
+        self.solution, self.trials = solution_of(space, view), Trials(space, view)
 
     @cached_property
-    def known(self) -> dict[TaskKey, Exact | None]:
-        """The response time of every task, in ns."""
-        return all_responses(self.space, self.view)
+    def waits(self) -> Waits:
+        """What the threads of the design wait for."""
+        return self._waits(self.solution.ends)
 
-    @cached_property
-    def losses(self) -> Mapping[tuple[int, ...], _Loss]:
-        """How it turns out of each thread without a bound, by the numbers of its pieces, that it has none."""
-        losses = _Losses(self.space, self.view)
-        if None in self.known.values():
-            processors = range(len(self.space.processors))
-            every = [core for processor in processors for core in self.schedule.cores(processor)]
-            fixed_point(self.space, every, self.view, losses.note)
-        return losses.found
+    def _waits(self, ends: Ends) -> Waits:
+        return Waits(self.space, self.solution.system, ends)
+
+    def _because(self, loss: Loss) -> tuple[str, ...]:
+        """The threads without a bound because of which a thread has none; none where it has none by itself."""
+        stages, entry = self.solution.system.stages, loss.resource.entries[loss.position]
+        stage = stages[entry.key]
+        missing = [
+            loss.resource.entries[position].key
+            for position in entry.before
+            if loss.tasks[position] is None and not counts_once(loss.resource, entry, position)
+        ]
+        members = stage.pieces or (stage.key,)
+        missing += [
+            key for key in upstream(stages, entry.key, loss.ends)
+            if key[0] not in {item[0] for item in members} and loss.ends.get(key, 0) is None
+        ]  # fmt: skip
+        return tuple(dict.fromkeys(self.space.components[number].stated_as for number, _ in missing))
 
     def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
         """The threads that break an upper limit on their response time, in the order of the limits."""
@@ -199,49 +168,49 @@ class Teller:
         members = component.pieces.members if component.pieces is not None else (found.component,)
         keys: list[TaskKey] = [(number, "thread") for number in members]
         late = None if found.response_ns is None or limit is None else found.response_ns - limit
-        loss = self.losses.get(members)
-        known = self.known if loss is None or loss.because else loss.known
-        is_told = late is not None or (loss is not None and not loss.because and found.is_piece)
-        causes = [] if late is not None or loss is None else self._keys_of(loss.because)
-        waits = (waits_of(self.schedule, key, known) if is_told else None) or ()
+        loss = self.solution.losses.get(keys[0])
+        because = () if loss is None else self._because(loss)
+        waits = self.waits if loss is None or because else self._waits(loss.ends)
+        is_told = late is not None or (loss is not None and not because and found.is_piece)
+        causes = [] if late is not None or loss is None else self._keys_of(because)
         budget = budget_of(space, found.component, view, is_in_time)
         return Late(
             found.name if component.pieces is None else component.stated_as,
             space.processors[at(component.processor, view)].name,
             found.core,
             late,
-            elapsed_ns(space, found.component, view)[1] if found.is_piece else found.task.worst_ns,
+            self.solution.system.stages[key].elapsed_ns[1] if found.is_piece else found.task.worst_ns,
             found.blocked_ns, found.executor, found.delays,
             tuple(self.trials.shorter(keys, causes, is_in_time)),
             found.is_piece,
             budget,
             tuple(self._accelerators(members)) if found.is_piece else (),
-            () if late is not None or loss is None else loss.because,
+            () if late is not None or loss is None else because,
             limit,
-            waits,
-            self._full(keys, known) if late is None and (loss is None or not loss.because) else None,
-            self._apart(members[0]) if late is None and found.is_piece else None,
+            (waits.of_thread(key) if is_told else None) or (),
+            self._full(keys, waits) if late is None and (loss is None or not because) else None,
+            self._apart(keys[0]) if late is None and found.is_piece else None,
         )  # fmt: skip
 
     def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
         """The tasks of threads, by their names."""
-        return [key for key in self.known if self.space.components[key[0]].stated_as in names]
+        return [key for key in self.solution.ends if self.space.components[key[0]].stated_as in names]
 
-    def _full(self, keys: Sequence[TaskKey], known: Known) -> Full | None:
+    def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
         """Where a thread and what goes before it need most, if that is more than there is."""
         found: list[Full] = []
         for key in keys:
-            place = SharedCore(self.schedule, key, known)
-            share = place.share()
+            place, share = waits.share(key)
             name = self.space.processors[place.processor].name
             if share is not None and share > 1:
-                found.append(Full(name, place.core + 1, place.is_served, share * PPM))
+                found.append(Full(name, place.core + 1, place.is_accelerator, share * PPM))
         return max(found, key=lambda item: item.share_ppm, default=None)
 
-    def _apart(self, first: int) -> Exact | None:
+    def _apart(self, first: TaskKey) -> Exact | None:
         """How far apart the releases of a thread with segments are, whose first piece is given."""
-        released, separation_ns = thread_releases(self.space, first, self.known, self.view)
-        return None if released is None else apart_ns(released, separation_ns)
+        place = self.solution.system.place(first)
+        assert place is not None
+        return self.waits.segments.apart_ns(place[0].entries[place[1]])
 
     def _accelerators(self, members: Sequence[int]) -> dict[str, None]:
         """The processors that serve pieces of a thread as they come, or by priority."""

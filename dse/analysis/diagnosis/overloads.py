@@ -20,7 +20,7 @@ from dse.analysis.measures import exact_sum
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.placement.partition import core_count, given_cores
 from dse.analysis.scheduling.tasks import longest_alone_ns, members, task_keys, utilisation
-from dse.analysis.scheduling.waiting import told_name
+from dse.analysis.scheduling.waits import told_name
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at

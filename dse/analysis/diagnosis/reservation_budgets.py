@@ -12,12 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from dse.analysis.placement.first_fit import core_of_each
-from dse.analysis.scheduling.overheads import interrupting
-from dse.analysis.scheduling.releases import task_of
-from dse.analysis.scheduling.scheduling import all_responses, response_of
-from dse.analysis.scheduling.servers.reservations import before_task
-from dse.analysis.scheduling.turns import turns_of
+from dse.analysis.scheduling.fixed_point import Windows
+from dse.analysis.scheduling.policies.reservations import is_served
+from dse.analysis.scheduling.responses import response_of, solution_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -68,13 +65,11 @@ def budget_of(
 
 def _is_served(space: Space, view: View, number: int) -> bool:
     """Whether the budget that a thread is in is there in each period."""
-    cores = core_of_each(space, at(space.components[number].processor, view), view)
-    turns = turns_of(space, [other for other, core in cores.items() if core == cores[number]], view)
-    known = all_responses(space, view)
-    tasks = [task_of(space, turn.key, known, view) for turn in turns]
-    before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
-    [turn] = [turn for turn in turns if turn.key == (number, "thread")]
-    return None not in before_task(space, turns, turn, tasks, before, view)
+    solution = solution_of(space, view)
+    place = solution.system.place((number, "thread"))
+    assert place is not None
+    resource, position = place
+    return is_served(resource, resource.entries[position], Windows(solution.system, solution.ends).tasks(resource))
 
 
 def least(is_enough: Callable[[int], bool], most: int) -> int:

@@ -10,15 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Annotated, Literal
 
 from dse.analysis.diagnosis.reservation_budgets import least
 from dse.analysis.limits import build_limit, judge
-from dse.analysis.scheduling.holistic import counted_fixed_point, one_response_ns
-from dse.analysis.scheduling.releases import is_lone
+from dse.analysis.scheduling.fixed_point import response_alone_ns, solve
+from dse.analysis.scheduling.model import System
+from dse.analysis.scheduling.order import Schedule
+from dse.analysis.scheduling.responses import solution_of
 from dse.analysis.scheduling.tasks import Part, TaskKey
-from dse.analysis.scheduling.turns import Schedule, blockers, turns_of
-from dse.analysis.scheduling.waiting import told_name
+from dse.analysis.scheduling.waits import told_name
+from dse.analysis.scheduling.what_if import only, with_shorter_interrupt, with_shorter_job, with_shorter_section
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -51,21 +54,18 @@ class Candidate:
     most_ns: int
 
 
-class _Trial(View):
-    """A design that is asked about once: nothing of it is remembered for other designs."""
-
-    __slots__ = ()
-
-
 class Trials:
     """A design with the cores and orders that it has, to be asked again with a shorter time."""
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
-        self.schedule = Schedule(space, view)
         self._asked: dict[object, Mapping[TaskKey, Exact | None]] = {}
         self._spent = 0
-        self._has_sections = any(item.section_ns is not None for item in space.components)
+
+    @cached_property
+    def system(self) -> System:
+        """The system of the design."""
+        return solution_of(self.space, self.view).system
 
     def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
         """What may be shortened for these tasks of a thread: they, what goes before them, and what blocks them."""
@@ -76,65 +76,47 @@ class Trials:
         return list(found.values())[:MOST_CANDIDATES]
 
     def _beside(self, key: TaskKey) -> Iterator[Candidate]:
-        place = self.schedule.place(key)
+        place = self.system.place(key)
         if place is None:
             return
-        processor, core, turn = place
-        turns = self.schedule.cores(processor)[core]
-        slot = self.space.processors[processor]
-        for index, item in enumerate(at(slot.interference, self.view)):
-            yield Candidate("interrupt", processor, index, item.name, item.worst_ns - 1)
-        before = {*turn.rivals(turns), *(turn.outside(turns) if turn.reservation is not None else ())}
-        yield from (self._job(turns[position].key) for position in sorted(before))
-        for number, longest_ns in blockers(self.space, turns, turn, self.view).items():
+        resource, entry = place[0], place[0].entries[place[1]]
+        for index, item in enumerate(resource.interrupts):
+            yield Candidate("interrupt", resource.processor, index, item.name, item.worst_ns - 1)
+        yield from (self._job(resource.entries[position].key) for position in entry.before)
+        longest: dict[int, int] = {}
+        for (number, _), section_ns in entry.blockers:
+            longest[number] = max(section_ns, longest.get(number, 0))
+        for number, longest_ns in longest.items():
             yield Candidate("section", number, "thread", self.space.components[number].stated_as, longest_ns)
 
     def _job(self, key: TaskKey) -> Candidate:
-        component = self.space.components[key[0]]
-        given = at(component.callback_ns if key[1] == "callback" else component.execution_ns, self.view)
-        return Candidate("job", *key, told_name(self.space, key), 0 if given is None else given[1] - 1)
+        stage = self.system.stages.get(key)
+        return Candidate("job", *key, told_name(self.space, key), 0 if stage is None else stage.worst_ns - 1)
 
-    def shortened(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
-        """The space with a candidate that takes so much less, and the design in it, whose threads stay where they are.
-
-        A shortest time that is longer than the longest one then is the same as that.
-        """
-        space, view = self.space, self.view
+    def shortened(self, item: Candidate, by_ns: int) -> System:
+        """The system with a candidate that takes so much less, whose threads stay where they are."""
         if item.kind == "interrupt":
-            slot = space.processors[item.number]
-            given = list(at(slot.interference, view))
-            given[int(item.part)] = replace(given[int(item.part)], worst_ns=given[int(item.part)].worst_ns - by_ns)
-            slots = list(space.processors)
-            slots[item.number] = replace(slot, interference=tuple(given))
-            return self._kept(replace(space, processors=tuple(slots)))
-        components = list(space.components)
-        component = components[item.number]
+            return with_shorter_interrupt(self.system, item.number, int(item.part), by_ns)
         if item.kind == "section":
-            components[item.number] = replace(component, section_ns=item.most_ns - by_ns)
-        else:
-            field = "callback_ns" if item.part == "callback" else "execution_ns"
-            best, worst, *more = at(getattr(component, field), view)
-            changed = (min(best, worst - by_ns), worst - by_ns, *more)
-            components[item.number] = replace(component, **{field: changed})  # type: ignore[arg-type]
-        return self._kept(replace(space, components=tuple(components)))
-
-    def _kept(self, space: Space) -> tuple[Space, View]:
-        trial = _Trial(self.view.design)
-        for processor in range(len(space.processors)):
-            cores = self.schedule.cores(processor)
-            if self._has_sections:  # these are no longer than the jobs
-                cores = [turns_of(space, list(dict.fromkeys(turn.key[0] for turn in core)), trial) for core in cores]
-            trial.memo["turns", processor] = cores
-        return space, trial
+            return with_shorter_section(self.system, item.number, item.most_ns - by_ns)
+        key: TaskKey = (item.number, "callback" if item.part == "callback" else "thread")
+        return with_shorter_job(self.system, key, by_ns)
 
     def whole(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
-        """The same as a design with all response times, for figures that count these."""
-        space, trial = self.shortened(item, by_ns)
-        cores = [core for processor in range(len(space.processors)) for core in trial.memo["turns", processor]]
+        """The same as a space and a design in it that knows all response times, for figures that count these."""
+        solution = solve(self.shortened(item, by_ns))
+        self._spent += solution.rounds * len(solution.ends)
         view = View(self.view.design)
-        view.memo |= trial.memo
-        view.memo["responses"], rounds = counted_fixed_point(space, cores, trial)
-        self._spent += rounds * len(view.memo["responses"])
+        view.memo["responses"] = solution.ends
+        space = self.space
+        if item.kind == "job":
+            components = list(space.components)
+            component, stage = components[item.number], solution.system.stages[item.number, item.part]  # type: ignore[index]
+            field = "callback_ns" if item.part == "callback" else "execution_ns"
+            given = at(getattr(component, field), self.view)
+            changed = (stage.best_ns, stage.worst_ns, *given[2:])
+            components[item.number] = replace(component, **{field: changed})  # type: ignore[arg-type]
+            space = replace(space, components=tuple(components))
         return space, view
 
     def shorter(
@@ -145,21 +127,21 @@ class Trials:
         Candidates of `others` count, too: of threads because of which it has no bound.
         """
         last = keys[-1]
-        needed = [core for core in self.schedule.needed([last]) if core]
-        is_simple = all(
-            is_lone(self.space, turn.key, self.view) and not turn.pieces and turn.executor is None
-            for core in needed
-            for turn in core
+        needed = [place for place in Schedule(self.space, self.view).needed([last]) if place[2]]
+        places = frozenset((processor, core) for processor, core, _ in needed)
+        counted = [turn.key for *_, turns in needed for turn in turns]
+        resources = only(self.system, places).resources
+        is_simple = all(self.system.stages[key].is_lone for key in counted) and all(
+            entry.executor is None and not entry.is_piece
+            for resource in resources
+            for entry in resource.entries
+            if entry.key in counted
         )
-        places = tuple(sorted(self._place(core[0].key) for core in needed))
 
         def response_ns(item: Candidate, by_ns: int) -> Exact | None:
-            if not is_simple:
-                return self._known(places, item, by_ns)[last]
-            space, trial = self.shortened(item, by_ns)
-            place = Schedule(space, trial).place(last)
-            assert place is not None
-            return one_response_ns(space, trial.memo["turns", place[0]][place[1]], place[2], trial)
+            if is_simple:
+                return response_alone_ns(self.shortened(item, by_ns), last)
+            return self._known(places, item, by_ns)[last]
 
         yield from self.least_cuts(
             self.candidates([*keys, *others]), lambda item, by_ns: is_in_time(response_ns(item, by_ns))
@@ -176,21 +158,13 @@ class Trials:
                 by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
                 yield Shorter(item.name, by_ns, item.kind == "section")
 
-    def _place(self, key: TaskKey) -> tuple[int, int]:
-        place = self.schedule.place(key)
-        assert place is not None
-        return place[:2]
-
-    def _known(
-        self, places: tuple[tuple[int, int], ...], item: Candidate, by_ns: int
-    ) -> Mapping[TaskKey, Exact | None]:
+    def _known(self, places: frozenset[tuple[int, int]], item: Candidate, by_ns: int) -> Mapping[TaskKey, Exact | None]:
         """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
         asked = places, item, by_ns
         if asked not in self._asked:
-            space, trial = self.shortened(item, by_ns)
-            cores = [trial.memo["turns", processor][core] for processor, core in places]
-            self._asked[asked], rounds = counted_fixed_point(space, cores, trial)
-            self._spent += rounds * len(self._asked[asked])
+            solution = solve(only(self.shortened(item, by_ns), places))
+            self._asked[asked] = solution.ends
+            self._spent += solution.rounds * len(solution.ends)
         return self._asked[asked]
 
 
@@ -229,5 +203,4 @@ def mending_cuts(space: Space, view: View, wrong: Sequence[Sequence[Shorter]]) -
 
 def _keys(trials: Trials) -> list[TaskKey]:
     """Every task of the design."""
-    schedule, processors = trials.schedule, range(len(trials.space.processors))
-    return [turn.key for processor in processors for core in schedule.cores(processor) for turn in core]
+    return [entry.key for resource in trials.system.resources for entry in resource.entries]

@@ -11,7 +11,7 @@ from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.latency.rows import UNBOUNDED_METHOD, counts_responses
 from dse.analysis.measures import display_unit
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in, metric_dimension, parts_of

@@ -23,7 +23,7 @@ from dse.analysis.latency.sampling import LET, LET_METHOD, METHOD, Pair, missing
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_periodic
 from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.servers.segments import elapsed_ns
+from dse.analysis.scheduling.tasks import elapsed_ns
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE

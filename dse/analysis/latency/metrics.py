@@ -26,8 +26,8 @@ from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.scheduling.response_time import PLAIN
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
-from dse.analysis.scheduling.servers.segments import always_executes
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import Part
 from dse.analysis.views import View
 from dse.space.model.flows import Step

@@ -5,7 +5,7 @@ response times among fewer threads are a place to begin from, for they are no lo
 nothing new goes before, stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya
 ("Finding response times in a real-time system", The Computer Journal 29(5), 1986), with the jitter that threads of the
 core pass on. Where more than the preemption of tasks has a part in it the analysis is asked as a whole
-(`dse.analysis.scheduling.scheduling`), with the same answers.
+(`dse.analysis.scheduling.responses`), with the same answers.
 """
 
 from __future__ import annotations
@@ -19,13 +19,15 @@ from typing import NamedTuple, TypeAlias
 
 from dse.analysis.limits import HOLDS
 from dse.analysis.placement.priority_assignment import Latest, best_options
+from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.model import Stage
+from dse.analysis.scheduling.order import turns_of
 from dse.analysis.scheduling.overheads import interrupting
 from dse.analysis.scheduling.priorities import most_levels, number_of, order_ns
-from dse.analysis.scheduling.releases import bounded_task
+from dse.analysis.scheduling.resolve import reader, with_senders
 from dse.analysis.scheduling.response_time import Task, most_jobs, response_time_ns
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, counted_ns, subset_responses
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, counted_ns, subset_responses
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.scheduling.turns import turns_of, upstream
 from dse.analysis.views import View
 from dse.space.model.space import OpenPriority, Space
 from dse.support.units import Exact
@@ -50,12 +52,14 @@ class _Latest(NamedTuple):
 class _Simple:
     """A thread that is one task, which only tasks of a lower or the same `turn` delay.
 
-    `upstream` are the tasks whose response times are jitter of its releases. `latest` is the limit on its response
+    `stages` are it and all that releases it, and `upstream` those whose response times are jitter of its releases.
+    `latest` is the limit on its response
     time, None where any will do.
     """
 
     key: TaskKey
     turn: tuple[int, int, int]
+    stages: Mapping[TaskKey, Stage]
     upstream: tuple[TaskKey, ...]
     latest: _Latest | None
 
@@ -140,7 +144,9 @@ class Admission:
         ]
         limits = [item for item in limits if not item.allows(UNBOUNDED_NS)]  # which counts where there is no bound
         turn = (0, int(time), 0) if priority is not None else (1, int(time), number)
-        return _Simple(turns[0].key, turn, _all_upstream(space, turns[0].key, view), min(limits, default=None))
+        key = turns[0].key
+        stages = with_senders([key], reader(space, view))
+        return _Simple(key, turn, stages, tuple(item for item in stages if item != key), min(limits, default=None))
 
     def _step_by_step(self, numbers: Sequence[int]) -> _Among | None:
         """What is known of the threads together; None where one of them is late."""
@@ -194,24 +200,13 @@ class Admission:
         key = number, tuple(known.get(item) for item in simple.upstream)
         found = self._tasks.get(key)
         if found is None:
-            made = bounded_task(self.space, simple.key, known, self.view)
+            made = EventModels(simple.stages, known).bounded_task(simple.key)
             if made is None or type(made.worst_ns) is not int:
                 raise _NotSimple
             if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
                 raise _NotSimple
             found = self._tasks[key] = made
         return found
-
-
-def _all_upstream(space: Space, key: TaskKey, view: View) -> tuple[TaskKey, ...]:
-    """The tasks before a task whose response times are jitter of its releases, also by way of others."""
-    found: dict[TaskKey, None] = {}
-    todo = [key]
-    while todo:
-        fresh = [item for item in upstream(space, todo.pop(), view, frozenset()) if item not in found]
-        found |= dict.fromkeys(fresh)
-        todo += fresh
-    return tuple(found)
 
 
 def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest | None) -> Exact | None:

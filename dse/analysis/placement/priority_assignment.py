@@ -21,7 +21,7 @@ from fractions import Fraction
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.scheduling.priorities import most_levels, number_of
-from dse.analysis.scheduling.scheduling import counted_ns, is_released_alone, response_among
+from dse.analysis.scheduling.responses import counted_ns, is_released_alone, response_among
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import Design, OpenPriority, Space

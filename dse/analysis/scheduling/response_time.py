@@ -11,7 +11,7 @@ interrupted (`dse.analysis.scheduling.overheads`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from heapq import merge
@@ -20,6 +20,7 @@ from math import gcd, lcm
 from operator import ge
 from typing import Annotated
 
+from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, Rounded
 
@@ -53,13 +54,14 @@ class Task:
     """What a core runs: one job of up to `worst_ns` at each event of any of its streams.
 
     `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None.
-    Without a stream there is one job only.
+    Without a stream there is one job only. Its name, and the `stage` that it is, if it is one, make no difference.
     """
 
-    name: str
+    name: str = field(compare=False)
     worst_ns: int
     streams: tuple[Stream, ...]
     separation_ns: int | None = None
+    stage: TaskKey | None = field(default=None, compare=False)
 
     @property
     def utilisation(self) -> Fraction:
@@ -67,6 +69,10 @@ class Task:
         worst = Fraction(1) * self.worst_ns
         share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
+
+    def single(self) -> Task:
+        """One job of it alone: those before it have ended."""
+        return replace(self, streams=(), separation_ns=None)
 
 
 def is_plain(task: Task) -> bool:

@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 from dse.analysis.rates import NS_PER_S, RateKey, rate_hz
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space
-from dse.space.model.trees import at
+from dse.space.model.trees import at, leaves
 
 Part: TypeAlias = Literal["thread", "callback"]
 
@@ -77,3 +77,21 @@ def utilisation(space: Space, number: int, view: View) -> Fraction:
 def task_name(component: Component, part: Part) -> str:
     """What a task is called: as its thread, with a word where it is a callback."""
     return component.name if part == "thread" else f"{component.name} (callback)"
+
+
+def elapsed_ns(space: Space, number: int, view: View) -> tuple[int, int]:
+    """The shortest and longest time of a thread's job until the end of a component, all its pieces so far."""
+    times = [alone_ns(item, "thread", view) for item in _so_far(space, number)]
+    return sum(least for least, _ in times), sum(most for _, most in times)
+
+
+def always_executes(space: Space, number: int) -> bool:
+    """Whether a thread executes something in every design, until the end of a component in each piece."""
+    return all(leaf is not None for item in _so_far(space, number) for leaf in leaves(item.execution_ns))
+
+
+def _so_far(space: Space, number: int) -> list[Component]:
+    """A component, and the pieces of its thread before it."""
+    pieces = space.components[number].pieces
+    members = (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
+    return [space.components[item] for item in members]

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.rates import rate_hz
-from dse.analysis.scheduling.scheduling import processor_responses
+from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
 from dse.answers.result import csv_text
 from dse.answers.tables.display import exact

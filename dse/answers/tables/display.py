@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any, cast
 
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_from
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.space.model.criteria import Metric
 from dse.space.model.space import Space
 from dse.support.units import Exact, Unbounded, is_unbounded

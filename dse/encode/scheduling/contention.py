@@ -22,7 +22,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import Limit, judge, keeps_cores
 from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.lexicographic import first_placement
-from dse.analysis.scheduling.scheduling import is_released_alone
+from dse.analysis.scheduling.responses import is_released_alone
 from dse.analysis.views import View
 from dse.encode.linear import Board, OpenTerm
 from dse.encode.rates import RateVariables

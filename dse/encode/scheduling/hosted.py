@@ -2,7 +2,7 @@
 
 Whatever the kind of an executor, a job waits for one job of another thread there at least, if that is of another chain:
 in the order of arrival for the longest of each chain, else for those that go first and one more
-(`dse.analysis.scheduling.servers.executors`). Threads of one chain are left out, though their jobs may wait for each
+(`dse.analysis.scheduling.policies.executors`). Threads of one chain are left out, though their jobs may wait for each
 other all the same. So these rows are necessary conditions, which say at once who cannot share an executor; what they
 leave open is learnt (`dse.encode.scheduling.contention`).
 """

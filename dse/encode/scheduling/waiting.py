@@ -28,7 +28,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
 from dse.analysis.views import View, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int, greatest

@@ -13,7 +13,7 @@ from fractions import Fraction
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Measure
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, bounded_response_ns, waited_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, waited_ns
 from dse.analysis.terms import Term
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
-from dse.analysis.scheduling.scheduling import ONLY
+from dse.analysis.scheduling.responses import ONLY
 from dse.analysis.terms import Term, extreme_term
 from dse.analysis.views import View
 from dse.answers.robust import Failure

@@ -21,11 +21,11 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.binding import transmission_ns
-from dse.analysis.scheduling.holistic import fixed_point
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses, counted_ns
-from dse.analysis.scheduling.servers.segments import elapsed_ns
-from dse.analysis.scheduling.tasks import TaskKey, alone_ns
-from dse.analysis.scheduling.turns import Schedule, Turn
+from dse.analysis.scheduling.fixed_point import solve
+from dse.analysis.scheduling.order import Schedule, Turn
+from dse.analysis.scheduling.resolve import resolve
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
+from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns
 from dse.analysis.views import View
 from dse.questions.robust.worst_case import Box, Corner, Worst
 from dse.questions.sensitivity.design_function import Bound, DesignFunction
@@ -143,15 +143,14 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     space, view = inputs.at(inputs.nominal, traced=True), View(design)
     with watching() as guards:
         schedule = Schedule(space, view)
-        cores = [core for number in range(len(space.processors)) for core in schedule.cores(number)]
-        turns = [turn for core in cores for turn in core]
+        turns = [turn for *_, core in schedule.all_cores() for turn in core]
         times = list(_times(space, turns, view))
     program = Program([Fraction(0) + item for pair in times for item in pair], guards)
     if undecided_over(program, ranges):
         return None
     reached = frozenset().union(*map(program.variables, program.outputs))
     others = {item.index for uncertain in box.uncertain for item in uncertain.variables} - reached
-    if others and others & _deciding(space, cores, view):
+    if others and others & _deciding(space, view):
         return None
     values, seeds = values_over(program, ranges), seeds_of(box.uncertain)
     slopes = [slopes_over(program, values, item) for item in seeds]
@@ -186,12 +185,12 @@ def _sign(program: Program, slopes: list[Interval], path: str) -> int:
     return 0 if rises and falls else 1 if rises else -1
 
 
-def _deciding(space: Space, cores: list[list[Turn]], view: View) -> frozenset[int]:
+def _deciding(space: Space, view: View) -> frozenset[int]:
     """The variables that response times depend on in any way."""
     try:
         with watching() as guards:
             guards.most = MOST_GUARDS
-            known = fixed_point(space, cores, view)
+            known = solve(resolve(space, view)).ends
     except TooManyGuardsError:
         raise NotProvedError("a figure takes more comparisons than are looked at") from None
     found = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]

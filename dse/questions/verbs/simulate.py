@@ -16,7 +16,7 @@ from dse.analysis.measures import build_measure
 from dse.analysis.osate.latency import is_never_sampled, is_synchronous
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.scheduling import bounded_response_ns, processor_responses
+from dse.analysis.scheduling.responses import bounded_response_ns, processor_responses
 from dse.analysis.scheduling.tasks import longest_alone_ns
 from dse.analysis.views import View
 from dse.answers.analysis import FlowTable

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from dse.analysis.scheduling.scheduling import Response
+from dse.analysis.scheduling.responses import Response
 from dse.answers.tables.display import counted
 from dse.report.amounts import shortened
 from dse.report.page import Plot

@@ -10,7 +10,7 @@ from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.scheduling.parts import Delay
-from dse.analysis.scheduling.waiting import Wait
+from dse.analysis.scheduling.waits import Wait
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.support.units import Exact

@@ -11,7 +11,7 @@ from typing import Any
 from dse.analysis.limits import Limit
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling.priorities import number_of, order_ns
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View
 from dse.verification.diagrams import NO_DESIGN, Diagram, Diagrams, leaves

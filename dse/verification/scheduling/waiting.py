@@ -17,7 +17,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
 from dse.space.model.space import Design, Space
 from dse.verification.diagrams import leaves

@@ -13,7 +13,7 @@ from dse.analysis.limits import HOLDS
 from dse.analysis.placement.admission import Admission
 from dse.analysis.placement.heuristics import core_limits
 from dse.analysis.placement.priority_assignment import Latest, limits_of
-from dse.analysis.scheduling.scheduling import counted_ns, subset_responses
+from dse.analysis.scheduling.responses import counted_ns, subset_responses
 from dse.analysis.scheduling.tasks import members
 from dse.analysis.views import View
 from dse.questions.problem import loads

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 import dse
-from dse.analysis.scheduling import holistic
+from dse.analysis.scheduling import fixed_point
 from dse.analysis.scheduling.growth import Line, Reach
-from dse.analysis.scheduling.scheduling import all_responses
+from dse.analysis.scheduling.responses import all_responses
 from dse.analysis.views import View
 from dse.questions.sensitivity.design_function import DesignFunction
 from dse.questions.sensitivity.inputs import InputSpace
@@ -40,7 +40,6 @@ processing: response_time
 def responses(text: str) -> dict[Any, Any]:
     """All response times of the single design of a problem."""
     space = dse.loads(text).space
-    holistic._CORES.clear()
     return dict(all_responses(space, View((0,) * len(space.decisions))))
 
 
@@ -48,15 +47,15 @@ def one_by_one(text: str, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[Any, An
     """The same without following anything, and after how many rounds."""
     rounds = [0]
     with monkeypatch.context() as patch:
-        patch.setattr(holistic._Rounds, "follow", lambda *_: 0)
-        patch.setattr(holistic, "MOST_ROUNDS", 10**9)
-        following = holistic._Rounds.next
+        patch.setattr(fixed_point.Rounds, "follow", lambda *_: 0)
+        patch.setattr(fixed_point, "MOST_ROUNDS", 10**9)
+        following = fixed_point.Rounds.next
 
-        def counted(work: holistic._Rounds) -> bool:
+        def counted(work: fixed_point.Rounds) -> bool:
             rounds[0] += 1
             return following(work)
 
-        patch.setattr(holistic._Rounds, "next", counted)
+        patch.setattr(fixed_point.Rounds, "next", counted)
         return responses(text), rounds[0]
 
 
@@ -71,7 +70,7 @@ def test_growth_by_a_nanosecond_a_round_ends_where_it_ends(time_ns: int, end_ns:
 
 
 def test_two_million_rounds_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(holistic, "MOST_ROUNDS", 100)
+    monkeypatch.setattr(fixed_point, "MOST_ROUNDS", 100)
     assert None not in responses(QUEUE.replace("KIND", "fifo").replace("TIME", "2000001 ns")).values()
 
 

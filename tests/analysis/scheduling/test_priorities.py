@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.scheduling import all_responses
+from dse.analysis.scheduling.responses import all_responses
 from dse.analysis.views import View
 from dse.questions.problem import loads
 

@@ -20,7 +20,7 @@ from dse.analysis.scheduling.response_time import (
     periodic,
     response_time_ns,
 )
-from dse.analysis.scheduling.scheduling import UNBOUNDED_NS, processor_responses, response_of
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, processor_responses, response_of
 from dse.analysis.views import View
 from dse.encode.scheduling import waiting_forms
 from dse.search.front import SearchLimits, search_front

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from heapq import merge
 
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.response_time import Task, densest_releases_ns, is_late, load
-from dse.analysis.scheduling.servers.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.support.units import Exact
 
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 from itertools import takewhile
 
+from dse.analysis.scheduling.policies.executors import Queued, WorstJob
+from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
-from dse.analysis.scheduling.scheduling import Response
-from dse.analysis.scheduling.servers.executors import WorstJob, executor_worst_job
-from dse.analysis.scheduling.servers.segments import single
+from dse.analysis.scheduling.responses import Response
 from dse.support.units import Exact
 
 MOST_JOBS = 400
@@ -59,59 +59,61 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
     accelerators' segments, which no run has to reach, and where there are more than `MOST_JOBS` jobs.
     """
     here = [item for item in responses if item.core == core and item.response_ns is not None and item.task.worst_ns]
-    for item in sorted((item for item in here if item.kind != "wait_set" and not item.is_piece), key=_urgency):
-        if item.kind is not None:
-            return _of_executor(core, item)
-        found = worst_job_ns(item.task, item.rivals, item.blocking_ns)
-        if found is None:
-            continue
-        if sum(most_jobs(rival, found[1]) for rival in (*item.rivals, item.task)) > MOST_JOBS:
-            return None
-        pieces = played(item.task, item.rivals, item.blocking_ns, found)
-        return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
-    return _of_segments(core, [item for item in here if item.is_piece and not item.executor])
+    for item in sorted((item for item in here if not item.is_piece), key=_urgency):
+        window = item.window
+        if isinstance(window, Queued):
+            if window.kind != "wait_set":
+                return _of_executor(core, item, window)
+        elif isinstance(window, Preempted):
+            found = worst_job_ns(window.task, window.rivals, window.blocked_ns)
+            if found is None:
+                continue
+            if sum(most_jobs(rival, found[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
+                return None
+            pieces = played(window.task, window.rivals, window.blocked_ns, found)
+            return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
+    return _of_segments(core, [item for item in here if item.is_piece])
 
 
 def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
     """That of the segment that ends longest after its own release: one job, for those before it have ended."""
     found = []
     for item in segments:
-        job = single(item.task)
-        worst_job = worst_job_ns(job, item.rivals, item.blocking_ns)
-        if worst_job is not None:
-            found.append((worst_job[1], item, job))
+        window = item.window
+        if isinstance(window, Preempted):
+            job = window.task.single()
+            worst_job = worst_job_ns(job, window.rivals, window.blocked_ns)
+            if worst_job is not None:
+                found.append((worst_job[1], item, replace(window, task=job)))
     if not found:
         return None
-    end, item, job = max(found, key=lambda one: one[0])
-    if sum(most_jobs(rival, end) for rival in item.rivals) > MOST_JOBS:
+    end, item, window = max(found, key=lambda one: one[0])
+    if sum(most_jobs(rival, end) for rival in window.rivals) > MOST_JOBS:
         return None
-    pieces = played(job, item.rivals, item.blocking_ns, (0, end))
+    pieces = played(window.task, window.rivals, window.blocked_ns, (0, end))
     return BusyPeriod(core, item.name, pieces, 0, end, None, is_segment=True)
 
 
-def _of_executor(core: int, item: Response) -> BusyPeriod | None:
+def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None:
     """That of a thread in an executor that runs jobs as they come, or by priority."""
-    assert item.kind is not None
-    found = executor_worst_job(
-        item.kind, item.task, item.fellows, item.rivals, item.blocking_ns, is_in_line=item.is_in_line
-    )
+    found = window.worst_job()
     if (
         found is None
         or sum(delay.jobs for delay in item.delays) > MOST_JOBS
         or (found.chain_ns is not None and found.release_ns)
     ):
         return None  # of what its chain did before it is known how long it took, not when
-    pieces = played_in(item, found)
+    pieces = played_in(window, found)
     return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
 
 
-def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
+def played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
     """Who has the core until the end of the worst job in an executor; no gaps.
 
     What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those
     that come with it, or the most urgent that waits.
     """
-    rivals = list(item.rivals)
+    rivals = list(item.higher)
     counted = [one for one in item.fellows if found.chain_ns is None or not one.is_kin]
     inner = [one.task for one in counted if one.goes_first or item.kind == "fifo"] + [item.task]
     outside = [
@@ -126,9 +128,9 @@ def played_in(item: Response, found: WorstJob) -> tuple[Piece, ...]:
         for job, release in enumerate(_until(one, found.until_ns), 1)
         if (release <= found.release_ns if one is item.task else job <= found.jobs(one))
     ]
-    begun = max(item.blocking_ns, found.behind_ns)
+    begun = max(item.blocked_ns, found.behind_ns)
     name = SECTION
-    if found.behind_ns > item.blocking_ns:
+    if found.behind_ns > item.blocked_ns:
         name = next(one.task.name for one in counted if not one.goes_first and one.task.worst_ns == begun)
     running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
     is_held = begun > found.behind_ns  # a section: nothing preempts it

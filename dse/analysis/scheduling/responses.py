@@ -1,37 +1,33 @@
-"""What runs on each core of a design, at which priority, and the response times that follow.
+"""The response times of a design, and tables of what runs on each core at which priority.
 
 Threads are partitioned to the cores of their processor (`dse.analysis.placement.first_fit`). On a core the more urgent
-go first (`dse.analysis.scheduling.priorities`, `dse.analysis.scheduling.turns`): the response time holds whatever the
+go first (`dse.analysis.scheduling.priorities`, `dse.analysis.scheduling.order`): the response time holds whatever the
 order of those with the same priority, first come first served and round-robin included. Response times and the jitter
-that they pass on are found together (`dse.analysis.scheduling.holistic`). Offsets between threads are never used to
+that they pass on are found together (`dse.analysis.scheduling.fixed_point`). Offsets between threads are never used to
 advantage (docs/semantics.md, section 4.3).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, TypeAlias
+from typing import Annotated
 
 from dse.analysis.memo import ABSENT, Recall, knowing
-from dse.analysis.scheduling.holistic import fixed_point
-from dse.analysis.scheduling.overheads import interrupting
-from dse.analysis.scheduling.parts import Delay, Interference, Parts, executed, preempted
+from dse.analysis.scheduling.fixed_point import Rounds, Solution, Window, Windows, solve, window_of
+from dse.analysis.scheduling.order import Schedule, upstream
+from dse.analysis.scheduling.parts import Delay, Interference, Parts
+from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.releases import task_of
-from dse.analysis.scheduling.responding import around, beside_piece, respond
+from dse.analysis.scheduling.resolve import among, resolve
 from dse.analysis.scheduling.response_time import Task
-from dse.analysis.scheduling.servers.executors import Fellow
-from dse.analysis.scheduling.servers.reservations import before_task, blocking_ns
-from dse.analysis.scheduling.servers.segments import elapsed_ns
-from dse.analysis.scheduling.servers.succession import Succession
 from dse.analysis.scheduling.subsets import Subsets
-from dse.analysis.scheduling.tasks import Part, TaskKey, alone_ns, longest_alone_ns, task_keys, task_name
-from dse.analysis.scheduling.turns import Schedule, Turn, blocking_name, turns_of, upstream
+from dse.analysis.scheduling.tasks import Part, TaskKey, elapsed_ns, longest_alone_ns, task_keys
+from dse.analysis.scheduling.waits import blocking_name
 from dse.analysis.terms import picked
 from dse.analysis.views import View
-from dse.space.model.space import ExecutorKind, Space
+from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.json_fields import Json, Of
 from dse.support.units import Exact, Unbounded
@@ -45,19 +41,14 @@ ONLY = "only these groups"
 
 @dataclass(frozen=True)
 class Response:
-    """The response time of a thread on its core.
-
-    Or that of a hybrid thread's callback.
+    """The response time of a thread on its core, or of a hybrid thread's callback.
 
     `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
-    `rank` is 1 more than the number of the core's tasks that always go first, the same for threads of the same stated
-    priority; `deadline_ns` is the thread's, else its period, else None; `blocking_ns` how long a less urgent thread of
-    the core may keep that, whether or not this counts (`parts`). `worst_ns` is the longest execution time, the task's
-    own worst time has its context switches, too. `executor` is what runs it beside others, and `reservation` what both
-    are in, else empty; `rivals` are the tasks that go before it, the most urgent first, `fellows` the others of the
-    executor, of a `kind`: nothing where it has no bound. `is_in_line` is that of `executor_response_ns`. Of one that
-    `is_piece` of a thread with segments the response time counts from the release of the thread, and `rivals` are there
-    on a core. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
+    priority; `deadline_ns` is the thread's, else its period, else None. `worst_ns` is the longest execution time; the
+    task's own worst time has its context switches, too. `executor` is what runs it beside others, and `reservation`
+    what both are in, else empty. Of one that `is_piece` of a thread with segments the response time counts from the
+    release of the thread. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
+    `window` is what decides the time from its own release to its end, None where it has no bound.
     """
 
     JSON_NAME = "ResponseTime"
@@ -80,16 +71,13 @@ class Response:
         "execution, switching, blocking, interference and earlier jobs, less what is over.",
     ]
     deadline_ns: Annotated[int | None, "The deadline that it is compared with; null where there is none."]
-    blocking_ns: int
     worst_ns: int
     executor: Annotated[str, "The executor that runs it beside others, where one does.", Json(default="")]
-    rivals: tuple[Task, ...] = ()
-    fellows: tuple[Fellow, ...] = ()
-    kind: ExecutorKind | None = None
-    is_piece: bool = False
     reservation: Annotated[str, "The reservation that it runs in, where it is in one.", Json(default="")] = ""
+    is_piece: bool = False
     is_served: bool = False
-    is_in_line: bool = False
+    window: Window | None = None
+    blocking_ns: Exact = 0
     blocking_name: str = ""
 
     @property
@@ -117,20 +105,14 @@ class Response:
     @cached_property
     def parts(self) -> Parts:
         """What the response time is made of beside the task's own time; nothing without a bound, and of a piece."""
-        found: Parts | None = Parts()
-        if self.response_ns is None or self.is_piece:
+        if self.response_ns is None or self.is_piece or self.window is None:
             return Parts()
-        if self.kind is None:
-            found = preempted(self.task, self.rivals, self.blocking_ns)
-        else:
-            blocked = self.blocking_ns
-            found = executed(self.kind, self.task, self.fellows, self.rivals, blocked, is_in_line=self.is_in_line)
-        return found or Parts()
+        return self.window.parts() or Parts()
 
     @property
     def delays(self) -> Annotated[tuple[Delay, ...], Json("interference", kind=tuple[Interference, ...])]:
         """What goes before its worst job; empty where it has no bound, and of segments."""
-        return self.parts.delays
+        return self.parts.delays()
 
     @property
     def blocked_ns(self) -> Annotated[Exact, Json("blocking_ns")]:
@@ -163,22 +145,28 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
     return found[0] if found else None
 
 
-def all_responses(space: Space, view: View) -> dict[TaskKey, Exact | None]:
+def all_responses(space: Space, view: View) -> Mapping[TaskKey, Exact | None]:
     """The response time of every task of a whole design, in ns; found together, and kept with the view.
 
     Where only some threads are to count, the view's memory names them (`ONLY`), each group on a core of its own.
     """
-    found: dict[TaskKey, Exact | None] | None = view.memo.get("responses")
-    if found is None and ONLY in view.memo:
-        found = view.memo["responses"] = subset_responses(space, view.memo[ONLY], view)
+    found: Mapping[TaskKey, Exact | None] | None = view.memo.get("responses")
     if found is None:
-        schedule = Schedule(space, view)
-        cores = [core for processor in range(len(space.processors)) for core in schedule.cores(processor)]
-        found = view.memo["responses"] = fixed_point(space, cores, view)
+        only = view.memo.get(ONLY)
+        found = solution_of(space, view).ends if only is None else subset_responses(space, only, view)
+        view.memo["responses"] = found
     return found
 
 
-def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
+def solution_of(space: Space, view: View) -> Solution:
+    """The system of a whole design with its response times, kept with the view."""
+    found: Solution | None = view.memo.get("solution")
+    if found is None:
+        found = view.memo["solution"] = solve(resolve(space, view))
+    return found
+
+
+def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Mapping[TaskKey, Exact | None]:
     """Response times where only these threads are there, each group on a core of its own: never above those of more."""
     are_slow = any(space.components[number].executor is not None for group in groups for number in group)
     if are_slow and type(view) is View:
@@ -190,7 +178,7 @@ _SUBSETS = Subsets()
 
 
 def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
-    return fixed_point(space, [turns_of(space, group, view) for group in groups], view)
+    return dict(solve(among(space, groups, view)).ends)
 
 
 def response_among(
@@ -200,15 +188,14 @@ def response_among(
 
     What `known` does not have ends after its longest execution time: no release has less jitter.
     """
-    turns = turns_of(space, group, view)
-    tasks = [task_of(space, turn.key, known, view) for turn in turns]
-    before = interrupting(space, [turn.key[0] for turn in turns[:1]], view)
-    for turn, task in zip(turns, tasks, strict=True):
-        if turn.key == (number, "thread"):
-            first = before_task(space, turns, turn, tasks, before, view)
-            rivals = [*first, *(tasks[position] for position in turn.rivals(turns))]
-            return respond(task, rivals, blocking_ns(turn))
-    return 0
+    system = among(space, [group], view)
+    place = system.place((number, "thread"))
+    if place is None:
+        return 0
+    work = Rounds(system, dict(known))
+    tasks = work.tasks(place[0])
+    window = window_of(*place, tasks, Succession(work.events, place[0]), work.segments)
+    return None if window is None else window.response_ns()
 
 
 def is_released_alone(space: Space, number: int, view: View) -> bool:
@@ -219,8 +206,7 @@ def is_released_alone(space: Space, number: int, view: View) -> bool:
 
 def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
     schedule = Schedule(space, view)
-    keys = [turn.key for core in schedule.cores(processor) for turn in core]
-    return _responses(schedule, keys)
+    return _responses(schedule, [turn.key for core in schedule.cores(processor) for turn in core])
 
 
 def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]:
@@ -264,56 +250,34 @@ def counted_ns(response_ns: Exact | None) -> Exact:
 
 def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response, ...]:
     space, view = schedule.space, schedule.view
-    known = fixed_point(space, schedule.needed(wanted), view)
+    solution = solve(resolve(space, view, wanted))
+    windows = Windows(solution.system, solution.ends)
     found = []
     for key in wanted:
-        place = schedule.place(key)
+        place = solution.system.place(key)
         assert place is not None
-        component = space.components[key[0]]
-        task = task_of(space, key, known, view)
-        best, worst = alone_ns(component, key[1], view)
+        resource, entry = place[0], place[0].entries[place[1]]
+        component, stage = space.components[key[0]], solution.system.stages[key]
         is_whole = key[1] == "thread" and space.is_last_piece(key[0])
-        deadline = deadline_ns(component, view) if is_whole else None
-        best = best if component.pieces is None else elapsed_ns(space, key[0], view)[0]
-        lost = Task(task_name(component, key[1]), worst, ())
-        rank, blocked = place[2].rank + 1, blocking_ns(place[2])
-        executor = at(component.executor, view)
-        name = "" if executor is None else space.executors[executor].name
-        rivals, fellows, kind, is_in_line = _before(schedule, place, task, known)
-        response = known[key]
-        made = Response(*key, place[1] + 1, rank, task or lost, best, response, deadline, blocked, worst, name)
-        is_piece = component.pieces is not None
-        share = "" if component.reservation is None else space.reservations[component.reservation].name
-        is_served = at(space.processors[place[0]].serves, view) is not None
-        beside = {"rivals": rivals, "fellows": fellows, "kind": kind, "is_in_line": is_in_line, "is_served": is_served}
-        blocking = blocking_name(space, schedule.cores(place[0])[place[1]], place[2], view) if blocked else ""
-        found.append(replace(made, **beside, is_piece=is_piece, reservation=share, blocking_name=blocking))  # type: ignore[arg-type]
+        executor, reservation = at(component.executor, view), component.reservation
+        task = windows.tasks(resource)[place[1]]
+        found.append(
+            Response(
+                *key,
+                resource.core + 1,
+                entry.rank + 1,
+                task or Task(stage.name, stage.worst_ns, ()),
+                stage.elapsed_ns[0] if stage.pieces else stage.best_ns,
+                solution.ends[key],
+                deadline_ns(component, view) if is_whole else None,
+                stage.worst_ns,
+                "" if executor is None else space.executors[executor].name,
+                "" if reservation is None else space.reservations[reservation].name,
+                bool(stage.pieces),
+                at(space.processors[resource.processor].serves, view) is not None,
+                windows.of(*place),
+                entry.blocking_ns,
+                blocking_name(space, entry) if entry.blocking_ns else "",
+            )
+        )
     return tuple(found)
-
-
-Before: TypeAlias = "tuple[tuple[Task, ...], tuple[Fellow, ...], ExecutorKind | None, bool]"
-NOTHING: Before = ((), (), None, False)
-
-
-def _before(
-    schedule: Schedule, place: tuple[int, int, Turn], task: Task | None, known: Mapping[TaskKey, Exact | None]
-) -> Before:
-    """What goes before a task on its core, and in an executor; nothing where it has no bound."""
-    space, view = schedule.space, schedule.view
-    processor, core, turn = place
-    turns = schedule.cores(processor)[core]
-    if task is None or known[turn.key] is None or not task.worst_ns or (turn.pieces and turn.executor is not None):
-        return NOTHING
-    tasks = [task_of(space, other.key, known, view) for other in turns]
-    first = before_task(space, turns, turn, tasks, interrupting(space, [turn.key[0]], view), view)
-    if turn.executor is not None:
-        beside = around(space, turns, tasks, first, turn, Succession(space, turns, known, view))
-        if beside is None:
-            return NOTHING
-        kind, fellows, higher, is_in_line = beside
-        return tuple(higher), tuple(fellows.values()), kind, is_in_line
-    given = [item for item in (*first, *(tasks[position] for position in turn.rivals(turns))) if item is not None]
-    if turn.pieces:
-        rivals = beside_piece(turn, turns, tasks, given)[1]
-        return tuple(item for item in rivals if item is not None), (), None, False
-    return tuple(given), (), None, False

@@ -17,9 +17,9 @@ No job of an executor preempts another of it; what goes before the OS thread on 
   jobs of one callback as they come: until one starts, all that comes of others may go before it, as theirs of polled
   callbacks. That is a safe bound, whatever the order.
 
-Jobs of one chain never wait for each other (`dse.analysis.scheduling.servers.succession`): what others of its chain did
-in a busy period was over when a job was released, and took no longer than until then. Where of each chain at most one
-job waits at a time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
+Jobs of one chain never wait for each other (`dse.analysis.scheduling.policies.chains_in_executor`): what others of its
+chain did in a busy period was over when a job was released, and took no longer than until then. Where of each chain at
+most one job waits at a time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
 """
 
 from __future__ import annotations
@@ -27,12 +27,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from heapq import merge
 from operator import attrgetter
 
-from dse.analysis.scheduling.response_time import Task, densest_releases_ns, is_late, load, most_jobs
-from dse.analysis.scheduling.servers.executor_work import EndlessError, Work, jobs_by, until_end
-from dse.analysis.scheduling.servers.succession import longest_of_each
+from dse.analysis.scheduling.event_models import once
+from dse.analysis.scheduling.model import Entry, Resource
+from dse.analysis.scheduling.parts import Parts, before_job, counted
+from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
+from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.response_time import (
+    PLAIN,
+    Task,
+    densest_releases_ns,
+    is_late,
+    is_plain,
+    load,
+    most_jobs,
+)
+from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact
 
@@ -48,7 +62,127 @@ class Fellow:
     task: Task
     goes_first: bool
     is_kin: bool = False
-    line: int | None = None
+    line: TaskKey | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Queued:
+    """A task of an executor, and all that may go before it: its fellows in there, and what preempts the OS thread.
+
+    Less urgent work outside may have kept the core for `blocked_ns` before. Where it `is_in_line` no earlier job of the
+    task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
+    """
+
+    kind: ExecutorKind
+    task: Task
+    fellows: tuple[Fellow, ...]
+    higher: tuple[Task, ...]
+    blocked_ns: Exact = 0
+    is_in_line: bool = False
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from the release of a job to its end, in ns; None where it has no bound."""
+        tasks = (self.task, *self.higher, *(item.task for item in self.fellows))
+        given = (self.kind, self.task, self.fellows, self.higher, self.blocked_ns, self.is_in_line)
+        if type(self.blocked_ns) in PLAIN and all(map(is_plain, tasks)):
+            return _remembered(*given)
+        return executor_response_ns(*given[:-1], is_in_line=self.is_in_line)
+
+    @property
+    def sharing(self) -> list[Task]:
+        """What uses the core beside the task in its busy period, again and again."""
+        inside = (item.task for item in self.fellows if item.goes_first or self.kind != "callback_group")
+        return [*self.higher, *inside]
+
+    def worst_job(self) -> WorstJob | None:
+        """The job that responds last; None where it has no bound, or takes no time."""
+        if not self.task.worst_ns:
+            return None
+        given = (self.kind, self.task, self.fellows, self.higher, self.blocked_ns)
+        return executor_worst_job(*given, is_in_line=self.is_in_line)
+
+    def parts(self) -> Parts | None:
+        """What goes before the job that responds last; None where it has no bound.
+
+        One of the fellows may have begun, or less urgent work outside: the longer of the two counts.
+        """
+        if not self.task.worst_ns:
+            return Parts()
+        found = self.worst_job()
+        if found is None:
+            return None
+        others = counted(jobs_before(self.kind, found, self.fellows, self.higher, self.blocked_ns))
+        blocked = self.blocked_ns if self.blocked_ns >= found.behind_ns else 0
+        if found.chain_ns is None:
+            return before_job(self.task, others, blocked, found.release_ns, found.end_ns)
+        work = sum(jobs * item.worst_ns for item, jobs in others)
+        blocked = found.end_ns - self.task.worst_ns - found.chain_ns - work
+        return Parts(others, blocked_ns=blocked, over_ns=found.release_ns - found.chain_ns)
+
+
+@lru_cache(16384)
+def _remembered(
+    kind: ExecutorKind,
+    task: Task,
+    fellows: tuple[Fellow, ...],
+    higher: tuple[Task, ...],
+    blocked_ns: Exact,
+    is_in_line: bool,
+) -> Exact | None:
+    return executor_response_ns(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
+
+
+def window_of(resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession) -> Queued | None:
+    """What decides the response time of a stage of an executor; None where it has no bound."""
+    task = tasks[position]
+    if task is None:
+        return None
+    if not task.worst_ns:
+        return Queued("fifo", task, (), ())
+    return beside(resource, position, tasks, succession)
+
+
+def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession) -> Queued | None:
+    """A stage of an executor or accelerator with all that may go before it; None where some of that has no bound.
+
+    Of a less urgent callback of its group one job may have begun before it, however often that comes.
+    """
+    entry, task = resource.entries[position], tasks[position]
+    assert task is not None and entry.executor is not None
+    kind, stages = resource.kinds[entry.executor], succession.events.stages
+    fellows: dict[int, Task] = {}
+    before = gaps_and_servers(resource, entry, tasks)
+    higher = [item for item in before if item is not None]
+    if len(higher) < len(before):
+        return None
+    for rival in entry.rivals:
+        other, found = resource.entries[rival], tasks[rival]
+        if found is None and counts_once(resource, entry, rival):
+            found = once(stages[other.key])
+        if found is None:
+            return None
+        if other.executor == entry.executor:
+            fellows[rival] = found
+        else:
+            higher.append(found)
+    mine, chains = stages[entry.key], succession.chains(entry.executor)
+    working = [*(rival for rival, item in fellows.items() if item.worst_ns), position]
+    has_sections = any(stages[resource.entries[item].key].has_section for item in working)
+    # in lines: no earlier job of its own waits, and no section that is over has held up what preempts it
+    is_in_line = kind == "fifo" and chains.line(mine) is not None and (not higher or not has_sections)
+    made = []
+    for rival, found in fellows.items():
+        other_stage = stages[resource.entries[rival].key]
+        line = chains.line(other_stage) if is_in_line else None
+        made.append(Fellow(found, rival in entry.urgent, chains.never_meet(mine, other_stage), line))
+    return Queued(kind, task, tuple(made), tuple(higher), entry.blocking_ns, is_in_line)
+
+
+def counts_once(resource: Resource, entry: Entry, position: int) -> bool:
+    """Whether one job of another stage may have begun before a stage, and no more of them matter."""
+    if entry.executor is None or resource.entries[position].executor != entry.executor or position in entry.urgent:
+        return False
+    return resource.kinds[entry.executor] == "callback_group"
 
 
 def executor_response_ns(

@@ -25,14 +25,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dse.analysis.scheduling.overheads import switching_ns
+from dse.analysis.scheduling.model import Entry, Resource, Server
 from dse.analysis.scheduling.response_time import Stream, Task, periodic, response_time_ns
-from dse.analysis.scheduling.turns import Turn
-from dse.analysis.views import View
-from dse.space.model.space import Space
-from dse.space.model.trees import at
-
-Given = Sequence["Task | None"]
 
 
 def supply_gaps(name: str, budget_ns: int, period_ns: int) -> Task:
@@ -59,32 +53,29 @@ def server(name: str, budget_ns: int, period_ns: int, switching: int = 0) -> Tas
     return Task(name, budget_ns + switching, (Stream(period_ns, period_ns - budget_ns),))
 
 
-def before_task(
-    space: Space, turns: Sequence[Turn], turn: Turn, tasks: Given, interrupts: Sequence[Task], view: View
-) -> list[Task | None]:
-    """What goes before a task of a core beside its rivals there (`Turn.rivals`); None stands for what has no bound.
+def gaps_and_servers(resource: Resource, entry: Entry, tasks: Sequence[Task | None]) -> list[Task | None]:
+    """What goes before a stage beside its rivals; None stands for what has no bound.
 
-    `turns` and `tasks` are those of its core. That is interrupts and reservations; in a reservation what its supply
-    leaves out, as long as it has one.
+    That is interrupts and reservations; in a reservation what its supply leaves out, as long as it has one.
     """
-    others = [_server_of(space, number, turns, view) for number in turn.reservations(turns)]
-    if turn.reservation is None:
-        return [*interrupts, *others]
-    mine = space.reservations[turn.reservation]
-    budget, period = at(mine.budget_ns, view), at(mine.period_ns, view)
-    given = [*interrupts, *others, *(tasks[position] for position in turn.outside(turns))]
+    if entry.reservation is None:
+        return [*resource.interrupts, *(_server_task(resource.servers[number]) for number in entry.servers)]
+    mine = resource.servers[entry.reservation]
+    return [supply_gaps(mine.name, mine.budget_ns, mine.period_ns) if is_served(resource, entry, tasks) else None]
+
+
+def is_served(resource: Resource, entry: Entry, tasks: Sequence[Task | None]) -> bool:
+    """Whether the budget of the reservation of a stage is there in each period behind what goes before that."""
+    assert entry.reservation is not None
+    mine = resource.servers[entry.reservation]
+    others = [_server_task(resource.servers[number]) for number in entry.servers]
+    given = [*resource.interrupts, *others, *(tasks[position] for position in entry.outside)]
     rivals = [item for item in given if item is not None]
-    job = Task(mine.name, budget + switching_ns(space, turn.key[0], view), ())
-    end = response_time_ns(job, rivals, turn.blocked_ns) if len(rivals) == len(given) else None
-    return [supply_gaps(mine.name, budget, period) if end is not None and end <= period else None]
+    if len(rivals) < len(given):
+        return False
+    end = response_time_ns(Task(mine.name, mine.budget_ns + mine.switching_ns, ()), rivals, entry.blocked_ns)
+    return end is not None and end <= mine.period_ns
 
 
-def _server_of(space: Space, number: int, turns: Sequence[Turn], view: View) -> Task:
-    item = space.reservations[number]
-    switching = switching_ns(space, next(turn.key[0] for turn in turns if turn.reservation == number), view)
-    return server(item.name, at(item.budget_ns, view), at(item.period_ns, view), switching)
-
-
-def blocking_ns(turn: Turn) -> int:
-    """How long less urgent work may keep a task waiting; in a reservation its supply holds whatever blocks that."""
-    return turn.blocked_ns if turn.reservation is None else 0
+def _server_task(item: Server) -> Task:
+    return server(item.name, item.budget_ns, item.period_ns, item.switching_ns)

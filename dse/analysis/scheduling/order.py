@@ -25,7 +25,8 @@ from dse.space.model.trees import at
 class Turn:
     """A task in the order of its core: `rank` of the tasks before it always go first, up to `reach` of all may.
 
-    Others may keep the core for `blocked_ns`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
+    Others may keep the core for `blocked_ns`, the longest section of the
+    `blockers`. In an `executor` the tasks of a smaller `level` go first. The `pieces` of
     one thread never wait for each other. In a `reservation` up to `inner_reach` of all may go before it; what else may
     delays the reservation, as `blocked_ns` does.
     """
@@ -39,6 +40,7 @@ class Turn:
     pieces: tuple[int, ...] = ()
     reservation: int | None = None
     inner_reach: int = 0
+    blockers: tuple[tuple[TaskKey, int], ...] = ()
 
     def rivals(self, order: Sequence[Turn]) -> list[int]:
         """The positions of what may delay the task where it runs, which is not a callback's own timer.
@@ -104,8 +106,16 @@ class Schedule:
                     return processor, core, turn
         return None
 
-    def needed(self, wanted: Sequence[TaskKey]) -> list[list[Turn]]:
-        """What decides the response times of `wanted`: whatever may delay them, and what releases any of these."""
+    def all_cores(self) -> list[tuple[int, int, list[Turn]]]:
+        """Processor, core and the order of the tasks there, in the order of the file."""
+        processors = range(len(self.space.processors))
+        return [(number, core, turns) for number in processors for core, turns in enumerate(self.cores(number))]
+
+    def needed(self, wanted: Sequence[TaskKey]) -> list[tuple[int, int, list[Turn]]]:
+        """What decides the response times of `wanted`: whatever may delay them, and what releases any of these.
+
+        Processor, core, and so much of the order of the tasks there.
+        """
         depth: dict[tuple[int, int], int] = {}
         todo = list(wanted)
         while todo:
@@ -117,7 +127,7 @@ class Schedule:
             for other in self.cores(processor)[core][known : turn.reach]:
                 todo += upstream(self.space, other.key, self.view, frozenset())
             depth[processor, core] = max(known, turn.reach)
-        return [self.cores(processor)[core][:count] for (processor, core), count in depth.items()]
+        return [(*place, self.cores(place[0])[place[1]][:count]) for place, count in depth.items()]
 
 
 def upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> list[TaskKey]:
@@ -217,12 +227,13 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
     found = []
     for turn in turns:
         rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
-        others = [
-            section
+        blockers = tuple(
+            (turns[position].key, section)
             for position, section in enumerate(sections)
-            if position not in rivals and turns[position].key != turn.key
-        ]
-        found.append(replace(turn, blocked_ns=reduce(partial(picked, "max"), others, 0)))
+            if position not in rivals and turns[position].key != turn.key and section
+        )
+        blocked = reduce(partial(picked, "max"), (section for _, section in blockers), 0)
+        found.append(replace(turn, blocked_ns=blocked, blockers=blockers))
     return found
 
 
@@ -232,21 +243,3 @@ def sections_of(space: Space, turns: Sequence[Turn], view: View) -> list[int]:
         section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)
         for turn in turns
     ]
-
-
-def blockers(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> dict[int, int]:
-    """The threads, by number, that never go before a task and have a section, with the longest time of that, in ns."""
-    rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
-    found: dict[int, int] = {}
-    for position, section in enumerate(sections_of(space, turns, view)):
-        number = turns[position].key[0]
-        if position not in rivals and turns[position].key != turn.key and section:
-            found[number] = max(section, found.get(number, 0))
-    return found
-
-
-def blocking_name(space: Space, turns: Sequence[Turn], turn: Turn, view: View) -> str:
-    """The thread whose section may keep a task waiting longest; the first of several, empty where none may."""
-    sections = blockers(space, turns, turn, view) if turn.blocked_ns else {}
-    longest = max(sections.values(), default=0)
-    return next((space.components[one].stated_as for one, section in sections.items() if section == longest), "")

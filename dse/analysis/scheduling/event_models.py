@@ -1,0 +1,149 @@
+"""What releases the stages of a system: streams of jobs, with the jitter that they have as far as it is known.
+
+Event-triggered stages inherit the streams of what releases them, later by the jitter of processing and transmission
+(K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems", Microprocessing and
+Microprogramming 40, 1994). A thread with segments is one thread: where a job of it is late without a bound, so is the
+first piece of the next one, and any number of these may follow each other closely (docs/semantics.md, section 4.7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from typing import TypeAlias
+
+from dse.analysis.scheduling.model import Ends, Stage
+from dse.analysis.scheduling.response_time import Stream, Task
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.views import CyclicActivation
+
+Streams: TypeAlias = tuple[Stream, ...] | None
+"""None where their jitter has no bound."""
+
+
+class EventModels:
+    """The releases of the stages of a system, as response times are known by now."""
+
+    def __init__(self, stages: Mapping[TaskKey, Stage], ends: Ends) -> None:
+        self.stages, self.ends = stages, ends
+        self._streams: dict[TaskKey, Streams] = {}
+        self._followers: dict[TaskKey, list[TaskKey]] | None = None
+
+    def raised(self, key: TaskKey) -> None:
+        """The end of a stage has changed: what it releases comes otherwise from now on."""
+        if self._followers is None:
+            self._followers = {}
+            for stage in self.stages.values():
+                for release in stage.releases:
+                    if release.after is not None:
+                        for item in {release.after, self.stages[release.after].first}:
+                            self._followers.setdefault(item, []).append(stage.key)
+        todo = list(self._followers.get(key, ()))
+        while todo:
+            item = todo.pop()
+            if self._streams.pop(item, self) is not self:
+                todo += self._followers.get(item, ())
+
+    def streams(self, key: TaskKey) -> Streams:
+        """The streams that release a stage; None when their jitter has no bound.
+
+        Raises
+        ------
+        CyclicActivation
+            when event-triggered stages release each other in a cycle.
+        """
+        todo, open_ = [key], set()
+        while todo:
+            top = todo[-1]
+            if top in self._streams:
+                todo.pop()
+                continue
+            missing = [one for one in self._before(top) if one not in self._streams]
+            if not missing:
+                self._streams[top] = self._found(self.stages[top])
+                todo.pop()
+            elif top in open_:
+                raise CyclicActivation
+            else:
+                open_.add(top)
+                todo += missing
+        return self._streams[key]
+
+    def task(self, key: TaskKey) -> Task | None:
+        """The stage as what a busy window counts; None where it comes without a bound."""
+        return late_task(self.stages[key]) if self.has_no_bound(key) else self.bounded_task(key)
+
+    def bounded_task(self, key: TaskKey) -> Task | None:
+        """The stage as what a busy window counts, of a piece as if its thread had a bound."""
+        stage, streams = self.stages[key], self.streams(key)
+        return late_task(stage) if streams is None else task_of(stage, streams)
+
+    def has_no_bound(self, key: TaskKey) -> bool:
+        """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
+        pieces = self.stages[key].pieces
+        return bool(pieces) and self.ends.get(pieces[-1], 0) is None
+
+    def _before(self, key: TaskKey) -> Iterable[TaskKey]:
+        """The stages whose own releases are passed on to a stage."""
+        return (self.stages[item.after].first for item in self.stages[key].releases if item.after is not None)
+
+    def _found(self, stage: Stage) -> Streams:
+        found: list[Stream] = []
+        for release in stage.releases:
+            if release.stream is not None:
+                found.append(release.stream)
+            if release.after is not None:
+                leaving = self._leaving(release.after)
+                if leaving is None:
+                    return None
+                spread = release.most_ns - release.least_ns
+                found += [Stream(item.period_ns, item.jitter_ns + spread) for item in leaving]
+        return tuple(found)
+
+    def _leaving(self, key: TaskKey) -> Streams:
+        """The streams at which jobs of a stage end."""
+        sender = self.stages[key]
+        first = self.stages[sender.first]
+        released = self._streams[first.key]
+        best, worst = sender.elapsed_ns
+        end = self.ends.get(key, worst)
+        if released is None or end is None:
+            return None
+        if first.separation_ns is not None:
+            # holding back what comes early keeps the bound of the streams (Le Boudec and Thiran, "Network Calculus",
+            # 1.5: shaping keeps arrival constraints); of this and the separation, the one with the lower rate goes on
+            rate = sum((Fraction(1) / item.period_ns for item in released), Fraction(0))
+            if rate * first.separation_ns >= 1:
+                released = (Stream(first.separation_ns),)
+        return tuple(Stream(item.period_ns, item.jitter_ns + max(end, worst) - best) for item in released)
+
+
+def task_of(stage: Stage, streams: tuple[Stream, ...]) -> Task:
+    """A stage that these streams release, with what it costs to switch to it and back."""
+    return Task(stage.name, stage.cost_ns, streams, stage.separation_ns, stage.key)
+
+
+def late_task(stage: Stage) -> Task | None:
+    """A stage that comes without a bound: None; one job of a stage that takes no time, which delays nothing."""
+    return None if stage.cost_ns else once(stage)
+
+
+def once(stage: Stage) -> Task:
+    """One job of a stage."""
+    return Task(stage.name, stage.cost_ns, (), None, stage.key)
+
+
+def upstream(stages: Mapping[TaskKey, Stage], key: TaskKey, ends: Ends) -> list[TaskKey]:
+    """The stages whose ends are jitter of a stage's releases, and the other pieces of its thread.
+
+    What releases it without running on a resource, so that its end is not in `ends`, is followed further up.
+    """
+    stage = stages[key]
+    found = [item for item in stage.pieces if item != key]
+    todo = [release.after for release in stage.releases]
+    while todo:
+        item = todo.pop(0)
+        if item is not None and item not in found:
+            found.append(item)
+            todo += [release.after for release in stages[item].releases] if item not in ends else []
+    return found

@@ -1,0 +1,248 @@
+"""Response times and the jitter that they pass on, as one fixed point over the plain model of a design.
+
+Event-triggered stages inherit the streams of what releases them, with the jitter that processing and transmission add
+on the way (K. Tindell and J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
+Microprocessing and Microprogramming 40, 1994). Resource after resource its policies tell how long each stage takes
+there (`dse.analysis.scheduling.policies`), until nothing rises any more.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeAlias
+
+from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
+from dse.analysis.scheduling.model import Ends, Resource, System
+from dse.analysis.scheduling.policies import accelerators, executors, preemptive
+from dse.analysis.scheduling.policies.accelerators import Served
+from dse.analysis.scheduling.policies.chains_in_executor import Succession
+from dse.analysis.scheduling.policies.preemptive import Preempted
+from dse.analysis.scheduling.policies.segments import Segments, Spans
+from dse.analysis.scheduling.response_time import Task, is_plain
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.support.timelimit import look_at_the_clock
+from dse.support.units import Exact
+
+MOST_ROUNDS = 4096
+"""After so many rounds, those aside that are taken at once, what still grows is told to have no bound."""
+SLOW = 32
+"""Most systems stand still, or are beyond any bound, after fewer rounds."""
+WORTH = 16
+"""Following growth takes as long as some rounds."""
+MOST_ALIKE = 4
+"""After so many rounds at most growth may repeat: jitter goes from core to core."""
+
+Window: TypeAlias = Preempted | Served
+"""What decides how long a stage takes on its resource: `response_ns()`, and `parts()` of it."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """How it turned out that a stage has no bound: where it runs, and what was known of all stages then."""
+
+    resource: Resource
+    position: int
+    tasks: Sequence[Task | None]
+    ends: Ends
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The response times of a system: when each stage on a resource ends after the release of its thread, in ns.
+
+    Of those without a bound (None) `losses` tell how that turned out, for each thread by the stage with which it
+    begins. `rounds` were needed.
+    """
+
+    system: System
+    ends: Ends
+    spans: Spans
+    losses: Mapping[TaskKey, Loss] = field(default_factory=dict)
+    rounds: int = 0
+
+
+def solve(system: System) -> Solution:
+    """Response times and inherited jitter, raised together until both stand still; what keeps growing has no bound.
+
+    Where round after round adds the same, as many rounds are taken at once as add the same for sure
+    (`dse.analysis.scheduling.growth`).
+
+    Raises
+    ------
+    CyclicActivation
+        when event-triggered stages release each other in a cycle.
+    """
+    work = Rounds(system)
+    history: deque[dict[Any, Any]] = deque(maxlen=2 * MOST_ALIKE + 1)
+    pause, look = 1, SLOW
+    while work.next():
+        if work.count >= SLOW - 2 * MOST_ALIKE:
+            history.append(work.state())
+        if work.count >= look:
+            pause = 1 if work.follow(history) >= WORTH else 2 * pause
+            look = work.count + pause
+    return Solution(system, work.ends, work.spans, work.losses, work.count)
+
+
+class Rounds:
+    """The response times of a system as they are after `count` rounds: lower bounds that rise."""
+
+    def __init__(self, system: System, ends: dict[TaskKey, Exact | None] | None = None) -> None:
+        self.system, stages = system, system.stages
+        entries = [entry for resource in system.resources for entry in resource.entries]
+        alone = {item.key: stages[item.key].elapsed_ns[1] for item in entries}
+        self.ends: dict[TaskKey, Exact | None] = dict(alone) if ends is None else ends
+        self.spans: Spans = {}
+        self.losses: dict[TaskKey, Loss] = {}
+        self.count = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        self.events = EventModels(self.system.stages, self.ends)
+        self.segments = Segments(self.events, self.system.resources, self.spans)
+        self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
+
+    def tasks(self, resource: Resource) -> list[Task | None]:
+        """The stages of a resource as they are released by now; None where one comes without a bound."""
+        return [self.events.task(entry.key) for entry in resource.entries]
+
+    def next(self) -> bool:
+        """Raise all once, resource by resource; whether anything rose."""
+        self.count, changed = self.count + 1, False
+        look_at_the_clock()
+        for number, resource in enumerate(self.system.resources):
+            tasks = self.tasks(resource)
+            earlier, self._before[number] = self._before[number], tasks
+            if earlier is not None and not _looks_beyond(resource) and all(map(_is_same, tasks, earlier)):
+                self._before[number] = earlier
+                continue  # as in the round before
+            succession = Succession(self.events, resource)
+            for position, entry in enumerate(resource.entries):
+                found = self._end_of(resource, position, tasks, succession)
+                if found is not None and self.count > 1 and self._is_beyond(found):
+                    found = found if found == self.ends[entry.key] else None
+                if self.ends[entry.key] is not None and found != self.ends[entry.key]:
+                    if found is None:
+                        self._note_loss(resource, position, tasks)
+                    self.ends[entry.key], changed = found, True
+                    self.events.raised(entry.key)
+        return changed
+
+    def _note_loss(self, resource: Resource, position: int, tasks: Sequence[Task | None]) -> None:
+        first = self.system.stages[resource.entries[position].key].first
+        if first not in self.losses:
+            self.losses[first] = Loss(resource, position, tasks, dict(self.ends))
+
+    def _is_beyond(self, end_ns: Exact) -> bool:
+        return end_ns > self.system.horizon_ns or self.count > MOST_ROUNDS
+
+    def _end_of(
+        self, resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession
+    ) -> Exact | None:
+        """When a stage ends after the release of its thread, with what is known so far."""
+        window = window_of(resource, position, tasks, succession, self.segments)
+        found = None if window is None else window.response_ns()
+        if resource.entries[position].is_piece:
+            return self.segments.end_ns(resource, position, tasks, found)
+        return found
+
+    def state(self) -> dict[Any, Any]:
+        """All that the next round depends on."""
+        return {**self.ends, **{("span", key): span for key, span in self.spans.items()}}
+
+    def follow(self, history: Sequence[dict[Any, Any]]) -> int:
+        """Take the next rounds at once, as far as they add the same for sure, if the last ones did; how many."""
+        found = growth(history)
+        if found is None:
+            return 0
+        rounds, grown = found
+        try:
+            steps = steps_along(history[-1], grown, partial(self._raised, rounds))
+        except TooLongError:
+            return 0
+        for key, more in grown.items():
+            kept, item = (self.spans, key[1]) if key[0] == "span" else (self.ends, key)  # type: ignore[index]
+            kept[item] += steps * more  # type: ignore[index, operator]
+        self.events = EventModels(self.system.stages, self.ends)
+        self.segments.events = self.events
+        return steps * rounds
+
+    def _raised(self, rounds: int, state: dict[Any, Any]) -> dict[Any, Any]:
+        """All that is known some rounds after a state, of numbers that may be lines."""
+        other = copy(self)
+        other.ends = {key: state[key] for key in self.ends}
+        other.spans = {key: state["span", key] for key in self.spans}
+        other.losses = {}
+        other._begin()
+        for _ in range(rounds):
+            other.next()
+        return other.state()
+
+
+def window_of(
+    resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession, segments: Segments
+) -> Window | None:
+    """What decides how long a stage takes from its own release to its end; None where it has no bound.
+
+    `tasks` are the stages of the resource as they are released; None where one comes without a bound.
+    """
+    entry = resource.entries[position]
+    if entry.executor is None:
+        return preemptive.window_of(resource, position, tasks)
+    if not entry.is_piece:
+        return executors.window_of(resource, position, tasks, succession)
+    return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))
+
+
+def response_alone_ns(system: System, key: TaskKey) -> Exact | None:
+    """The response time of a stage where no release depends on one, and none is of a thread with segments."""
+    place = system.place(key)
+    assert place is not None
+    resource, position = place
+    work = Rounds(system)
+    tasks = [work.events.bounded_task(entry.key) for entry in resource.entries]
+    window = window_of(resource, position, tasks, Succession(work.events, resource), work.segments)
+    return None if window is None else window.response_ns()
+
+
+def _is_same(one: Task | None, other: Task | None) -> bool:
+    """Whether two tasks have the same response time for sure."""
+    if one is other:
+        return True
+    return one is not None and other is not None and is_plain(one) and is_plain(other) and one == other
+
+
+def _looks_beyond(resource: Resource) -> bool:
+    """Whether more than the releases of its stages has a part in a response time."""
+    return bool(resource.kinds) or any(entry.is_piece for entry in resource.entries)
+
+
+class Windows:
+    """What decides the response times of a solved system, for who tells what they are made of."""
+
+    def __init__(self, system: System, ends: Ends) -> None:
+        spans: Spans = {}
+        self.system = system
+        self.events = EventModels(system.stages, ends)
+        self.segments = Segments(self.events, system.resources, spans)
+        self._tasks: dict[int, list[Task | None]] = {}
+
+    def tasks(self, resource: Resource) -> list[Task | None]:
+        """The stages of a resource as they are released; None where one comes without a bound."""
+        found = self._tasks.get(id(resource))
+        if found is None:
+            found = self._tasks[id(resource)] = [self.events.task(entry.key) for entry in resource.entries]
+        return found
+
+    def of(self, resource: Resource, position: int, tasks: Sequence[Task | None] | None = None) -> Window | None:
+        """What decides how long a stage takes from its own release to its end; None where it has no bound.
+
+        `tasks` are the stages of the resource as they are released, where not as is known.
+        """
+        given = self.tasks(resource) if tasks is None else tasks
+        return window_of(resource, position, given, Succession(self.events, resource), self.segments)

@@ -1,0 +1,189 @@
+"""The plain model of a design: stages of jobs, the resources that serve them, and the system that they make up.
+
+`dse.analysis.scheduling.resolve` makes it of a space and a design. All that is computed of response times is a function
+of it alone: no formula behind it looks at a space or at decisions.
+
+The words are those of the field: a *stage* is one visit of a job to a resource (a step of MAST, a subtask of
+K. Tindell), a *release* one way in which it comes about, and a *resource* a core or an accelerator, which serves the
+stages on it by its policies (`dse.analysis.scheduling.policies`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from dse.analysis.scheduling.response_time import Stream, Task
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.space.model.space import ExecutorKind
+from dse.support.units import Exact
+
+Ends: TypeAlias = Mapping[TaskKey, "Exact | None"]
+"""For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """One way in which a stage is released: by a source of its own, or by the end of another stage.
+
+    A source is a `stream` of releases. What the stage `after` sends arrives `least_ns` to `most_ns` after its end.
+    """
+
+    stream: Stream | None = None
+    after: TaskKey | None = None
+    least_ns: Exact = 0
+    most_ns: Exact = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """One visit of a job to a resource, or to none where nothing delays it. Times in ns.
+
+    Attributes
+    ----------
+    key
+        the thread or device by its number in the space, and which of its tasks.
+    name
+        what tables call it.
+    best_ns, worst_ns
+        what one job takes by itself.
+    cost_ns
+        the longest time with the context switches to it and back.
+    releases, separation_ns
+        what releases it, and the least time between two jobs; None where nothing keeps them apart.
+    pieces
+        the stages of its thread in their order, itself among them; none where the thread is one stage.
+    elapsed_ns
+        the shortest and longest time from the release of its thread to its own end where nothing delays any of it.
+    is_away
+        whether it is a piece that an accelerator serves, away from the core of its thread.
+    follows
+        the only stage whose end releases it, in a chain of which each job may end before the next one begins; None
+        where there are others, a timer, a separation, or a time for which what is sent waits.
+    has_section
+        whether nothing interrupts it for a part of its time.
+    """
+
+    key: TaskKey
+    name: str
+    best_ns: int
+    worst_ns: int
+    cost_ns: int
+    releases: tuple[Release, ...]
+    separation_ns: int | None = None
+    pieces: tuple[TaskKey, ...] = ()
+    elapsed_ns: tuple[int, int] = (0, 0)
+    is_away: bool = False
+    follows: Release | None = None
+    has_section: bool = False
+
+    @property
+    def first(self) -> TaskKey:
+        """The stage with which its thread begins."""
+        return self.pieces[0] if self.pieces else self.key
+
+    @property
+    def is_lone(self) -> bool:
+        """Whether its releases depend on no other stage."""
+        return all(release.after is None for release in self.releases)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A stage in the order of its resource; what else is there is named by its position in that order.
+
+    Attributes
+    ----------
+    rank
+        how many of the stages before it always go first.
+    rivals
+        the positions of what may go before it where it runs: in its reservation, if it is in one.
+    blockers, blocked_ns
+        the stages that never go before it but may keep the resource all the same, each with its section, in ns; and
+        the longest of these.
+    executor, urgent
+        the executor that runs it, and which positions of that go first where they wait with it.
+    siblings, shares_turn
+        the other pieces of its thread here, and whether something may delay it that one of these, or an earlier job of
+        it, may delay.
+    reservation, outside, servers
+        the reservation that it is in, the positions of what is in none and may delay that, and the reservations that
+        may delay it.
+    """
+
+    key: TaskKey
+    rank: int
+    rivals: tuple[int, ...]
+    blockers: tuple[tuple[TaskKey, int], ...] = ()
+    blocked_ns: Exact = 0
+    executor: int | None = None
+    urgent: frozenset[int] = frozenset()
+    is_piece: bool = False
+    siblings: tuple[int, ...] = ()
+    shares_turn: bool = False
+    reservation: int | None = None
+    outside: tuple[int, ...] = ()
+    servers: tuple[int, ...] = ()
+
+    @property
+    def blocking_ns(self) -> Exact:
+        """For how long less urgent work may keep it waiting; in a reservation the supply holds whatever blocks that."""
+        return self.blocked_ns if self.reservation is None else 0
+
+    @property
+    def before(self) -> tuple[int, ...]:
+        """The positions of all that may delay it, or its reservation."""
+        return self.rivals if self.reservation is None else tuple(sorted({*self.rivals, *self.outside}))
+
+
+@dataclass(frozen=True, slots=True)
+class Server:
+    """A reservation: a budget in each period, with what it takes to switch to it and back."""
+
+    name: str
+    budget_ns: int
+    period_ns: int
+    switching_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Resource:
+    """A core or an accelerator with all that it serves, the most urgent first.
+
+    `interrupts` go before everything on it. `kinds` are those of its executors, and `servers` its reservations, both by
+    their numbers in the space. An accelerator has one core, which has no number to anybody.
+    """
+
+    processor: int
+    core: int
+    entries: tuple[Entry, ...]
+    interrupts: tuple[Task, ...] = ()
+    kinds: Mapping[int, ExecutorKind] = field(default_factory=dict)
+    servers: Mapping[int, Server] = field(default_factory=dict)
+    is_accelerator: bool = False
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing but the priorities of whole stages decides its response times."""
+        return not self.kinds and not self.servers and not any(entry.is_piece for entry in self.entries)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """The resources of a design, in the order of the file, and all stages on them or before these.
+
+    Response times that grow beyond `horizon_ns` by their own jitter have no bound.
+    """
+
+    stages: Mapping[TaskKey, Stage]
+    resources: tuple[Resource, ...]
+    horizon_ns: int
+
+    def place(self, key: TaskKey) -> tuple[Resource, int] | None:
+        """The resource of a stage and its position there; None where it runs on none of these."""
+        for resource in self.resources:
+            for position, entry in enumerate(resource.entries):
+                if entry.key == key:
+                    return resource, position
+        return None

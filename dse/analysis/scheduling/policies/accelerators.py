@@ -1,0 +1,139 @@
+"""The pieces of threads on an accelerator, which serves them as they come or by priority (docs/semantics.md, 4.7).
+
+The pieces of one thread never wait for each other; other jobs of an accelerator are those of an executor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import TypeAlias
+
+from dse.analysis.scheduling.model import Resource
+from dse.analysis.scheduling.parts import Parts, counted
+from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
+from dse.analysis.scheduling.policies.executor_work import jobs_by
+from dse.analysis.scheduling.policies.executors import Fellow, Queued, beside
+from dse.analysis.scheduling.policies.queues import queued_job
+from dse.analysis.scheduling.response_time import Task
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class OneOfEach:
+    """A piece that waits for one job of each of these, and for less urgent work that has begun."""
+
+    task: Task
+    others: tuple[Task, ...]
+    blocked_ns: Exact
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from its release to its end, in ns."""
+        return self.task.worst_ns + self.blocked_ns + sum(item.worst_ns for item in self.others)
+
+    def parts(self) -> Parts | None:
+        """What goes before it."""
+        return Parts(counted((item, 1) for item in self.others), blocked_ns=self.blocked_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class AsTheyCome:
+    """A piece that waits for all that came before it, less what its own thread took of that time (`queued_ns`)."""
+
+    task: Task
+    own: tuple[Task, ...]
+    others: tuple[Task, ...]
+    blocked_ns: Exact
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from its release to its end, in ns; None where it has no bound."""
+        found = queued_job(self.task, self.own, self.others)
+        return None if found is None else found.waited_ns + self.task.worst_ns + self.blocked_ns
+
+    def parts(self) -> Parts | None:
+        """What goes before it; None where it has no bound."""
+        found = queued_job(self.task, self.own, self.others)
+        if found is None:
+            return None
+        jobs = counted((item, jobs_by(item, found.until_ns)) for item in self.others)
+        return Parts(jobs, blocked_ns=self.blocked_ns, over_ns=found.ran_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class ByPriority:
+    """A piece on an accelerator that serves by priority.
+
+    Something less urgent may have begun before all that is more urgent came, or an earlier piece of its own thread:
+    that has ended some time before the piece is released, and kept it from nothing, but what came since goes first.
+    `ran` are these pieces, each with how long before it has ended.
+    """
+
+    first: Queued
+    ran: tuple[tuple[Task, Exact], ...]
+
+    def _ways(self) -> list[tuple[Queued, Task | None, Exact]]:
+        urgent = tuple(item for item in self.first.fellows if item.goes_first)
+        own = self.ran if urgent else ()
+        behind = [(replace(self.first, fellows=urgent, blocked_ns=item.worst_ns), item, time) for item, time in own]
+        return [(self.first, None, 0), *behind]
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from its release to its end, in ns; None where it has no bound."""
+        longest: Exact | None = None
+        for window, item, time in self._ways():
+            found = window.response_ns()
+            if found is None:
+                return None
+            if item is not None:
+                found = found - item.worst_ns - time
+            longest = found if longest is None else max(longest, found)
+        return longest
+
+    def parts(self) -> Parts | None:
+        """What goes before it; None where it has no bound."""
+        ways: list[Parts] = []
+        for window, item, time in self._ways():
+            found = window.parts()
+            if found is None:
+                return None
+            if item is not None:
+                over = item.worst_ns + time
+                found = replace(found, earlier_jobs=1, earlier_ns=item.worst_ns, blocked_ns=0, over_ns=over)
+            ways.append(found)
+        return max(ways, key=attrgetter("waited_ns"))
+
+
+Served: TypeAlias = Queued | OneOfEach | AsTheyCome | ByPriority
+
+
+def window_of(
+    resource: Resource,
+    position: int,
+    tasks: Sequence[Task | None],
+    succession: Succession,
+    since_ns: Mapping[TaskKey, Exact],
+) -> Served | None:
+    """What decides the time of a piece from its own release to its end; None where it has no bound.
+
+    Each piece of its thread has ended so long `since_ns` before its release.
+    """
+    entry, task = resource.entries[position], tasks[position]
+    if task is None:
+        return None
+    found = beside(resource, position, tasks, succession)
+    siblings = [tasks[item] for item in entry.siblings]
+    own = tuple(item for item in siblings if item is not None)
+    if found is None or len(own) < len(siblings):
+        return None
+    if found.kind == "fifo" and not found.higher:
+        waiting = longest_of_each([(item.task, item.line) for item in found.fellows])
+        if waiting is not None:
+            return OneOfEach(task, tuple(waiting), entry.blocked_ns)
+        return AsTheyCome(task, own, tuple(item.task for item in found.fellows), entry.blocked_ns)
+    if found.kind != "callback_group" or found.higher or entry.shares_turn:
+        return replace(found, fellows=(*found.fellows, *(Fellow(item, True) for item in own)), is_in_line=False)
+    job = replace(found, task=task.single(), higher=(), is_in_line=False)
+    ran = ((tasks[at], since_ns[item.key]) for at, item in enumerate(resource.entries) if item.key in since_ns)
+    return ByPriority(job, tuple((item, time) for item, time in ran if item is not None))

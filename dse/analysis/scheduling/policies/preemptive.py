@@ -1,0 +1,85 @@
+"""Fixed priorities on a core: what is more urgent preempts (`dse.analysis.scheduling.response_time`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from dse.analysis.scheduling.model import Entry, Resource
+from dse.analysis.scheduling.parts import Parts, before_job
+from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.response_time import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Preempted:
+    """A task, the rivals that preempt it, and for how long less urgent work may have kept the core before, in ns.
+
+    Examples
+    --------
+    Of 26 every 70 and 62 every 100 the fifth job of the second responds last: released at 400, it ends at 518.
+
+    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> window = Preempted(periodic("b", 62, 100), (periodic("a", 26, 70),))
+    >>> window.response_ns()
+    118
+    >>> window.parts().delays(), window.parts().earlier_jobs, window.parts().over_ns
+    ((Delay(name='a', jobs=8, work_ns=208),), 4, 400)
+    """
+
+    task: Task
+    rivals: tuple[Task, ...]
+    blocked_ns: Exact = 0
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from the release of a job to its end, in ns; None where it has no bound."""
+        task, rivals, blocked = self.task, self.rivals, self.blocked_ns
+        if not task.worst_ns:
+            return 0
+        if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
+            return _remembered(task, rivals, blocked)
+        return response_time_ns(task, rivals, blocked)
+
+    def parts(self) -> Parts | None:
+        """What goes before the job that responds last; None where it has no bound."""
+        if not self.task.worst_ns:
+            return Parts()
+        found = worst_job_ns(self.task, self.rivals, self.blocked_ns)
+        if found is None:
+            return None
+        jobs = ((item, most_jobs(item, found[1])) for item in self.rivals)
+        return before_job(self.task, jobs, self.blocked_ns, *found)
+
+
+@lru_cache(16384)
+def _remembered(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exact | None:
+    """`response_time_ns`: from round to round, and from design to design, most tasks meet the same."""
+    return response_time_ns(task, rivals, blocked_ns)
+
+
+def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Preempted | None:
+    """What decides the response time of a stage that no executor runs; None where it has no bound.
+
+    Of a piece of a thread it is the time from its own release: one job, for those before it have ended. Where it
+    shares its turn with others these have waited for the pieces before it, which count as they do.
+    """
+    entry, task = resource.entries[position], tasks[position]
+    if task is None:
+        return None
+    if not task.worst_ns:
+        return Preempted(task, ())
+    rivals = rivals_of(resource, entry, tasks, siblings=entry.shares_turn)
+    job = task.single() if entry.is_piece and not entry.shares_turn else task
+    return None if rivals is None else Preempted(job, rivals, entry.blocking_ns)
+
+
+def rivals_of(
+    resource: Resource, entry: Entry, tasks: Sequence[Task | None], *, siblings: bool = False
+) -> tuple[Task, ...] | None:
+    """All that goes before a stage, with the other pieces of its thread if asked; None where some has no bound."""
+    positions = (*entry.rivals, *entry.siblings) if siblings else entry.rivals
+    found = [*gaps_and_servers(resource, entry, tasks), *(tasks[item] for item in positions)]
+    given = tuple(item for item in found if item is not None)
+    return given if len(given) == len(found) else None

@@ -1,0 +1,217 @@
+"""Reads a design once: the plain model (`dse.analysis.scheduling.model`) of a space and a view of its decisions.
+
+Only this module and what it calls (`tasks`, `order`, `priorities`, `overheads`, first-fit) look at the space and ask
+for decisions; what is computed of the model does neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeAlias
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.memo import Recall
+from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
+from dse.analysis.scheduling.order import Schedule, Turn, turns_of
+from dse.analysis.scheduling.overheads import interrupting, switching_ns
+from dse.analysis.scheduling.response_time import PLAIN, Stream
+from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
+from dse.analysis.views import View
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import at, leaves
+from dse.support.units import Exact
+
+Read: TypeAlias = Callable[[TaskKey], Stage]
+
+
+def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -> System:
+    """The system of a design; of `wanted` stages only what decides their response times.
+
+    Raises
+    ------
+    NotOffered
+        when the design chooses an option that is not there.
+    Undecided
+        when it leaves a decision open that is asked for.
+    """
+    schedule = Schedule(space, view)
+    return system_of(space, schedule.all_cores() if wanted is None else schedule.needed(wanted), view)
+
+
+def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
+    """The system in which only these threads are there, by number, each group on a resource of its own."""
+    return system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view)
+
+
+def system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
+    """The system of these resources: processor, core and the order of the tasks of each."""
+    resources = tuple(resource_of(space, *core, view) for core in cores)
+    keys = [entry.key for resource in resources for entry in resource.entries]
+    return System(with_senders(keys, reader(space, view)), resources, horizon_ns(space))
+
+
+def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
+    """These stages, all that release them, and the other pieces of their threads."""
+    stages: dict[TaskKey, Stage] = {}
+    todo = list(keys)
+    while todo:
+        key = todo.pop()
+        if key not in stages:
+            stage = stages[key] = read(key)
+            todo += [release.after for release in stage.releases if release.after is not None]
+            todo += stage.pieces
+    return stages
+
+
+# --- stages -----------------------------------------------------------------------------------------------------------
+
+_STAGES: Recall[Stage] = Recall()
+_TRACED: list[Space] = []
+"""The space that was found last to have numbers that remember how they were made: nothing of it is remembered."""
+
+
+def reader(space: Space, view: View) -> Read:
+    """Reads stages: of whole designs that agree in what a stage depends on each is one object."""
+    if type(view) is not View or any(space is item for item in _TRACED):
+        return lambda key: stage_of(space, key, view)
+
+    def read(key: TaskKey) -> Stage:
+        stage = _STAGES.recall(space, key, view, stage_of)
+        if not is_plain(stage):
+            _TRACED[:] = [space]
+        return stage
+
+    return read
+
+
+def is_plain(stage: Stage) -> bool:
+    """Whether all of its times are mere numbers."""
+    times: list[Exact | None] = [stage.best_ns, stage.cost_ns, stage.separation_ns, *stage.elapsed_ns]
+    for release in stage.releases:
+        times += [release.least_ns, release.most_ns]
+        times += [release.stream.period_ns, release.stream.jitter_ns] if release.stream is not None else []
+    return all(type(time) in PLAIN for time in times)
+
+
+def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
+    """A task of a thread or device as a stage."""
+    number, part = key
+    component = space.components[number]
+    best, worst = alone_ns(component, part, view)
+    is_on_core = component.processor is not None and at(component.processor, view) is not None
+    found = arrivals(component, view)
+    pieces = () if component.pieces is None else component.pieces.members
+    return Stage(
+        key,
+        task_name(component, part),
+        best,
+        worst,
+        worst + (switching_ns(space, number, view) if is_on_core else 0),
+        _releases_of(space, key, view),
+        at(component.period_ns, view) if part == "thread" and found.is_separated else None,
+        tuple((item, "thread") for item in pieces),
+        elapsed_ns(space, number, view) if part == "thread" else (best, worst),
+        bool(pieces) and component.executor is not None,
+        _follows(space, component, view) if part == "thread" else None,
+        bool(component.section_ns),
+    )
+
+
+def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
+    number, part = key
+    component = space.components[number]
+    timer = Release(Stream(at(component.period_ns, view))) if part == "thread" and _has_timer(component, view) else None
+    if part == "thread" and not is_event_triggered(component, view):
+        return () if timer is None else (timer,)
+    found = [] if timer is None else [timer]
+    for wire in component.triggers:
+        least, most, _ = transmission_ns(space, space.connections[wire], view)
+        sender = space.connections[wire].sender
+        if sender is not None:
+            found.append(Release(None, (sender, "thread"), least, most))
+        elif rate := rate_hz(space, ("delivery", wire), view):
+            found.append(Release(Stream(max(1, NS_PER_S // rate), most - least)))
+    return tuple(found)
+
+
+def _has_timer(component: Component, view: View) -> bool:
+    return arrivals(component, view).by_timer
+
+
+def _follows(space: Space, component: Component, view: View) -> Release | None:
+    found = arrivals(component, view)
+    if not found.by_inputs or found.by_timer or found.is_separated or len(component.triggers) != 1:
+        return None
+    connection = space.connections[component.triggers[0]]
+    if connection.sender is None or component.pieces is not None:
+        return None
+    sender = space.components[connection.sender]
+    if sender.pieces is not None or at(sender.communication, view) == "let":
+        return None
+    least, most, _ = transmission_ns(space, connection, view)
+    return Release(None, (connection.sender, "thread"), least, most)
+
+
+# --- resources --------------------------------------------------------------------------------------------------------
+
+
+def resource_of(space: Space, processor: int, core: int, turns: Sequence[Turn], view: View) -> Resource:
+    """A core or accelerator with the order of its tasks."""
+    numbers = [turn.key[0] for turn in turns]
+    executors = dict.fromkeys(turn.executor for turn in turns if turn.executor is not None)
+    reservations: dict[int, int] = {}
+    for turn in turns:
+        if turn.reservation is not None:
+            reservations.setdefault(turn.reservation, turn.key[0])
+    return Resource(
+        processor,
+        core,
+        tuple(_entry_of(turn, turns) for turn in turns),
+        interrupting(space, numbers[:1], view),
+        {number: at(space.executors[number].kind, view) for number in executors},
+        {number: _server_of(space, number, first, view) for number, first in reservations.items()},
+        at(space.processors[processor].serves, view) is not None,
+    )
+
+
+def _entry_of(turn: Turn, turns: Sequence[Turn]) -> Entry:
+    is_inside = turn.executor is not None
+    others = enumerate(turns) if is_inside else ()
+    inside = [(position, other) for position, other in others if other.executor == turn.executor]
+    return Entry(
+        turn.key,
+        turn.rank,
+        tuple(turn.rivals(turns)),
+        turn.blockers,
+        turn.blocked_ns,
+        turn.executor,
+        frozenset(position for position, other in inside if turn.goes_first_inside(other)),
+        bool(turn.pieces),
+        tuple(turn.siblings(turns)) if turn.pieces else (),
+        bool(turn.pieces) and turn.shares_turn(turns),
+        turn.reservation,
+        tuple(turn.outside(turns)) if turn.reservation is not None else (),
+        tuple(turn.reservations(turns)),
+    )
+
+
+def _server_of(space: Space, number: int, member: int, view: View) -> Server:
+    item = space.reservations[number]
+    budget, period = at(item.budget_ns, view), at(item.period_ns, view)
+    return Server(item.name, budget, period, switching_ns(space, member, view))
+
+
+def horizon_ns(space: Space) -> int:
+    """Ten times the longest period, in ns: response times that grow beyond it by their own jitter have no bound."""
+    for components, known in _HORIZON:
+        if components is space.components:
+            return known
+    periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
+    found: int = 10 * max(periods, default=NS_PER_S)
+    _HORIZON[:] = [(space.components, found)]
+    return found
+
+
+_HORIZON: list[tuple[tuple[Component, ...], int]] = []
+"""That of the components that were asked about last."""

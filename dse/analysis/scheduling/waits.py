@@ -1,0 +1,169 @@
+"""What a job waits for where it runs, up to the end of the one that responds last.
+
+The same busy periods as those of the response times (docs/semantics.md, sections 4.3 and 4.5 to 4.8), told by what is
+in them: a job's own work, earlier jobs of its thread, jobs of others that go before it, a section of less urgent work
+that has begun, less what of all that is over when the job is released. So much is its response time. Of a thread with
+segments each piece has a wait of its own, and they add up to the response time of the thread; where that is bounded
+by its core alone, all its work there has one (docs/semantics.md, section 4.7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
+
+from dse.analysis.scheduling.fixed_point import Windows
+from dse.analysis.scheduling.model import Ends, Entry, Resource, System
+from dse.analysis.scheduling.parts import Delay, Parts
+from dse.analysis.scheduling.policies import executors, preemptive
+from dse.analysis.scheduling.policies.chains_in_executor import Succession
+from dse.analysis.scheduling.response_time import Task
+from dse.analysis.scheduling.tasks import TaskKey, task_name
+from dse.space.model.space import Space
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True)
+class Wait:
+    """What a thread does on a core, or a piece of it does there or on an accelerator, and what it waits for there.
+
+    Where `is_served` the core has no number to anybody.
+    """
+
+    WRITTEN = (
+        *("name", "processor", "core", "work_ns", "earlier_jobs", "earlier_ns", "delays", "blocked_by"),
+        *("blocked_ns", "over_ns", "response_ns"),
+    )
+
+    name: Annotated[str, "The thread or the piece; the thread where all its pieces on the core are taken together."]
+    processor: Annotated[str, "The processor or accelerator."]
+    core: Annotated[int, "The core, from 1."]
+    is_served: bool
+    work_ns: Annotated[Exact, "What it does itself."]
+    delays: Annotated[tuple[Delay, ...], "The jobs of others that go before it."] = ()
+    earlier_jobs: Annotated[int, "How many earlier jobs of its own thread go before it."] = 0
+    earlier_ns: Annotated[Exact, "What these take."] = 0
+    blocked_ns: Annotated[Exact, "What that takes."] = 0
+    blocked_by: Annotated[
+        str, "The thread whose section that nothing interrupts has begun before; empty where none has."
+    ] = ""
+    over_ns: Annotated[Exact, "How much of all this is over when it is released."] = 0
+
+    @property
+    def waited_ns(self) -> Exact:
+        """How much later than by itself it ends."""
+        return self.earlier_ns + sum(item.work_ns for item in self.delays) + self.blocked_ns - self.over_ns
+
+    @property
+    def response_ns(self) -> Exact:
+        """From its release to its end: all of this without what is over by then."""
+        return self.work_ns + self.waited_ns
+
+
+class Waits(Windows):
+    """Tells what the threads of a design wait for, as its response times are known."""
+
+    def __init__(self, space: Space, system: System, ends: Ends) -> None:
+        super().__init__(system, ends)
+        self.space = space
+
+    def of_thread(self, key: TaskKey) -> tuple[Wait, ...] | None:
+        """What a thread waits for, with segments piece by piece up to the one of the key; None without a bound."""
+        pieces = self.system.stages[key].pieces
+        found: list[Wait] = []
+        for index, piece in enumerate(pieces[: pieces.index(key) + 1] if pieces else (key,)):
+            resource, position = self._place(piece)
+            wait = self._alone(resource, position)
+            if wait is None:
+                return None
+            found.append(wait)
+            self.segments.spans[piece] = wait.response_ns
+            whole = self._together(resource, position, pieces[: index + 1]) if index else None
+            if whole is not None:
+                served = [item for item in found if item.is_served]
+                end = sum(item.response_ns for item in found)
+                if whole.response_ns + sum(item.response_ns for item in served) < end:
+                    found = [*served, whole]
+        return tuple(found)
+
+    def share(self, key: TaskKey) -> tuple[Resource, Fraction | None]:
+        """The resource of a stage, and the share of that which it and what goes before it need.
+
+        None where some of that has no bound.
+        """
+        resource, position = self._place(key)
+        entry, tasks = resource.entries[position], self._tasks_beside(resource, position)
+        counted: Sequence[Task] | None
+        if entry.executor is None:
+            counted = preemptive.rivals_of(resource, entry, tasks)
+        else:
+            succession = Succession(self.events, resource)
+            found = None if tasks[position] is None else executors.beside(resource, position, tasks, succession)
+            counted = None if found is None else found.sharing
+        if counted is None:
+            return resource, None
+        given = [tasks[position], *(tasks[item] for item in entry.siblings), *counted]
+        return resource, sum((item.utilisation for item in given if item is not None), Fraction(0))
+
+    def _alone(self, resource: Resource, position: int) -> Wait | None:
+        """What a stage waits for from its own release on; None where it has no bound."""
+        tasks = self._tasks_beside(resource, position)
+        window, task = self.of(resource, position, tasks), tasks[position]
+        found = None if window is None else window.parts()
+        return None if found is None or task is None else self._made(resource, position, task.worst_ns, found)
+
+    def _together(self, resource: Resource, position: int, pieces: Sequence[TaskKey]) -> Wait | None:
+        """What all work of a thread on its core waits for there, as if it and the times away were one job."""
+        window = self.segments.together(resource, position, self._tasks_beside(resource, position))
+        found = None if window is None else window.parts()
+        if window is None or found is None:
+            return None
+        work = window.task.worst_ns - self.segments.away_ns(pieces)
+        return self._made(resource, position, work, found, self.space.components[pieces[0][0]].stated_as)
+
+    def _tasks_beside(self, resource: Resource, position: int) -> list[Task | None]:
+        """The stages of a resource, the one at a position as if its thread had a bound."""
+        tasks = list(self.tasks(resource))
+        tasks[position] = self.events.bounded_task(resource.entries[position].key)
+        return tasks
+
+    def _place(self, key: TaskKey) -> tuple[Resource, int]:
+        place = self.system.place(key)
+        assert place is not None
+        return place
+
+    def _made(self, resource: Resource, position: int, work_ns: Exact, found: Parts, name: str = "") -> Wait:
+        """The wait that was found, with its names."""
+        entry = resource.entries[position]
+        return Wait(
+            name or told_name(self.space, entry.key),
+            self.space.processors[resource.processor].name,
+            resource.core + 1,
+            resource.is_accelerator,
+            work_ns,
+            found.delays(self._name_of),
+            found.earlier_jobs,
+            found.earlier_ns,
+            found.blocked_ns,
+            blocking_name(self.space, entry) if found.blocked_ns else "",
+            found.over_ns,
+        )
+
+    def _name_of(self, task: Task) -> str:
+        return task.name if task.stage is None else told_name(self.space, task.stage)
+
+
+def told_name(space: Space, key: TaskKey) -> str:
+    """What a task is called beside others: the last piece of a thread too by its number, from 1."""
+    component = space.components[key[0]]
+    if component.pieces is None:
+        return task_name(component, key[1])
+    return f"{component.pieces.thread} (piece {component.pieces.members.index(key[0]) + 1})"
+
+
+def blocking_name(space: Space, entry: Entry) -> str:
+    """The thread whose section may keep a stage waiting longest; the first of several, empty where none may."""
+    longest = max((section for _, section in entry.blockers), default=0)
+    return next((space.components[key[0]].stated_as for key, section in entry.blockers if section == longest), "")
