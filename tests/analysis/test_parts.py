@@ -48,8 +48,9 @@ MS = 10**6
 
 def assert_parts_add_up(responses: Iterable[Response]) -> None:
     for item in responses:
-        if item.response_ns is not None and not item.is_piece:
-            assert item.task.worst_ns + item.parts.waited_ns == item.response_ns, item
+        if item.response_ns is not None:
+            assert item.before_ns + item.task.worst_ns + item.parts.waited_ns == item.response_ns, item
+            assert all(delay.jobs and delay.work_ns for delay in item.delays)
             assert bool(item.blocked_ns) == bool(item.blocked_by)
 
 

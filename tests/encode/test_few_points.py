@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling.response_time import periodic, response_time_ns
+from dse.analysis.scheduling.busy_window import periodic, response_time_ns
 from dse.encode.scheduling import core_demand
 from dse.encode.scheduling.core_demand import CoreDemand, few_points_of, points_of, work_of
 from tests.helpers.effort import cases

@@ -8,7 +8,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.response_time import periodic, response_time_ns
+from dse.analysis.scheduling.busy_window import periodic, response_time_ns
 from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
 from dse.questions.problem import loads

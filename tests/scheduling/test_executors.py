@@ -8,9 +8,9 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
+from dse.analysis.scheduling.busy_window import Stream, Task, periodic
 from dse.analysis.scheduling.policies import executor_work
 from dse.analysis.scheduling.policies.executors import Fellow, executor_response_ns
-from dse.analysis.scheduling.response_time import Stream, Task, periodic
 from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.validity import canonical
 from dse.analysis.views import View

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.scheduling.policies.executors import Fellow, executor_response_ns
 from dse.analysis.scheduling.policies.reservations import supply_gaps
-from dse.analysis.scheduling.response_time import Task, periodic
 
 TABLE = Path(__file__).parents[1] / "golden" / "executor_responses.csv"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import dse
+from dse.analysis.scheduling.busy_window import Stream, Task, periodic, response_time_ns
 from dse.analysis.scheduling.policies.reservations import server, supply_gaps
-from dse.analysis.scheduling.response_time import Stream, Task, periodic, response_time_ns
 from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
 from dse.questions.problem import load, loads

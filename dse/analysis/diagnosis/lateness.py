@@ -17,11 +17,9 @@ from typing import Annotated
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget, budget_of
 from dse.analysis.diagnosis.shortening import Shorter, Trials
 from dse.analysis.limits import HOLDS, Verdict
-from dse.analysis.scheduling.event_models import upstream
 from dse.analysis.scheduling.fixed_point import Loss
 from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
-from dse.analysis.scheduling.policies.executors import counts_once
 from dse.analysis.scheduling.responses import Response, response_of, solution_of
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.waits import Wait, Waits
@@ -129,19 +127,8 @@ class Teller:
 
     def _because(self, loss: Loss) -> tuple[str, ...]:
         """The threads without a bound because of which a thread has none; none where it has none by itself."""
-        stages, entry = self.solution.system.stages, loss.resource.entries[loss.position]
-        stage = stages[entry.key]
-        missing = [
-            loss.resource.entries[position].key
-            for position in entry.before
-            if loss.tasks[position] is None and not counts_once(loss.resource, entry, position)
-        ]
-        members = stage.pieces or (stage.key,)
-        missing += [
-            key for key in upstream(stages, entry.key, loss.ends)
-            if key[0] not in {item[0] for item in members} and loss.ends.get(key, 0) is None
-        ]  # fmt: skip
-        return tuple(dict.fromkeys(self.space.components[number].stated_as for number, _ in missing))
+        keys = self.solution.because(loss)
+        return tuple(dict.fromkeys(self.space.components[number].stated_as for number, _ in keys))
 
     def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
         """The threads that break an upper limit on their response time, in the order of the limits."""
@@ -168,7 +155,7 @@ class Teller:
         members = component.pieces.members if component.pieces is not None else (found.component,)
         keys: list[TaskKey] = [(number, "thread") for number in members]
         late = None if found.response_ns is None or limit is None else found.response_ns - limit
-        loss = self.solution.losses.get(keys[0])
+        loss = self.solution.loss_of(key)
         because = () if loss is None else self._because(loss)
         waits = self.waits if loss is None or because else self._waits(loss.ends)
         is_told = late is not None or (loss is not None and not because and found.is_piece)

@@ -25,7 +25,7 @@ from dse.analysis.latency.sampling import LET
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
-from dse.analysis.scheduling.response_time import PLAIN
+from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked

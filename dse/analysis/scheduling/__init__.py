@@ -1,17 +1,16 @@
-"""Response times of threads and callbacks under fixed-priority preemptive scheduling.
+"""Response times: what a design's threads wait for on the resources that serve them.
 
-Read `response_time.py` first (theory over plain tasks), then `scheduling.py` (a whole design).
+Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then `resolve.py` (how data are read).
 
-* `response_time.py`, `busy_period.py`: the level-i busy period; its pieces, for a Gantt chart.
-* `tasks.py`, `priorities.py`, `turns.py`: tasks of a thread; its priority; the order of the tasks on a core.
-* `releases.py`, `overheads.py`: release jitter of a task; blocking sections, context switches, interrupts.
-* `responding.py`: the response time of one task, on the resource where it runs.
-* `holistic.py`, `growth.py`: the fixed point of response times and jitter; linear growth in one step.
-* `scheduling.py`: the response times of a design, by core and priority.
-* `waiting.py`, `parts.py`: the parts of a response time: own work, interference, blocking.
-* `subsets.py`: remembered response times of groups of threads.
-* `servers/`: executors, reservations, accelerators.
+* `model.py`, `resolve.py`, `order.py`: stages, releases and resources; reading them from a design; who goes first.
+* `tasks.py`, `priorities.py`, `overheads.py`: what a job takes by itself; priorities; sections, switches, interrupts.
+* `event_models.py`, `busy_window.py`: what releases a stage, with its jitter; the busy window and the worst job in it.
+* `policies/`: how cores, executors, reservations and accelerators serve jobs.
+* `fixed_point.py`, `growth.py`: all response times together; linear growth followed in one step.
+* `responses.py`, `subsets.py`: the response times of a design or of groups of threads, remembered.
+* `parts.py`, `waits.py`, `timelines.py`: what a response time is made of; in a table, in words, as a Gantt chart.
+* `what_if.py`: the same system with a shorter time.
 
-Not allowed here: offsets between threads used to advantage, and bounds below the worst case. A response time is exact
-or a safe bound, in ns; None where it has no bound.
+Not allowed here: a look at the space or the decisions outside of resolving and `responses.py`, offsets between threads
+used to advantage, bounds below the worst case. A response time is exact or a safe bound, in ns; None without a bound.
 """

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
+from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.model import Ends, Stage
-from dse.analysis.scheduling.response_time import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import CyclicActivation
 

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeAlias
 
-from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.busy_window import Task, is_plain
+from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import Ends, Resource, System
 from dse.analysis.scheduling.policies import accelerators, executors, preemptive
@@ -23,7 +24,6 @@ from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
-from dse.analysis.scheduling.response_time import Task, is_plain
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
@@ -64,6 +64,23 @@ class Solution:
     spans: Spans
     losses: Mapping[TaskKey, Loss] = field(default_factory=dict)
     rounds: int = 0
+
+    def because(self, loss: Loss) -> tuple[TaskKey, ...]:
+        """The stages without a bound because of which a stage has none; none where it has none by itself."""
+        stages, resource, entry = self.system.stages, loss.resource, loss.resource.entries[loss.position]
+        missing = [
+            resource.entries[position].key
+            for position in entry.before
+            if loss.tasks[position] is None and not executors.counts_once(resource, entry, position)
+        ]
+        members = {key[0] for key in stages[entry.key].pieces or (entry.key,)}
+        before = upstream(stages, entry.key, loss.ends)
+        missing += [key for key in before if key[0] not in members and loss.ends.get(key, 0) is None]
+        return tuple(dict.fromkeys(missing))
+
+    def loss_of(self, key: TaskKey) -> Loss | None:
+        """How it turned out that the thread of a stage has no bound; None where it has one."""
+        return self.losses.get(self.system.stages[key].first)
 
 
 def solve(system: System) -> Solution:
@@ -225,11 +242,10 @@ def _looks_beyond(resource: Resource) -> bool:
 class Windows:
     """What decides the response times of a solved system, for who tells what they are made of."""
 
-    def __init__(self, system: System, ends: Ends) -> None:
-        spans: Spans = {}
+    def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
         self.system = system
         self.events = EventModels(system.stages, ends)
-        self.segments = Segments(self.events, system.resources, spans)
+        self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks: dict[int, list[Task | None]] = {}
 
     def tasks(self, resource: Resource) -> list[Task | None]:
@@ -246,3 +262,22 @@ class Windows:
         """
         given = self.tasks(resource) if tasks is None else tasks
         return window_of(resource, position, given, Succession(self.events, resource), self.segments)
+
+    def so_far(self, resource: Resource, position: int) -> tuple[Exact, Window | None]:
+        """What decides how long after the release of its thread a stage ends, and what of that is before it, in ns.
+
+        That is 0, or of a later piece of a thread when the one before ends. Where looking at the core of the thread
+        alone bounds all of it better, it is the work of the pieces before and the times away.
+        """
+        entry = resource.entries[position]
+        window, stage = self.of(resource, position), self.system.stages[entry.key]
+        alone = None if window is None else window.response_ns()
+        if stage.key == stage.first or alone is None:
+            return 0, window
+        previous = stage.pieces[stage.pieces.index(entry.key) - 1]
+        begin = self.events.ends.get(previous, self.system.stages[previous].elapsed_ns[1])
+        together = self.segments.together(resource, position, self.tasks(resource))
+        end = None if together is None else together.response_ns()
+        if together is not None and end is not None and begin is not None and end < begin + alone:
+            return together.task.worst_ns - stage.cost_ns, together
+        return begin or 0, window

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from dse.analysis.scheduling.response_time import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact

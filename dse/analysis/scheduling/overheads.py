@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
-from dse.analysis.scheduling.response_time import Task, periodic
+from dse.analysis.scheduling.busy_window import Task, periodic
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.arrivals import BY_INPUTS

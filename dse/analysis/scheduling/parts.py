@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated
 
-from dse.analysis.scheduling.response_time import Task
+from dse.analysis.scheduling.busy_window import Task
 from dse.support.json_fields import Data, Of
 from dse.support.units import Exact
 

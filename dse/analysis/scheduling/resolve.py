@@ -12,10 +12,10 @@ from typing import TypeAlias
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.scheduling.busy_window import PLAIN, Stream
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
-from dse.analysis.scheduling.response_time import PLAIN, Stream
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space

@@ -15,13 +15,13 @@ from functools import cached_property
 from typing import Annotated
 
 from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Rounds, Solution, Window, Windows, solve, window_of
 from dse.analysis.scheduling.order import Schedule, upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.resolve import among, resolve
-from dse.analysis.scheduling.response_time import Task
 from dse.analysis.scheduling.subsets import Subsets
 from dse.analysis.scheduling.tasks import Part, TaskKey, elapsed_ns, longest_alone_ns, task_keys
 from dse.analysis.scheduling.waits import blocking_name
@@ -48,15 +48,16 @@ class Response:
     task's own worst time has its context switches, too. `executor` is what runs it beside others, and `reservation`
     what both are in, else empty. Of one that `is_piece` of a thread with segments the response time counts from the
     release of the thread. An accelerator has one core, which has no number to anybody: what it runs `is_served`.
-    `window` is what decides the time from its own release to its end, None where it has no bound.
+    `window` is what decides the time from its own release to its end, `whole` that from the release of its thread on
+    after `before_ns`; None where it has no bound.
     """
 
     JSON_NAME = "ResponseTime"
     WRITTEN = (
         *(Of("name", "The thread.", key="thread"), "core", "executor", "reservation", "rank", "execution_ns"),
         *(Of("task.streams", "What releases it.", key="releases"), "switching_ns", "blocked_ns", "blocked_by"),
-        *("delays", Of("parts.earlier_ns", default=0), Of("parts.over_ns", default=0)),
-        *("response_ns", "deadline_ns", "meets_deadline"),
+        *("delays", Of("parts.earlier_ns", default=0), Of("before_ns", default=0), Of("parts.over_ns", default=0)),
+        *("response_ns", "deadline_ns", "meets_deadline", Of("because", default=())),
     )
 
     component: int
@@ -67,8 +68,8 @@ class Response:
     best_ns: int
     response_ns: Annotated[
         Exact | None,
-        "The longest time from release to completion; null where it has no bound. But for segments it is the longest "
-        "execution, switching, blocking, interference and earlier jobs, less what is over.",
+        "The longest time from release to completion; null where it has no bound. It is the longest execution, "
+        "switching, blocking, interference, earlier jobs and what comes before a later piece, less what is over.",
     ]
     deadline_ns: Annotated[int | None, "The deadline that it is compared with; null where there is none."]
     worst_ns: int
@@ -77,6 +78,17 @@ class Response:
     is_piece: bool = False
     is_served: bool = False
     window: Window | None = None
+    whole: Window | None = None
+    before_ns: Annotated[
+        Exact,
+        "Of a later piece of a thread what comes before it from the release of the thread on: the end of the piece "
+        "before, or the work and the times away until then; missing where there is none.",
+    ] = 0
+    because: Annotated[
+        tuple[str, ...],
+        "Of one without a bound the threads that have none themselves and because of which it has none; missing where "
+        "there is none.",
+    ] = ()
     blocking_ns: Exact = 0
     blocking_name: str = ""
 
@@ -104,23 +116,20 @@ class Response:
 
     @cached_property
     def parts(self) -> Parts:
-        """What the response time is made of beside the task's own time; nothing without a bound, and of a piece."""
-        if self.response_ns is None or self.is_piece or self.window is None:
+        """What the response time is made of beside the task's own time and `before_ns`; nothing without a bound."""
+        if self.response_ns is None or self.whole is None:
             return Parts()
-        return self.window.parts() or Parts()
+        return self.whole.parts() or Parts()
 
     @property
     def delays(self) -> Annotated[tuple[Delay, ...], Json("interference", kind=tuple[Interference, ...])]:
-        """What goes before its worst job; empty where it has no bound, and of segments."""
+        """What goes before its worst job; empty where it has no bound."""
         return self.parts.delays()
 
     @property
     def blocked_ns(self) -> Annotated[Exact, Json("blocking_ns")]:
-        """How long a less urgent thread of the core keeps it; 0 where that does not count.
-
-        Of a piece of a thread with segments, how long it may.
-        """
-        return self.blocking_ns if self.is_piece else self.parts.blocked_ns
+        """How long a less urgent thread of the core keeps it; 0 where that does not count."""
+        return self.parts.blocked_ns
 
     @property
     def blocked_by(self) -> Annotated[str, Json(default="")]:
@@ -251,7 +260,7 @@ def counted_ns(response_ns: Exact | None) -> Exact:
 def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response, ...]:
     space, view = schedule.space, schedule.view
     solution = solve(resolve(space, view, wanted))
-    windows = Windows(solution.system, solution.ends)
+    windows = Windows(solution.system, solution.ends, solution.spans)
     found = []
     for key in wanted:
         place = solution.system.place(key)
@@ -260,7 +269,9 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         component, stage = space.components[key[0]], solution.system.stages[key]
         is_whole = key[1] == "thread" and space.is_last_piece(key[0])
         executor, reservation = at(component.executor, view), component.reservation
-        task = windows.tasks(resource)[place[1]]
+        task, (before_ns, whole) = windows.tasks(resource)[place[1]], windows.so_far(*place)
+        loss = solution.loss_of(key)
+        because = () if loss is None else solution.because(loss)
         found.append(
             Response(
                 *key,
@@ -276,6 +287,9 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
                 bool(stage.pieces),
                 at(space.processors[resource.processor].serves, view) is not None,
                 windows.of(*place),
+                whole,
+                before_ns,
+                tuple(dict.fromkeys(space.components[number].stated_as for number, _ in because)),
                 entry.blocking_ns,
                 blocking_name(space, entry) if entry.blocking_ns else "",
             )

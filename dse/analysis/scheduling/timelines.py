@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from heapq import heapify, heappop, heappush
 from itertools import takewhile
 
+from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling.policies.executors import Queued, WorstJob
 from dse.analysis.scheduling.policies.preemptive import Preempted
-from dse.analysis.scheduling.response_time import Task, densest_releases_ns, most_jobs, worst_job_ns
 from dse.analysis.scheduling.responses import Response
 from dse.support.units import Exact
 
@@ -182,7 +182,7 @@ def _urgency(item: Response) -> tuple[bool, Exact]:
 def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:
     """Who has the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> a, b = periodic("a", 2, 5), periodic("b", 4, 20)
     >>> [(item.name, item.start_ns, item.end_ns) for item in played(b, [a], 1, worst_job_ns(b, [a], 1))]
     [('less urgent', 0, 1), ('a', 1, 3), ('b', 3, 5), ('a', 5, 7), ('b', 7, 9)]

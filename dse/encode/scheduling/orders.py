@@ -15,7 +15,7 @@ from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.rates import is_event_triggered, rate_hz
-from dse.analysis.scheduling.response_time import Stream, Task, response_time_ns
+from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.responses import counted_ns
 from dse.analysis.scheduling.subsets import Noting
 from dse.analysis.scheduling.tasks import work_ns

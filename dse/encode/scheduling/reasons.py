@@ -16,8 +16,8 @@ from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
-from dse.analysis.scheduling.response_time import Stream, Task, response_time_ns
 from dse.analysis.scheduling.responses import ONLY, counted_ns, subset_responses
 from dse.analysis.scheduling.subsets import Noting
 from dse.analysis.scheduling.tasks import work_ns

@@ -8,6 +8,7 @@ from dataclasses import replace
 from dse.analysis.scheduling.responses import Response
 from dse.analysis.scheduling.timelines import SECTION, BusyPeriod, worst_busy_period
 from dse.answers.tables.display import readable
+from dse.report.amounts import listed
 from dse.report.page import Lane, Table, Timeline
 from dse.support.units import Exact
 
@@ -116,11 +117,18 @@ def _row(item: Response, processor: str) -> tuple[str, ...]:
 
 
 def _waits_for(item: Response) -> str:
-    """Whose jobs go before the worst one, how many of each, and what of all that is over when it is released."""
+    """Whose jobs go before the worst one, how many of each, and what of all that is over when it is released.
+
+    Of a thread without a bound whose missing bound is the cause.
+    """
+    if item.because:
+        return f"no bound, for {listed(item.because)} {'has' if len(item.because) == 1 else 'have'} none"
     found = [f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
         found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({_ms(item.parts.earlier_ns)})")
+    if item.before_ns:
+        found.insert(0, f"its earlier pieces ({_ms(item.before_ns)})")
     if over:
         found.append(f"of which {_ms(over)} are over when it is released")
     return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")

@@ -1,12 +1,13 @@
-"""Response times where something other than a core serves jobs: executors, reservations, accelerators.
+"""Policies of resources: what goes before a job, and so how long it takes from its release to its end.
 
-Read `executors.py` first.
+Each policy has a `window_of(resource, position, tasks, ...)` that gives what decides the response time of a stage: an
+object with `response_ns()` and `parts()`. Read `preemptive.py` first.
 
+* `preemptive.py`: fixed priorities on a core.
 * `executors.py`, `executor_work.py`: OS threads that run one job at a time; the busy period of one.
-* `succession.py`: chains of threads in an executor that never wait for each other.
+* `chains_in_executor.py`: chains of threads in an executor that never wait for each other.
 * `reservations.py`: budgets of a core in each period, as supply for their threads and as load for the others.
-* `segments.py`: threads that run, wait on an accelerator, and run on.
-* `queues.py`: accelerators that serve in order of arrival.
+* `segments.py`, `accelerators.py`: threads that run, wait on an accelerator, and run on; what an accelerator serves.
 
-Not allowed here: bounds below the worst case. Each policy cites its source in the docstring.
+Not allowed here: a look at the space or at decisions, and bounds below the worst case. Each policy cites its source.
 """

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from heapq import merge
 from operator import attrgetter
 from typing import TypeAlias
 
+from dse.analysis.scheduling.busy_window import Task, densest_releases_ns, is_late, load
 from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, counted
 from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
-from dse.analysis.scheduling.policies.executor_work import jobs_by
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, beside
-from dse.analysis.scheduling.policies.queues import queued_job
-from dse.analysis.scheduling.response_time import Task
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
@@ -40,7 +40,7 @@ class OneOfEach:
 
 @dataclass(frozen=True, slots=True)
 class AsTheyCome:
-    """A piece that waits for all that came before it, less what its own thread took of that time (`queued_ns`)."""
+    """A piece that waits for all that came before it, less what its own thread took of that time (`queued_job`)."""
 
     task: Task
     own: tuple[Task, ...]
@@ -137,3 +137,47 @@ def window_of(
     job = replace(found, task=task.single(), higher=(), is_in_line=False)
     ran = ((tasks[at], since_ns[item.key]) for at, item in enumerate(resource.entries) if item.key in since_ns)
     return ByPriority(job, tuple((item, time) for item, time in ran if item is not None))
+
+
+@dataclass(frozen=True, slots=True)
+class QueuedJob:
+    """The job that waits longest: for `waited_ns` behind others that came `until_ns`, which ran for `ran_ns`."""
+
+    waited_ns: Exact = 0
+    until_ns: Exact = 0
+    ran_ns: Exact = 0
+
+
+def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
+    """The job that waits longest where jobs run as they come, and all `own` before it have ended; None: no bound.
+
+    It comes a after the executor was idle last. What the `fellows` released until then has run for a, less what its
+    `own` jobs took of that, and these are not before it: they have ended.
+
+    Examples
+    --------
+    While a piece of 8 runs, three jobs of 2 every 4 come, before the next piece of 2; strangers would take 8 + 2 + 2.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> found = queued_job(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
+    >>> found.waited_ns + 2
+    8
+    """
+    inside = [item for item in (*own, *fellows) if item.worst_ns]
+    used = load((task, *inside))
+    if used > 1 or (used == 1 and any(map(is_late, (task, *inside)))):
+        return None
+    work = Work(task, inside, (), 0)
+    longest = QueuedJob(-1)
+    try:
+        busy = work.busy_ns(repeats=False)
+        for arrival in until_end(merge(*map(densest_releases_ns, (task, *inside))), busy):
+            work.step()
+            came = sum(jobs_by(item, arrival) * item.worst_ns for item in fellows)
+            ended = sum(jobs_by(item, arrival) * item.worst_ns for item in (task, *own)) - task.worst_ns
+            ran = max(0, arrival - ended)
+            if came - ran > longest.waited_ns:
+                longest = QueuedJob(came - ran, arrival, ran)
+    except EndlessError:
+        return None
+    return longest

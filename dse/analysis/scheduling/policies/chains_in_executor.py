@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
+from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Resource, Stage
 from dse.analysis.scheduling.policies.segments import apart_ns
-from dse.analysis.scheduling.response_time import Task
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from dse.analysis.scheduling.response_time import (
+from dse.analysis.scheduling.busy_window import (
     MOST_STEPS,
     STEPS_A_LOOK,
     Task,
@@ -106,7 +106,7 @@ class Work:
 def jobs_by(task: Task, time_ns: Exact) -> int:
     """The most jobs of a busy period that are released until a time, that time included.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> [jobs_by(periodic("a", 1, 10, 3), time) for time in (0, 6, 7)]
     [1, 1, 2]
     """
@@ -119,7 +119,7 @@ def jobs_by(task: Task, time_ns: Exact) -> int:
 def demand_of(tasks: Sequence[Task], *, until: bool = False) -> Callable[[Exact], Exact]:
     """How much work tasks may release in a window of some length, or `until` a time, that time included.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> tasks = [periodic("a", 1, 10, 3), periodic("b", 2, 5)]
     >>> [demand_of(tasks)(time) for time in (1, 10)], [demand_of(tasks, until=True)(time) for time in (0, 7, 10)]
     ([3, 6], [3, 6, 8])

@@ -31,13 +31,7 @@ from functools import lru_cache
 from heapq import merge
 from operator import attrgetter
 
-from dse.analysis.scheduling.event_models import once
-from dse.analysis.scheduling.model import Entry, Resource
-from dse.analysis.scheduling.parts import Parts, before_job, counted
-from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
-from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
-from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.response_time import (
+from dse.analysis.scheduling.busy_window import (
     PLAIN,
     Task,
     densest_releases_ns,
@@ -46,6 +40,12 @@ from dse.analysis.scheduling.response_time import (
     load,
     most_jobs,
 )
+from dse.analysis.scheduling.event_models import once
+from dse.analysis.scheduling.model import Entry, Resource
+from dse.analysis.scheduling.parts import Parts, before_job, counted
+from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
+from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact
@@ -212,7 +212,7 @@ def executor_response_ns(
     A timer of 1 every 10 behind a callback of 3 every 20, and the other way round; alone at its priority, and with
     another OS thread of 2 every 5 before both.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
     >>> executor_response_ns("fifo", timer, [Fellow(callback, False)], [])
     4
@@ -270,7 +270,7 @@ def executor_worst_job(
     --------
     The callback comes with the timer and waits for it; from then on nobody may come before it.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
     >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
     WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False, chain_ns=None, lines=None)

@@ -1,4 +1,4 @@
-"""Fixed priorities on a core: what is more urgent preempts (`dse.analysis.scheduling.response_time`)."""
+"""Fixed priorities on a core: what is more urgent preempts (`dse.analysis.scheduling.busy_window`)."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from dse.analysis.scheduling.busy_window import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.response_time import PLAIN, Task, is_plain, most_jobs, response_time_ns, worst_job_ns
 from dse.support.units import Exact
 
 
@@ -21,7 +21,7 @@ class Preempted:
     --------
     Of 26 every 70 and 62 every 100 the fifth job of the second responds last: released at 400, it ends at 518.
 
-    >>> from dse.analysis.scheduling.response_time import periodic
+    >>> from dse.analysis.scheduling.busy_window import periodic
     >>> window = Preempted(periodic("b", 62, 100), (periodic("a", 26, 70),))
     >>> window.response_ns()
     118

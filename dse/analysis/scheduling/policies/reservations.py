@@ -25,8 +25,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dse.analysis.scheduling.busy_window import Stream, Task, periodic, response_time_ns
 from dse.analysis.scheduling.model import Entry, Resource, Server
-from dse.analysis.scheduling.response_time import Stream, Task, periodic, response_time_ns
 
 
 def supply_gaps(name: str, budget_ns: int, period_ns: int) -> Task:

@@ -10,8 +10,8 @@ from itertools import count, pairwise, takewhile
 import pytest
 
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling import response_time
-from dse.analysis.scheduling.response_time import (
+from dse.analysis.scheduling import busy_window
+from dse.analysis.scheduling.busy_window import (
     Stream,
     Task,
     densest_releases_ns,
@@ -222,7 +222,7 @@ def test_response_times_are_those_of_the_literal_recurrence(seed: int) -> None:
 
 def test_jobs_that_repeat_are_not_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Close to full load a busy period has any number of jobs; the one that responds last is within a hyperperiod."""
-    monkeypatch.setattr(response_time, "JOBS_BEFORE_REPETITION", 1)
+    monkeypatch.setattr(busy_window, "JOBS_BEFORE_REPETITION", 1)
     cut = 0
     for seed in range(300):
         rng = random.Random(seed)
