@@ -48,7 +48,7 @@ class Answering(View):
     __slots__ = ("known",)
 
     def __init__(self, view: View, known: Mapping[Any, Any]) -> None:
-        super().__init__(view.design)
+        super().__init__(view.design, view.groups)
         self.known = known
 
     def __getitem__(self, decision: Any) -> Any:
@@ -60,7 +60,7 @@ class Answering(View):
 
     def apart(self) -> View:
         """The same design for other figures, with which nothing is known."""
-        return View(self.design)
+        return View(self.design, self.groups)
 
 
 class Watching(View):
@@ -70,6 +70,7 @@ class Watching(View):
 
     def __init__(self, view: View) -> None:
         self.design = view
+        self.groups = view.groups
         self.memo = {}
         self.asked: dict[Any, Any] = {}
 

@@ -19,12 +19,16 @@ T = TypeVar("T")
 
 
 class View:
-    """A design with a memo for intermediate results of formulas."""
+    """A design with a memo for intermediate results of formulas.
 
-    __slots__ = ("design", "memo")
+    With `groups` only these threads, by number, count in response times, each group on a core of its own; None: all do.
+    """
 
-    def __init__(self, design: Sequence[int]) -> None:
+    __slots__ = ("design", "groups", "memo")
+
+    def __init__(self, design: Sequence[int], groups: Sequence[Sequence[int]] | None = None) -> None:
         self.design: Any = design
+        self.groups = groups
         self.memo: dict[Any, Any] = {}
 
     def __getitem__(self, decision: int) -> int:
@@ -32,7 +36,7 @@ class View:
 
     def apart(self) -> View:
         """The same design with a memory of its own, for other figures; who notes what is asked still does."""
-        return type(self)(self.design)
+        return type(self)(self.design, self.groups)
 
 
 class Undecided(Exception):
@@ -51,9 +55,10 @@ class PartialView(View):
 
     __slots__ = ()
 
-    def __init__(self, design: Mapping[int, int]) -> None:
-        self.design = design
-        self.memo = {}
+    def __init__(self, design: Mapping[int, int], groups: Sequence[Sequence[int]] | None = None) -> None:
+        self.design: Any = design
+        self.groups = groups
+        self.memo: dict[Any, Any] = {}
 
     def __getitem__(self, decision: int) -> int:
         option = self.design.get(decision)

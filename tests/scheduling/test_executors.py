@@ -10,7 +10,7 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.scheduling.busy_window import Stream, Task, periodic
 from dse.analysis.scheduling.policies import executor_work
-from dse.analysis.scheduling.policies.executors import Fellow, executor_response_ns
+from dse.analysis.scheduling.policies.executors import Fellow
 from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
@@ -21,6 +21,7 @@ from dse.space.model.space import INACTIVE, ExecutorKind
 from dse.support.errors import ProblemError
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front, raw_designs, space_of
+from tests.helpers.windows import queued_response_ns
 
 MS = 10**6
 FILE = """
@@ -49,8 +50,8 @@ def test_the_example_of_the_document() -> None:
     """docs/semantics.md, section 4.6."""
     assert responses_ms("fifo") == {"other": 2, "timer": 8, "callback": 8}
     timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
-    assert executor_response_ns("callback_group", timer, [Fellow(callback, False)], []) == 4
-    assert executor_response_ns("fifo", callback, [Fellow(timer, True)], []) == 4
+    assert queued_response_ns("callback_group", timer, [Fellow(callback, False)], []) == 4
+    assert queued_response_ns("fifo", callback, [Fellow(timer, True)], []) == 4
 
 
 def test_a_callback_never_waits_for_more_than_one_job_of_its_own_timer() -> None:
@@ -107,35 +108,35 @@ def test_jobs_after_a_hyperperiod_respond_no_later(seed: int, monkeypatch: pytes
         rng.choice((0, 0, rng.randint(1, 30))),
     )
     monkeypatch.setattr(executor_work, "STEPS_BEFORE_REPETITION", 1)
-    found = executor_response_ns(*asked)
+    found = queued_response_ns(*asked)
     monkeypatch.setattr(executor_work, "STEPS_BEFORE_REPETITION", 10**9)
-    assert executor_response_ns(*asked) == found
+    assert queued_response_ns(*asked) == found
 
 
 def test_priorities_in_a_callback_group() -> None:
     """The callback first: 3 + 2 * 2; the timer then waits for it as a whole, whether it has begun or not."""
     assert responses_ms("callback_group", inner=", priority: 1") == {"other": 2, "timer": 8, "callback": 8}
     timer, slow, quick = periodic("timer", 2, 20), periodic("slow", 5, 40), periodic("quick", 1, 4)
-    assert executor_response_ns("callback_group", quick, [Fellow(timer, False), Fellow(slow, False)], []) == 6
+    assert queued_response_ns("callback_group", quick, [Fellow(timer, False), Fellow(slow, False)], []) == 6
     # the timer starts at 6, when slow has run and quick for the first and second time; a quick one at 8 waits
-    assert executor_response_ns("callback_group", timer, [Fellow(quick, True), Fellow(slow, False)], []) == 9
+    assert queued_response_ns("callback_group", timer, [Fellow(quick, True), Fellow(slow, False)], []) == 9
 
 
 def test_later_jobs_of_a_busy_period_count() -> None:
     """A full core: C starts at 4, and what comes at 5 waits for it (compare Davis and others, Real-Time Systems 35)."""
     a, b, c = periodic("A", 2, 5), periodic("B", 2, 7), periodic("C", 2, 7)
-    one = executor_response_ns("callback_group", a, [Fellow(b, False), Fellow(c, False)], [])
-    two = executor_response_ns("callback_group", b, [Fellow(a, True), Fellow(c, False)], [])
-    three = executor_response_ns("callback_group", c, [Fellow(a, True), Fellow(b, True)], [])
+    one = queued_response_ns("callback_group", a, [Fellow(b, False), Fellow(c, False)], [])
+    two = queued_response_ns("callback_group", b, [Fellow(a, True), Fellow(c, False)], [])
+    three = queued_response_ns("callback_group", c, [Fellow(a, True), Fellow(b, True)], [])
     assert (one, two, three) == (4, 6, 7)
 
 
 def test_fifo_under_jitter_and_without_bound() -> None:
     late = Task("late", 2, (Stream(10, 5),))
-    assert executor_response_ns("fifo", periodic("a", 1, 20), [Fellow(late, False)], []) == 3
-    assert executor_response_ns("fifo", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) is None
-    assert executor_response_ns("callback_group", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) == 11
-    assert executor_response_ns("wait_set", periodic("a", 5, 10), [Fellow(periodic("b", 2, 10), False)], []) == 7
+    assert queued_response_ns("fifo", periodic("a", 1, 20), [Fellow(late, False)], []) == 3
+    assert queued_response_ns("fifo", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) is None
+    assert queued_response_ns("callback_group", periodic("a", 5, 10), [Fellow(periodic("b", 6, 10), False)], []) == 11
+    assert queued_response_ns("wait_set", periodic("a", 5, 10), [Fellow(periodic("b", 2, 10), False)], []) == 7
 
 
 @pytest.mark.parametrize(("kind", "timer"), [("callback_group", 4), ("fifo", None), ("wait_set", None)])
@@ -297,7 +298,7 @@ def test_lines_behind_what_leaves_next_to_nothing_have_no_bound() -> None:
     """A job of 10 ms and one of 5 where 1 ns of each ms is left: more steps than are taken, and no error."""
     nearly_all = periodic("nearly all", 999_999, 1_000_000)
     one, other = periodic("one", 10_000_000, 10**15), periodic("other", 5_000_000, 10**15)
-    assert executor_response_ns("fifo", one, [Fellow(other, False, line=1)], [nearly_all], is_in_line=True) is None
+    assert queued_response_ns("fifo", one, [Fellow(other, False, line=1)], [nearly_all], is_in_line=True) is None
 
 
 BESIDE_NOTHING = """

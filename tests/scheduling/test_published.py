@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from dse.analysis.scheduling.busy_window import Task, periodic
-from dse.analysis.scheduling.policies.executors import Fellow, executor_response_ns
+from dse.analysis.scheduling.policies.executors import Fellow
 from dse.analysis.scheduling.policies.reservations import supply_gaps
+from tests.helpers.windows import queued_response_ns
 
 TABLE = Path(__file__).parents[1] / "golden" / "executor_responses.csv"
 
@@ -28,5 +29,5 @@ def task_of(text: str) -> Task:
 def test_published_response_times(row: dict[str, str]) -> None:
     higher = [supply_gaps("it", *map(int, row["supply"].split("/")))] if row["supply"] else []
     fellows = [Fellow(task_of(item[1:]), item[0] == "+") for item in row["others"].split()]
-    found = executor_response_ns(row["kind"], task_of(row["task"]), fellows, higher, int(row["blocked"]))  # type: ignore[arg-type]
+    found = queued_response_ns(row["kind"], task_of(row["task"]), fellows, higher, int(row["blocked"]))  # type: ignore[arg-type]
     assert found == (int(row["response"]) + int(row["finer"]) if row["response"] else None)

@@ -35,8 +35,6 @@ from dse.support.units import Exact, Unbounded
 UNBOUNDED_NS = 10**14
 """Stands for a response time without a bound (27.8 h) wherever a number is needed."""
 NO_BOUND = Unbounded(UNBOUNDED_NS)
-ONLY = "only these groups"
-"""Where a view remembers the groups of threads that count alone, in whatever space it is asked about."""
 
 
 @dataclass(frozen=True)
@@ -157,12 +155,12 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
 def all_responses(space: Space, view: View) -> Mapping[TaskKey, Exact | None]:
     """The response time of every task of a whole design, in ns; found together, and kept with the view.
 
-    Where only some threads are to count, the view's memory names them (`ONLY`), each group on a core of its own.
+    Where only some threads are to count, the view names them, each group on a core of its own (`View.groups`).
     """
     found: Mapping[TaskKey, Exact | None] | None = view.memo.get("responses")
     if found is None:
-        only = view.memo.get(ONLY)
-        found = solution_of(space, view).ends if only is None else subset_responses(space, only, view)
+        groups = view.groups
+        found = solution_of(space, view).ends if groups is None else subset_responses(space, groups, view)
         view.memo["responses"] = found
     return found
 

@@ -18,7 +18,7 @@ from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
-from dse.analysis.scheduling.responses import ONLY, counted_ns, subset_responses
+from dse.analysis.scheduling.responses import counted_ns, subset_responses
 from dse.analysis.scheduling.subsets import Noting
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View
@@ -91,28 +91,27 @@ def reason_of_value(
         return _seen(space, places, value, view, ()), exact
     groups = _groups(space, places, view)
 
-    def with_only(given: Sequence[tuple[int, tuple[int, ...]]], part: View) -> int:
-        part.memo[ONLY] = [threads for _, threads in given]
-        return value(part)
+    def with_only(given: Sequence[tuple[int, tuple[int, ...]]], design: Sequence[int]) -> int:
+        return value(View(design, [threads for _, threads in given]))
 
     is_known = all(_is_known(places, processor, number) for processor, numbers in groups for number in numbers)
     least = exact
     for few in _few_groups(space, groups, term, view):
-        found = with_only(few, View(view.design))
+        found = with_only(few, view.design)
         if found > has:
             groups, least, is_known = few, found, True
             break
-    if not is_known and with_only(groups, View(view.design)) < least:
+    if not is_known and with_only(groups, view.design) < least:
         return _seen(space, places, value, view, ()), exact
     for group in list(groups):
         fewer = [item for item in groups if item != group]
-        if with_only(fewer, View(view.design)) >= least:
+        if with_only(fewer, view.design) >= least:
             groups = fewer
     for number in [item for _, threads in groups for item in threads]:
         fewer = [(slot, left) for slot, threads in groups if (left := tuple(n for n in threads if n != number))]
-        if with_only(fewer, View(view.design)) >= least:
+        if with_only(fewer, view.design) >= least:
             groups = fewer
-    return _seen(space, places, lambda seen: with_only(groups, seen), view, groups), least
+    return _seen(space, places, lambda seen: with_only(groups, seen.design), view, groups), least
 
 
 def _few_groups(

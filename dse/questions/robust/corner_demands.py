@@ -13,7 +13,6 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
-from dse.analysis.scheduling.responses import ONLY
 from dse.analysis.terms import Term, extreme_term
 from dse.analysis.views import View
 from dse.answers.robust import Failure
@@ -213,8 +212,6 @@ def _own(view: View, key: object) -> View:
     """The view with a memory of its own: rates are those of other figures, the threads that count the same."""
     if key not in view.memo:
         view.memo[key] = view.apart()
-        if ONLY in view.memo:
-            view.memo[key].memo[ONLY] = view.memo[ONLY]
     found: View = view.memo[key]
     return found
 

@@ -66,40 +66,83 @@ class Fellow:
 
 
 @dataclass(frozen=True, slots=True)
+class WorstJob:
+    """The job of an executor that responds last, in a busy period: of its fellows those count that come `until` then.
+
+    Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
+    keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
+
+    Its chain has run for `chain_ns` by then (None: it is in none). In `lines` it waits for one job of each.
+    """
+
+    release_ns: Exact
+    end_ns: Exact
+    until_ns: Exact
+    behind_ns: Exact = 0
+    comes_late: bool = False
+    chain_ns: Exact | None = None
+    lines: tuple[Task, ...] | None = None
+
+    @property
+    def response_ns(self) -> Exact:
+        """From its release to its end."""
+        return self.end_ns - self.release_ns
+
+    def jobs(self, task: Task) -> int:
+        """How many jobs of a fellow go before it."""
+        if self.lines is not None:
+            return sum(task is item for item in self.lines)
+        return (most_jobs if self.comes_late else jobs_by)(task, self.until_ns)
+
+
+@dataclass(frozen=True, slots=True)
 class Queued:
     """A task of an executor, and all that may go before it: its fellows in there, and what preempts the OS thread.
 
-    Less urgent work outside may have kept the core for `blocked_ns` before. Where it `is_in_line` no earlier job of the
-    task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
+    Attributes
+    ----------
+    kind, task, fellows
+        the executor, the task, and what else the executor runs.
+    higher
+        the tasks of the core that go before the executor's OS thread.
+    blocked_ns
+        how long less urgent work outside of the executor may keep the core, at most.
+    is_in_line
+        no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
+
+    Examples
+    --------
+    A timer of 1 every 10 behind a callback of 3 every 20, and the other way round; alone at its priority, and with
+    another OS thread of 2 every 5 before both.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
+    >>> Queued("fifo", timer, (Fellow(callback, False),)).response_ns()
+    4
+    >>> Queued("callback_group", callback, (Fellow(timer, True),), (periodic("other", 2, 5),)).response_ns()
+    8
+
+    The callback comes with the timer and waits for it; from then on nobody may come before it.
+
+    >>> found = Queued("fifo", callback, (Fellow(timer, False),), (periodic("other", 2, 5),)).worst_job()
+    >>> found.release_ns, found.until_ns, found.end_ns
+    (0, 0, 8)
     """
 
     kind: ExecutorKind
     task: Task
     fellows: tuple[Fellow, ...]
-    higher: tuple[Task, ...]
+    higher: tuple[Task, ...] = ()
     blocked_ns: Exact = 0
     is_in_line: bool = False
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound."""
-        tasks = (self.task, *self.higher, *(item.task for item in self.fellows))
-        given = (self.kind, self.task, self.fellows, self.higher, self.blocked_ns, self.is_in_line)
-        if type(self.blocked_ns) in PLAIN and all(map(is_plain, tasks)):
-            return _remembered(*given)
-        return executor_response_ns(*given[:-1], is_in_line=self.is_in_line)
-
-    @property
-    def sharing(self) -> list[Task]:
-        """What uses the core beside the task in its busy period, again and again."""
-        inside = (item.task for item in self.fellows if item.goes_first or self.kind != "callback_group")
-        return [*self.higher, *inside]
-
-    def worst_job(self) -> WorstJob | None:
-        """The job that responds last; None where it has no bound, or takes no time."""
         if not self.task.worst_ns:
-            return None
-        given = (self.kind, self.task, self.fellows, self.higher, self.blocked_ns)
-        return executor_worst_job(*given, is_in_line=self.is_in_line)
+            return 0
+        tasks = (self.task, *self.higher, *(item.task for item in self.fellows))
+        found = _remembered(self) if type(self.blocked_ns) in PLAIN and all(map(is_plain, tasks)) else self.worst_job()
+        return None if found is None else found.response_ns
 
     def parts(self) -> Parts | None:
         """What goes before the job that responds last; None where it has no bound.
@@ -111,7 +154,7 @@ class Queued:
         found = self.worst_job()
         if found is None:
             return None
-        others = counted(jobs_before(self.kind, found, self.fellows, self.higher, self.blocked_ns))
+        others = counted(self._jobs_before(found))
         blocked = self.blocked_ns if self.blocked_ns >= found.behind_ns else 0
         if found.chain_ns is None:
             return before_job(self.task, others, blocked, found.release_ns, found.end_ns)
@@ -119,17 +162,57 @@ class Queued:
         blocked = found.end_ns - self.task.worst_ns - found.chain_ns - work
         return Parts(others, blocked_ns=blocked, over_ns=found.release_ns - found.chain_ns)
 
+    @property
+    def sharing(self) -> list[Task]:
+        """What uses the core beside the task in its busy period, again and again."""
+        inside = (item.task for item in self.fellows if item.goes_first or self.kind != "callback_group")
+        return [*self.higher, *inside]
+
+    def worst_job(self) -> WorstJob | None:
+        """The job with the longest response time, of a task that takes some time; None where it has no bound."""
+        kind, task, blocked = self.kind, self.task, self.blocked_ns
+        inside = [item for item in self.fellows if item.task.worst_ns]
+        urgent = [item for item in inside if item.goes_first or kind != "callback_group"]
+        less = [item for item in inside if kind == "callback_group" and not item.goes_first]  # one may have begun
+        outside = [item for item in self.higher if item.worst_ns]
+        found: list[WorstJob] = []
+        with suppress(EndlessError):
+            if self.is_in_line and kind == "fifo" and load(outside) < 1:
+                waiting = longest_of_each([(item.task, item.line) for item in inside if not item.is_kin])
+                if waiting is not None:
+                    return _in_lines(Work(task, waiting, outside, blocked))
+        behind = _longest(less)
+        begun = max(blocked, behind)
+        tasks = [item.task for item in urgent]
+        used = load((task, *tasks, *outside))
+        if used > 1 or (used == 1 and (begun or not task.streams or any(map(is_late, (task, *tasks, *outside))))):
+            return None
+        with suppress(EndlessError):
+            work = Work(task, tasks, outside, begun)
+            found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
+        with suppress(EndlessError):
+            if any(item.is_kin for item in self.fellows):
+                found.append(_in_chain(kind, task, (urgent, less), outside, blocked))
+        return min(found, key=attrgetter("response_ns"), default=None)
+
+    def _jobs_before(self, worst: WorstJob) -> list[tuple[Task, int]]:
+        """How many jobs of what go before the worst job: what preempts the executor first, then its fellows.
+
+        At last the one of these that had begun, where that takes longer than what else blocks.
+        """
+        kind = self.kind
+        jobs = [(item, most_jobs(item, worst.end_ns)) for item in self.higher]
+        inside = [item for item in self.fellows if worst.chain_ns is None or not item.is_kin]
+        jobs += [(item.task, worst.jobs(item.task)) for item in inside if kind != "callback_group" or item.goes_first]
+        if worst.behind_ns > self.blocked_ns:
+            begun = (item.task for item in inside if not item.goes_first and item.task.worst_ns == worst.behind_ns)
+            jobs.append((next(begun), 1))
+        return jobs
+
 
 @lru_cache(16384)
-def _remembered(
-    kind: ExecutorKind,
-    task: Task,
-    fellows: tuple[Fellow, ...],
-    higher: tuple[Task, ...],
-    blocked_ns: Exact,
-    is_in_line: bool,
-) -> Exact | None:
-    return executor_response_ns(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
+def _remembered(window: Queued) -> WorstJob | None:
+    return window.worst_job()
 
 
 def window_of(resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession) -> Queued | None:
@@ -185,139 +268,8 @@ def counts_once(resource: Resource, entry: Entry, position: int) -> bool:
     return resource.kinds[entry.executor] == "callback_group"
 
 
-def executor_response_ns(
-    kind: ExecutorKind,
-    task: Task,
-    fellows: Sequence[Fellow],
-    higher: Sequence[Task],
-    blocked_ns: Exact = 0,
-    *,
-    is_in_line: bool = False,
-) -> Exact | None:
-    """The longest time from the release of a job of an executor to its end; None when it is not bounded.
-
-    Parameters
-    ----------
-    kind, fellows
-        the executor, and what else it runs.
-    higher
-        the tasks of the core that go before the executor's OS thread.
-    blocked_ns
-        how long less urgent work outside of the executor may keep the core, at most.
-    is_in_line
-        no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
-
-    Examples
-    --------
-    A timer of 1 every 10 behind a callback of 3 every 20, and the other way round; alone at its priority, and with
-    another OS thread of 2 every 5 before both.
-
-    >>> from dse.analysis.scheduling.busy_window import periodic
-    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
-    >>> executor_response_ns("fifo", timer, [Fellow(callback, False)], [])
-    4
-    >>> executor_response_ns("callback_group", callback, [Fellow(timer, True)], [periodic("other", 2, 5)])
-    8
-    """
-    if task.worst_ns == 0:
-        return 0
-    found = executor_worst_job(kind, task, fellows, higher, blocked_ns, is_in_line=is_in_line)
-    return None if found is None else found.response_ns
-
-
-@dataclass(frozen=True, slots=True)
-class WorstJob:
-    """The job of an executor that responds last, in a busy period: of its fellows those count that come `until` then.
-
-    Of a callback group something less urgent may have begun, for `behind_ns`. Where that or other less urgent work
-    keeps the core at first it begins a moment before, and so does the job: what comes at its very start `comes_late`.
-
-    Its chain has run for `chain_ns` by then (None: it is in none). In `lines` it waits for one job of each.
-    """
-
-    release_ns: Exact
-    end_ns: Exact
-    until_ns: Exact
-    behind_ns: Exact = 0
-    comes_late: bool = False
-    chain_ns: Exact | None = None
-    lines: tuple[Task, ...] | None = None
-
-    @property
-    def response_ns(self) -> Exact:
-        """From its release to its end."""
-        return self.end_ns - self.release_ns
-
-    def jobs(self, task: Task) -> int:
-        """How many jobs of a fellow go before it."""
-        if self.lines is not None:
-            return sum(task is item for item in self.lines)
-        return (most_jobs if self.comes_late else jobs_by)(task, self.until_ns)
-
-
-def executor_worst_job(
-    kind: ExecutorKind,
-    task: Task,
-    fellows: Sequence[Fellow],
-    higher: Sequence[Task],
-    blocked_ns: Exact = 0,
-    *,
-    is_in_line: bool = False,
-) -> WorstJob | None:
-    """The job with the longest response time, which takes some time; see `executor_response_ns`.
-
-    Examples
-    --------
-    The callback comes with the timer and waits for it; from then on nobody may come before it.
-
-    >>> from dse.analysis.scheduling.busy_window import periodic
-    >>> timer, callback = periodic("timer", 1, 10), periodic("callback", 3, 20)
-    >>> executor_worst_job("fifo", callback, [Fellow(timer, False)], [periodic("other", 2, 5)])
-    WorstJob(release_ns=0, end_ns=8, until_ns=0, behind_ns=0, comes_late=False, chain_ns=None, lines=None)
-    """
-    inside = [item for item in fellows if item.task.worst_ns]
-    urgent = [item for item in inside if item.goes_first or kind != "callback_group"]
-    less = [item for item in inside if kind == "callback_group" and not item.goes_first]  # one may have begun
-    outside = [item for item in higher if item.worst_ns]
-    found: list[WorstJob] = []
-    with suppress(EndlessError):
-        if is_in_line and kind == "fifo" and load(outside) < 1:
-            waiting = longest_of_each([(item.task, item.line) for item in inside if not item.is_kin])
-            if waiting is not None:
-                return _in_lines(Work(task, waiting, outside, blocked_ns))
-    behind = _longest(less)
-    begun = max(blocked_ns, behind)
-    counted = [item.task for item in urgent]
-    used = load((task, *counted, *outside))
-    if used > 1 or (used == 1 and (begun or not task.streams or any(map(is_late, (task, *counted, *outside))))):
-        return None
-    with suppress(EndlessError):
-        work = Work(task, counted, outside, begun)
-        found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
-    with suppress(EndlessError):
-        if any(item.is_kin for item in fellows):
-            found.append(_in_chain(kind, task, (urgent, less), outside, blocked_ns))
-    return min(found, key=attrgetter("response_ns"), default=None)
-
-
 def _longest(fellows: Iterable[Fellow]) -> Exact:
     return max((item.task.worst_ns for item in fellows), default=0)
-
-
-def jobs_before(
-    kind: ExecutorKind, worst: WorstJob, fellows: Sequence[Fellow], higher: Sequence[Task], blocked_ns: Exact
-) -> list[tuple[Task, int]]:
-    """How many jobs of what go before the job that responds last: what preempts the executor first, then its fellows.
-
-    At last the one of these that had begun, where that takes longer than what else blocks.
-    """
-    jobs = [(item, most_jobs(item, worst.end_ns)) for item in higher]
-    counted = [item for item in fellows if worst.chain_ns is None or not item.is_kin]
-    jobs += [(item.task, worst.jobs(item.task)) for item in counted if kind != "callback_group" or item.goes_first]
-    if worst.behind_ns > blocked_ns:
-        begun = (item.task for item in counted if not item.goes_first and item.task.worst_ns == worst.behind_ns)
-        jobs.append((next(begun), 1))
-    return jobs
 
 
 def _fifo(work: Work) -> WorstJob:
