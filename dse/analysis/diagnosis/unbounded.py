@@ -8,7 +8,8 @@ from typing import TypeAlias
 
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.metrics import flow_figure_ns
-from dse.analysis.latency.rows import UNBOUNDED_METHOD, counts_responses
+from dse.analysis.latency.rows import UNBOUNDED_METHODS, counts_responses
+from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
@@ -34,7 +35,7 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
         if figure_ns is not None and figure_ns < UNBOUNDED_NS:
             return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
-        return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method == UNBOUNDED_METHOD))
+        return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method in UNBOUNDED_METHODS))
     if metric.kind == "response time":
         number = metric.index or 0
         if bounded_response_ns(space, number, "thread", view) >= UNBOUNDED_NS:
@@ -60,10 +61,12 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
 
 
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
-    """Whether response times count in a metric."""
+    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch."""
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
-    return metric.kind == "response time" or (metric.kind in ("latency", "jitter") and counts_responses(space))
+    if metric.kind not in ("latency", "jitter"):
+        return metric.kind == "response time"
+    return counts_responses(space) or any(may_be_stored(space, step) for step in space.flows[metric.index or 0].steps)
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:

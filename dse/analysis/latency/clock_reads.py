@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from dse.analysis.latency.contributors import figure_of, is_logical, neighbours, phased_parts
+from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.rates import is_periodic
 from dse.analysis.terms import ZERO, Phased, Read, Rest
 from dse.analysis.views import View
@@ -47,6 +48,8 @@ def can_be_taken_apart(space: Space, step: Step, kind: str) -> bool:
 
 def _is_plain(space: Space, step: Step) -> bool:
     """Whether what an element adds holds its own response time once, or none, and whether it does in every design."""
+    if may_be_stored(space, step):
+        return False
     component = space.components[step.index]
     queues = [component.queue_size, *([] if step.via is None else [space.connections[step.via].queue_size])]
     if any(leaf is not None for queue in queues for leaf in leaves(queue)):

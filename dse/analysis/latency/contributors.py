@@ -20,6 +20,7 @@ from dse.analysis.latency.rows import (
     scheduled_ns,
 )
 from dse.analysis.latency.sampling import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
+from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_periodic
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -212,9 +213,9 @@ def _connection_row(space: Space, number: int, view: View) -> Row:
 
 
 def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow."""
+    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow, or until a dispatch."""
     if not is_periodic(component, view):
-        return None
+        return stored_row(space, step, component, view)
     if step.via is None:
         return Row(component.category, component.name, 0, "first sampling", 0, "first sampling")
     on_one_clock = _on_one_clock(space, step, component, view)

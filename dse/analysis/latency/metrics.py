@@ -22,6 +22,7 @@ from dse.analysis.latency.contributors import (
 from dse.analysis.latency.exact_chains import exact_range_ns
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.sampling import LET
+from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, stored_row, waits_for_others
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
@@ -139,6 +140,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield from _placed_terms(space, element, name, kind)
             continue
 
+        is_stored = may_be_stored(space, step)
         is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
         counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
 
@@ -148,13 +150,16 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
                 figure += _run_excess_ns(space, step, view)
             return figure
 
-        def ends(view: View, step: Step = step, value: Callable[..., Fraction] = value) -> tuple[Fraction, Fraction]:
+        def ends(
+            view: View, step: Step = step, value: Callable[..., Fraction] = value, is_stored: bool = is_stored
+        ) -> tuple[Fraction, Fraction]:
             """Response times are no shorter than execution times; each counts for its job and for those queued."""
             least = value(view, step, alone)
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             if kind == "min latency":
                 return least - period, least
-            most = least + (2 + _queue_size(space, step, view)) * UNBOUNDED_NS
+            jobs = 2 + _queue_size(space, step, view) + len(dispatchers(space, step.index) if is_stored else ())
+            most = least + jobs * UNBOUNDED_NS
             if not _may_move(space, step, kind):
                 return least, most
             return least - period, most + 2 * period
@@ -259,7 +264,7 @@ def _may_wait(space: Space, step: Step, kind: str) -> bool:
     here = space.components[step.index]
     if kind == "min latency":  # only where a job may read when it begins
         return _may_move(space, step, kind) and reads_when_jobs_begin(space)
-    if space.profile != "dse" or here.callback_ns is not None:
+    if space.profile != "dse" or here.callback_ns is not None or waits_for_others(space, step):
         return True
     if not space.is_last_piece(step.index):
         return False
@@ -278,6 +283,8 @@ def _may_move(space: Space, step: Step, kind: str) -> bool:
 
 def _counts_waiting_once(space: Space, step: Step) -> bool:
     """Whether an element of a flow has no rows that count a response time but that of processing."""
+    if may_be_stored(space, step):
+        return False
     component = space.components[step.index]
     sizes = [component.queue_size]
     if step.via is not None:
@@ -374,9 +381,18 @@ def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
 
 
 def last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
-    """The period of the last component of a flow that a timer releases, at which its output is renewed."""
+    """The period of the last component of a flow that a timer releases, at which its output is renewed, in ns.
+
+    Of one that something dispatches which is not on the flow, the longest time between two dispatches.
+    """
     for step in reversed(flow.steps):
-        if step.kind == "component" and is_periodic(space.components[step.index], view):
-            found: Exact = at(space.components[step.index].period_ns, view)
+        component = space.components[step.index] if step.kind == "component" else None
+        if component is None:
+            continue
+        if is_periodic(component, view):
+            found: Exact = at(component.period_ns, view)
             return found
+        stored = stored_row(space, step, component, view)
+        if stored is not None:
+            return stored.max_ns
     return 0

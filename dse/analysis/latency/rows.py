@@ -18,6 +18,11 @@ from dse.support.units import Exact
 NO_LATENCY = {"dse": "no latency", "osate-2.2": "no latency", "osate-2.19": "no sampling/queuing latency"}
 UNBOUNDED_METHOD = "response time (unbounded)"
 """Of a row whose maximum stands for a response time without a bound."""
+DISPATCH_METHOD = "sampling by dispatch"
+"""Of a row of an event-triggered component that reads what does not dispatch it."""
+UNBOUNDED_DISPATCH = "sampling by dispatch (unbounded)"
+"""Of such a row where nothing bounds the time between two dispatches."""
+UNBOUNDED_METHODS = (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH)
 
 
 @dataclass(frozen=True, slots=True)
