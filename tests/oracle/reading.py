@@ -419,6 +419,9 @@ class Reading:
             assert period is not None, name
             rows.append((name, "first sampling", 0, 0) if first else (name, "sampling", 0, period))
         else:
+            if arrival is not None and self.is_stored(name, arrival):
+                gap = self.dispatch_gap_ns(name)
+                rows.append((name, "until a dispatch", 0, NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)))
             queue = self.get(arrival, "queue_size") if arrival is not None else None
             queue = self.get(name, "queue_size") if queue is None else queue
             if queue is not None:
@@ -430,6 +433,43 @@ class Reading:
         else:
             rows.append((name, "specified" if specified else "processing time", best, worst))
         return rows
+
+    def is_stored(self, name: str, arrival: str) -> bool:
+        """Whether what comes by a connection lies there until something else dispatches an event-triggered component.
+
+        A device that nothing dispatches takes it at once.
+        """
+        triggers = self.triggers(name)
+        return arrival not in triggers and bool(triggers or self.problem.section_of[name] == "threads")
+
+    def dispatch_gap_ns(self, name: str) -> Any:
+        """The longest time between two jobs of a component; None where there may be none for ever."""
+        if self.protocol(name) in ("periodic", "hybrid"):
+            return self.period_ns(name)
+        if name in self._awaited:
+            raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
+        self._awaited.add(name)
+        gaps = [self._delivery_gap_ns(connection) for connection in self.triggers(name)]
+        self._awaited.remove(name)
+        known = [gap for gap in gaps if gap is not None]
+        if not known:
+            return None
+        is_apart = self.protocol(name) == "sporadic" and self.offered(name, "period")
+        return min(known) + ((self.period_ns(name) or 0) if is_apart else 0)
+
+    def _delivery_gap_ns(self, connection: str) -> Any:
+        """The longest time between two messages of a connection."""
+        spread = sum((Fraction(row[3]) - row[2] for row in self.connection_rows(connection)), Fraction(0))
+        sender = self.problem.component(connection).get("from")
+        if self.states_rate(connection) or sender is None:
+            rate = self.delivered_rate(connection)
+            return NS_PER_S / rate + spread if rate else None
+        gap = self.dispatch_gap_ns(sender)
+        least, most = self.processing(sender)
+        logical = self.logical_ns(sender)
+        if logical is not None:
+            least = most = logical
+        return None if gap is None or most >= NO_BOUND_NS else gap + (most - least) + spread
 
     # Clocks
 
@@ -556,12 +596,12 @@ class Reading:
         """How old at least and at most what a component reads by a flow is: nothing newer than that is there."""
         path = self.problem.paths[flow]
         rows, _ = self._parts(path[: path.index(name) + 1])
-        while "sampling" not in rows[-1][1]:
+        while rows[-1][1] not in ("sampling", "until a dispatch"):
             rows.pop()  # what follows when it has read
         least, most = sum(row[2] for row in rows), sum(row[3] for row in rows)
         if self.is_active(name, "offset") and self.get(name, "offset") not in (None, "unknown"):
             most += min(self.late_ns(name), (self.period_ns(name) or 0) - rows[-1][3])
-        return least, most + self.first_period(flow) - (self.period_ns(name) or 0)
+        return least, most + self.first_period(flow) - self._renewed_ns(path[: path.index(name) + 1])
 
     @in_common
     def disparity(self, name: str) -> Any:
@@ -611,10 +651,23 @@ class Reading:
         first = self.problem.paths[flow][0]
         return self._timer_period(first) or 0
 
-    def last_period(self, flow: str) -> int:
-        """The period of the last component that a timer releases."""
-        periods = [self._timer_period(name) for name in self.problem.paths[flow]]
-        return [period for period in periods if period is not None][-1]
+    def last_period(self, flow: str) -> Any:
+        """The period of the last component that a timer releases, or how far apart its dispatches are at most."""
+        return self._renewed_ns(self.problem.paths[flow])
+
+    def _renewed_ns(self, path: Sequence[str]) -> Any:
+        """How far apart at most the last of a path reads that waits for a release or a dispatch."""
+        for place in reversed(range(len(path))):
+            name, arrival = path[place], path[place - 1] if place else None
+            if self.problem.section_of[name] == "connections":
+                continue
+            period = self._timer_period(name)
+            if period is not None:
+                return period
+            if arrival is not None and self.is_stored(name, arrival):
+                gap = self.dispatch_gap_ns(name)
+                return NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)
+        return 0
 
     def _timer_period(self, name: str) -> int | None:
         is_component = self.problem.section_of[name] in ("devices", "threads")

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 
-from dse.analysis.latency.contributors import figure_of, is_logical, neighbours, phased_parts
+from dse.analysis.latency.contributors import figure_of, neighbours, phased_parts
+from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.rates import is_periodic
 from dse.analysis.terms import ZERO, Phased, Read, Rest

@@ -10,21 +10,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.processing import best_ns, processing_row, worst_ns
 from dse.analysis.latency.rows import (
     UNBOUNDED_METHOD,
     Row,
-    computed_ns,
-    first_given,
     in_flow,
     is_computed,
     scheduled_ns,
 )
-from dse.analysis.latency.sampling import LET, LET_METHOD, METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
+from dse.analysis.latency.sampling import METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
 from dse.analysis.rates import is_event_triggered, is_periodic
-from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.tasks import elapsed_ns
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE
@@ -125,11 +122,11 @@ def start_delay_ns(space: Space, step: Step, view: View) -> Exact:
     component = space.components[step.index]
     if step.via is None or space.profile != "dse" or at(component.communication, view) in AT_RELEASE:
         return 0
-    worst, method = _worst_ns(space, component, view)
+    worst, method = worst_ns(space, component, view)
     if method not in ("response time", UNBOUNDED_METHOD):
         return 0
     execution = at(component.execution_ns, view)
-    own = execution[1] if execution is not None else _best_ns(space, component, view)[0]
+    own = execution[1] if execution is not None else best_ns(space, component, view)[0]
     return worst if is_unbounded(worst) else picked("max", worst - own, 0)
 
 
@@ -233,57 +230,19 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
         size = at(component.queue_size, view)
     if size is None or not is_event_triggered(component, view):
         return None
-    each = _worst_ns(space, component, view)[0]
+    each = worst_ns(space, component, view)[0]
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
-
-
-def is_logical(space: Space, component: Component, view: View) -> bool:
-    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
-    return space.profile == "dse" and at(component.communication, view) == LET
 
 
 def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
     """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
-    return [_processing_row(space, component, view)]
+    return [processing_row(space, component, view)]
 
 
 def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
     """The least and the most that a component of a flow takes from its release on."""
     rows = _job_rows(space, _in_flow(space, step, view), view)
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
-
-
-def _processing_row(space: Space, component: Component, view: View) -> Row:
-    if is_logical(space, component, view):
-        logical = deadline_ns(component, view)
-        assert logical is not None, component.name
-        return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
-    best, best_method = _best_ns(space, component, view)
-    worst, worst_method = _worst_ns(space, component, view)
-    return Row(component.category, component.name, best, best_method, worst, worst_method)
-
-
-def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Best processing: best execution time, else specified."""
-    candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
-    ranges = [(at(tree, view), method) for tree, method in candidates]
-    return first_given(space, [(given and given[0], method) for given, method in ranges])
-
-
-def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2)."""
-    trees = (component.response_ns, component.execution_ns, component.latency_ns)
-    ranges = [at(tree, view) for tree in trees]
-    methods = ("response time", "processing time", "specified")
-    response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
-    waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
-    if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = computed_ns(space, component, execution, view)
-        if component.pieces is not None:
-            own = execution[0]
-            before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
-            return max(own, response[0] - before), response[1]
-    return first_given(space, [response, execution, latency])
 
 
 def figure_of(kind: str, range_ns: tuple[Exact, Exact]) -> Exact:

@@ -13,13 +13,13 @@ from dse.analysis.latency.contributors import (
     element_rows,
     elements_of,
     figure_of,
-    is_logical,
     job_range_ns,
     run_spread_ns,
     start_delay_ns,
     step_rows,
 )
 from dse.analysis.latency.exact_chains import exact_range_ns
+from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.sampling import LET
 from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, stored_row, waits_for_others

@@ -9,18 +9,20 @@ A device that nothing dispatches has no releases: it takes what comes when it co
 
 from __future__ import annotations
 
-from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row, counts_responses
-from dse.analysis.rates import is_event_triggered
-from dse.analysis.scheduling.event_models import EventModels
-from dse.analysis.scheduling.model import Stage
-from dse.analysis.scheduling.resolve import reader, with_senders
-from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS, bounded_response_ns
-from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.views import View
+from collections.abc import Mapping
+from functools import partial, reduce
+
+from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.processing import processing_row
+from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row
+from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
+from dse.analysis.terms import picked
+from dse.analysis.views import CyclicActivation, View
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
-from dse.space.model.trees import leaves
+from dse.space.model.trees import at, leaves
 from dse.support.units import Exact
 
 
@@ -67,17 +69,74 @@ def dispatchers(space: Space, number: int) -> frozenset[int]:
 
 
 def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
-    """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it."""
-    stages = with_senders([(number, "thread")], reader(space, view))
-    ends = {key: _end_ns(space, stage, view) for key, stage in stages.items()} if counts_responses(space) else {}
-    found = EventModels(stages, ends).longest_gap_ns((number, "thread"))
+    """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
+
+    A timer is released once in each period, and a message that states a rate comes at that rate; what a job sends comes
+    as much later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself.
+    Jobs that come sooner than a separation are not run, which adds to it.
+
+    Raises
+    ------
+    CyclicActivation
+        when event-triggered components dispatch each other in a cycle.
+    """
+    gaps: dict[int, Exact | None] = {}
+    todo, begun = [number], set[int]()
+    while todo:
+        top = todo[-1]
+        missing = [item for item in _before(space, top, view) if item not in gaps] if top not in gaps else []
+        if not missing:
+            gaps.setdefault(top, _gap_ns(space, top, gaps, view))
+            todo.pop()
+        elif top in begun:
+            raise CyclicActivation
+        else:
+            begun.add(top)
+            todo += missing
+    found = gaps[number]
     return NO_BOUND if found is None or found >= UNBOUNDED_NS else found
 
 
-def _end_ns(space: Space, stage: Stage, view: View) -> Exact | None:
-    """When a stage ends after the release of its thread; None without a bound."""
-    key: TaskKey = stage.key
-    response = bounded_response_ns(space, *key, view)
-    if response >= UNBOUNDED_NS:
+def _before(space: Space, number: int, view: View) -> list[int]:
+    """The components whose jobs dispatch a component, of a thread with segments its first piece."""
+    component = space.components[number]
+    wires = component.triggers if is_event_triggered(component, view) else ()
+    senders = [space.connections[wire].sender for wire in wires if not space.connections[wire].states_rate]
+    return [_pieces(space, item)[0] for item in senders if item is not None]
+
+
+def _pieces(space: Space, number: int) -> tuple[int, ...]:
+    """The pieces of a thread until the end of a component; that alone where it is none."""
+    pieces = space.components[number].pieces
+    return (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
+
+
+def _gap_ns(space: Space, number: int, gaps: Mapping[int, Exact | None], view: View) -> Exact | None:
+    component = space.components[number]
+    if not is_event_triggered(component, view):
+        period: Exact = at(component.period_ns, view)
+        return period
+    found = [gap for wire in component.triggers if (gap := _delivery_gap_ns(space, wire, gaps, view)) is not None]
+    if not found:
         return None
-    return response if response >= stage.elapsed_ns[1] else stage.elapsed_ns[1]
+    least: Exact = reduce(partial(picked, "min"), found)
+    return least + at(component.period_ns, view) if arrivals(component, view).is_separated else least
+
+
+def _delivery_gap_ns(space: Space, wire: int, gaps: Mapping[int, Exact | None], view: View) -> Exact | None:
+    """The longest time between two messages of a connection, in ns; None without a bound."""
+    connection = space.connections[wire]
+    least, most, _ = transmission_ns(space, connection, view)
+    if connection.states_rate or connection.sender is None:
+        rate = rate_hz(space, ("delivery", wire), view)
+        return NS_PER_S / rate + (most - least) if rate else None
+    pieces = _pieces(space, connection.sender)
+    gap = gaps[pieces[0]]
+    if gap is None:
+        return None
+    for item in pieces:
+        row = processing_row(space, space.components[item], view)
+        if row.max_ns >= UNBOUNDED_NS:
+            return None
+        gap += row.max_ns - row.min_ns
+    return gap + (most - least)

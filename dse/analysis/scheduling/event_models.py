@@ -8,18 +8,14 @@ first piece of the next one, and any number of these may follow each other close
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.model import Ends, Stage
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.terms import picked
 from dse.analysis.views import CyclicActivation
-from dse.support.units import Exact
-
-T = TypeVar("T")
 
 Streams: TypeAlias = tuple[Stream, ...] | None
 """None where their jitter has no bound."""
@@ -56,59 +52,22 @@ class EventModels:
         CyclicActivation
             when event-triggered stages release each other in a cycle.
         """
-        return self._in_order(key, self._streams, self._found)
-
-    def longest_gap_ns(self, key: TaskKey) -> Exact | None:
-        """The longest time between two releases of a stage that follow each other, in ns; None without a bound.
-
-        A timer is released once in each period, and a message that states a rate comes at that rate; what a job sends
-        comes as much later as its response time and transmission may spread. Each way to be released bounds the gap by
-        itself. Jobs that come sooner than a separation are not run, so that this adds to the gap.
-
-        Raises
-        ------
-        CyclicActivation
-            when event-triggered stages release each other in a cycle.
-        """
-        gaps: dict[TaskKey, Exact | None] = {}
-        return self._in_order(key, gaps, lambda stage: self._gap_ns(stage, gaps))
-
-    def _gap_ns(self, stage: Stage, gaps: Mapping[TaskKey, Exact | None]) -> Exact | None:
-        least: Exact | None = None
-        for release in stage.releases:
-            gap: Exact | None
-            if release.after is None:
-                gap = None if release.stream is None else release.stream.period_ns + release.stream.jitter_ns
-            else:
-                sender = self.stages[release.after]
-                gap = gaps[sender.first]
-                best, worst = sender.elapsed_ns
-                end = self.ends.get(release.after, worst)
-                if gap is not None:
-                    spread = release.most_ns - release.least_ns
-                    gap = None if end is None else gap + picked("max", end, worst) - best + spread
-            if gap is not None:
-                least = gap if least is None else picked("min", least, gap)
-        return least if least is None or stage.separation_ns is None else least + stage.separation_ns
-
-    def _in_order(self, key: TaskKey, found: dict[TaskKey, T], formula: Callable[[Stage], T]) -> T:
-        """What a formula makes of a stage, and before that of each stage whose releases are passed on to it."""
         todo, open_ = [key], set()
         while todo:
             top = todo[-1]
-            if top in found:
+            if top in self._streams:
                 todo.pop()
                 continue
-            missing = [one for one in self._before(top) if one not in found]
+            missing = [one for one in self._before(top) if one not in self._streams]
             if not missing:
-                found[top] = formula(self.stages[top])
+                self._streams[top] = self._found(self.stages[top])
                 todo.pop()
             elif top in open_:
                 raise CyclicActivation
             else:
                 open_.add(top)
                 todo += missing
-        return found[key]
+        return self._streams[key]
 
     def task(self, key: TaskKey) -> Task | None:
         """The stage as what a busy window counts; None where it comes without a bound."""

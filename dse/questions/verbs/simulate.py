@@ -11,7 +11,8 @@ from typing import Literal, TypeAlias, Unpack, get_args
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency.contributors import flow_rows, is_logical
+from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.latency.processing import is_logical
 from dse.analysis.measures import build_measure
 from dse.analysis.osate.latency import is_never_sampled, is_synchronous
 from dse.analysis.rates import is_event_triggered

@@ -1,0 +1,51 @@
+"""What a job takes from its release until its data leave: the row of processing (docs/semantics.md, section 3.2)."""
+
+from __future__ import annotations
+
+from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed
+from dse.analysis.latency.sampling import LET, LET_METHOD
+from dse.analysis.scheduling.priorities import deadline_ns
+from dse.analysis.scheduling.tasks import elapsed_ns
+from dse.analysis.views import View
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+
+def is_logical(space: Space, component: Component, view: View) -> bool:
+    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
+    return space.profile == "dse" and at(component.communication, view) == LET
+
+
+def processing_row(space: Space, component: Component, view: View) -> Row:
+    """The least and the most that a component takes from its release on."""
+    if is_logical(space, component, view):
+        logical = deadline_ns(component, view)
+        assert logical is not None, component.name
+        return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
+    best, best_method = best_ns(space, component, view)
+    worst, worst_method = worst_ns(space, component, view)
+    return Row(component.category, component.name, best, best_method, worst, worst_method)
+
+
+def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Best processing: best execution time, else specified."""
+    candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
+    ranges = [(at(tree, view), method) for tree, method in candidates]
+    return first_given(space, [(given and given[0], method) for given, method in ranges])
+
+
+def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+    """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2)."""
+    trees = (component.response_ns, component.execution_ns, component.latency_ns)
+    ranges = [at(tree, view) for tree in trees]
+    methods = ("response time", "processing time", "specified")
+    response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
+    waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
+    if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
+        response = computed_ns(space, component, execution, view)
+        if component.pieces is not None:
+            own = execution[0]
+            before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
+            return max(own, response[0] - before), response[1]
+    return first_given(space, [response, execution, latency])
