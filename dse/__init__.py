@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from dse.answers.verification import Verification as Verification
     from dse.examples.random import random_problem as random_problem
     from dse.examples.shipped import example_path as example_path
-    from dse.fitting.fit import Fit as Fit
+    from dse.fitting.fitted import Fit as Fit
     from dse.questions.explain.explain import explain as explain
     from dse.questions.problem import Model as Model
     from dse.questions.problem import Problem as Problem
@@ -112,7 +112,7 @@ _HOMES = {
     "Explanation": "dse.answers.explanation",
     "architecture_graph": "dse.answers.tables.graph",
     "ranked_by": "dse.answers.ranking.order",
-    "Fit": "dse.fitting.fit",
+    "Fit": "dse.fitting.fitted",
     "Sizes": "dse.questions.verbs.sizes",
     "Result": "dse.answers.result",
     "Simulation": "dse.answers.simulation",

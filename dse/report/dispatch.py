@@ -14,7 +14,7 @@ from dse.answers.sensitivity import SensitivityResult
 from dse.answers.simulation import Simulation
 from dse.answers.sweep import SweepResult
 from dse.answers.verification import Verification
-from dse.fitting.fit import Fit
+from dse.fitting.fitted import Fit
 from dse.questions.verbs.check import Description
 from dse.questions.verbs.sizes import Sizes
 from dse.report.content.analyse import analysis_page

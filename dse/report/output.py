@@ -14,7 +14,7 @@ from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.answers.sensitivity import SensitivityResult
 from dse.answers.sweep import SweepResult
-from dse.fitting.fit import Fit
+from dse.fitting.fitted import Fit
 from dse.report.content.document import Alternative, Document
 from dse.report.content.front import written_page
 from dse.report.content.study import sections_of, study_page

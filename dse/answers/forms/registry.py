@@ -48,7 +48,7 @@ FORMS = Forms(
         "check": "questions.verbs.check:Description",
         "comparison": "answers.measured:Comparison",
         "explanation": "answers.explanation:Explanation",
-        "fit": "fitting.fit:Fit",
+        "fit": "fitting.fitted:Fit",
         "sensitivity": "answers.sensitivity:SensitivityResult",
         "simulation": "answers.simulation:Simulation",
         "sizes": "questions.verbs.sizes:Sizes",
