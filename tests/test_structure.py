@@ -11,10 +11,12 @@ from pathlib import Path
 
 import networkx
 
+from tests.conftest import FILES, QUICK
 from tests.helpers.documents import ROOT
 
 DOCS = ROOT / "docs"
 DSE = ROOT / "dse"
+IMPORT = re.compile(r"^ *from (dse[\w.]*) import (\([^)]*\)|.*)", re.M)
 
 
 def test_the_picture_of_the_layers_is_the_import_contract() -> None:
@@ -60,13 +62,15 @@ def _module(path: Path) -> str:
 
 def _imports(path: Path, files: Container[str]) -> Iterator[str]:
     """The files that a file imports, wherever in it."""
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (item.name for item in node.names if item.name in files)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            for item in node.names:
-                name = f"{node.module}.{item.name}"
-                yield name if name in files else node.module
+    for module, names in IMPORT.findall(path.read_text("utf-8")):
+        for name in re.findall(r"\w+", names):
+            yield f"{module}.{name}" if f"{module}.{name}" in files else module
+
+
+def test_a_quick_run_looks_into_every_folder() -> None:
+    rooms = {path.parent.name for path in DSE.glob("*/__init__.py")}
+    assert set(QUICK) == {"every room", *rooms}
+    assert [path for path in FILES if not path.exists()] == []
 
 
 HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands"}
