@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from dse.answers.ranking.order import ranked_by as ranked_by
     from dse.answers.result import Result as Result
     from dse.answers.robust import RobustResult as RobustResult
-    from dse.answers.sensitivity import SensitivityResult as SensitivityResult
     from dse.answers.simulation import Simulation as Simulation
-    from dse.answers.sweep import SweepResult as SweepResult
+    from dse.answers.studies.sensitivity import SensitivityResult as SensitivityResult
+    from dse.answers.studies.sweep import SweepResult as SweepResult
     from dse.answers.tables.graph import architecture_graph as architecture_graph
     from dse.answers.verification import Verification as Verification
     from dse.examples.random import random_problem as random_problem
@@ -117,8 +117,8 @@ _HOMES = {
     "Result": "dse.answers.result",
     "Simulation": "dse.answers.simulation",
     "RobustResult": "dse.answers.robust",
-    "SensitivityResult": "dse.answers.sensitivity",
-    "SweepResult": "dse.answers.sweep",
+    "SensitivityResult": "dse.answers.studies.sensitivity",
+    "SweepResult": "dse.answers.studies.sweep",
     "solve_robust": "dse.questions.robust.robust",
     "sensitivity": "dse.questions.sensitivity.sensitivity",
     "sweep": "dse.questions.sweep.sweep",

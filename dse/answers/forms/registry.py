@@ -49,10 +49,10 @@ FORMS = Forms(
         "comparison": "answers.measured:Comparison",
         "explanation": "answers.explanation:Explanation",
         "fit": "fitting.fitted:Fit",
-        "sensitivity": "answers.sensitivity:SensitivityResult",
+        "sensitivity": "answers.studies.sensitivity:SensitivityResult",
         "simulation": "answers.simulation:Simulation",
         "sizes": "questions.verbs.sizes:Sizes",
-        "sweep": "answers.sweep:SweepResult",
+        "sweep": "answers.studies.sweep:SweepResult",
         "verification": "answers.verification:Verification",
     }
 )
