@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from dse.answers.ranking.order import ranked_by as ranked_by
     from dse.answers.result import Result as Result
     from dse.answers.robust import RobustResult as RobustResult
-    from dse.answers.sensitivity import SensitivityResult as SensitivityResult
     from dse.answers.simulation import Simulation as Simulation
-    from dse.answers.sweep import SweepResult as SweepResult
+    from dse.answers.studies.sensitivity import SensitivityResult as SensitivityResult
+    from dse.answers.studies.sweep import SweepResult as SweepResult
     from dse.answers.tables.graph import architecture_graph as architecture_graph
     from dse.answers.verification import Verification as Verification
     from dse.examples.random import random_problem as random_problem
     from dse.examples.shipped import example_path as example_path
-    from dse.fitting.fit import Fit as Fit
+    from dse.fitting.fitted import Fit as Fit
     from dse.questions.explain.explain import explain as explain
     from dse.questions.problem import Model as Model
     from dse.questions.problem import Problem as Problem
@@ -112,13 +112,13 @@ _HOMES = {
     "Explanation": "dse.answers.explanation",
     "architecture_graph": "dse.answers.tables.graph",
     "ranked_by": "dse.answers.ranking.order",
-    "Fit": "dse.fitting.fit",
+    "Fit": "dse.fitting.fitted",
     "Sizes": "dse.questions.verbs.sizes",
     "Result": "dse.answers.result",
     "Simulation": "dse.answers.simulation",
     "RobustResult": "dse.answers.robust",
-    "SensitivityResult": "dse.answers.sensitivity",
-    "SweepResult": "dse.answers.sweep",
+    "SensitivityResult": "dse.answers.studies.sensitivity",
+    "SweepResult": "dse.answers.studies.sweep",
     "solve_robust": "dse.questions.robust.robust",
     "sensitivity": "dse.questions.sensitivity.sensitivity",
     "sweep": "dse.questions.sweep.sweep",

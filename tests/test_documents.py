@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import ast
 import re
-import tomllib
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -56,14 +53,6 @@ def test_docstrings_cite_sections_that_there_are_and_every_rule_has_its_code() -
     assert not [path for path, text in sources.items() if re.search(r"\(semantics, section", text)]
 
 
-def test_the_picture_of_the_layers_is_the_import_contract() -> None:
-    contract = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
-    layers = next(item["layers"] for item in contract if item["type"] == "layers")
-    picture = re.search(r"<!-- layers -->\n```text\n(.*?)```", (DOCS / "architecture.md").read_text("utf-8"), re.S)
-    assert picture is not None
-    assert [re.split(r"\s{2,}", line)[0] for line in picture[1].splitlines()] == layers
-
-
 def test_the_reference_of_formats_is_what_the_schemas_say() -> None:
     text = (DOCS / "formats.md").read_text(encoding="utf-8")
     assert text == page(text), "python -m tests.helpers.formats"
@@ -98,42 +87,3 @@ def test_every_column_of_a_csv_file_is_documented(name: str) -> None:
         margins = dse.sensitivity(problem, [*design, "control.period = 20 ms"])
         columns, named = margins.to_csv().partition("\n")[0].split(","), []
     assert [column for column in columns if column not in named] == [word for word in known if word == word.lower()]
-
-
-def test_a_module_says_one_thing() -> None:
-    """A module has at most 500 lines, a folder at most 17 modules."""
-    paths = list((ROOT / "dse").rglob("*.py"))
-    lines = {str(path.relative_to(ROOT)): path.read_text("utf-8").count("\n") for path in paths}
-    assert {name: count for name, count in lines.items() if count > 500} == {}
-    crowd = Counter(str(path.parent.relative_to(ROOT)) for path in paths if path.name != "__init__.py")
-    assert {name: count for name, count in crowd.items() if count > 17} == {}
-
-
-def test_each_folder_has_an_entrance() -> None:
-    """The docstring of `__init__` names each module and folder beside it, in at most 20 lines."""
-    for path in (ROOT / "dse").rglob("__init__.py"):
-        said = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
-        assert said.count("\n") < 20, path
-        if path.parent == ROOT / "dse":
-            continue
-        for item in path.parent.iterdir():
-            if item.suffix == ".py" or (item / "__init__.py").exists():
-                assert item.stem == "__init__" or re.search(rf"\b{item.stem}\b", said), item
-
-
-HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands"}
-"""What others call by its name; so are the handlers of events (`dse/importers/ros2/trace.py`)."""
-
-
-def test_what_nothing_uses_is_gone() -> None:
-    """A function or class is named a second time, in the program or in what is told of it; tests alone are no use."""
-    texts = [path.read_text("utf-8") for path in (ROOT / "dse").rglob("*") if path.suffix in (".py", ".j2", ".js")]
-    texts += [path.read_text("utf-8") for path in (*ROOT.glob("*.md"), *DOCS.glob("*.md"), ROOT / "docs" / "conf.py")]
-    named = Counter(word for text in texts for word in re.findall(r"\w+", text))
-    handlers = (ROOT / "dse" / "importers" / "ros2" / "trace.py").read_text("utf-8")
-    defined = {word for text in texts for word in re.findall(r"^ *(?:def|class) (\w+)", text, re.M)}
-    assert not {
-        word
-        for word in defined - HOOKS
-        if named[word] < 2 and not word.startswith("__") and f"def {word}(" not in handlers
-    }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Generator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
@@ -17,7 +18,6 @@ from dse.support.units import Exact
 NS_PER_S = 10**9
 ZERO = Fraction(0)
 RateKey: TypeAlias = tuple[Literal["activation", "input", "delivery"], int]
-_PENDING = object()
 
 
 def is_event_triggered(component: Component, view: View) -> bool:
@@ -50,39 +50,52 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     CyclicActivation
         when event-triggered components dispatch each other in a cycle.
     """
-    known = view.memo.get(key)
-    if known is _PENDING:
-        raise CyclicActivation
-    if known is not None:
-        found: Fraction = known
-        return found
-    view.memo[key] = _PENDING
-    kind, number = key
-    if kind == "activation":
-        rate = _activation_hz(space, number, view)
-    elif kind == "input":
-        rate = sum(
-            (rate_hz(space, ("delivery", wire), view) for wire in space.components[number].triggers), Fraction(0)
-        )
-    else:
-        rate = _delivery_hz(space, number, view)
-    view.memo[key] = rate
+    found = view.memo.get(key)
+    if found is None:
+        found = _summed_up(space, key, view)
+    rate: Fraction = found
     return rate
 
 
-def _activation_hz(space: Space, number: int, view: View) -> Fraction:
-    rule = dispatch(space.components[number], view)
-    if not rule.by_inputs:
-        return rule.own
-    arriving = rate_hz(space, ("input", number), view)
-    return rule.own + (arriving if rule.most is None else min(arriving, rule.most))
+def _summed_up(space: Space, key: RateKey, view: View) -> Fraction:
+    """A rate and those it is made of, each once; without recursion, for chains are as long as a problem has threads."""
+    memo = view.memo
+    pending = {key: _rate_hz(space, key, view)}
+    rate: Fraction | None = None
+    while pending:
+        current, steps = next(reversed(pending.items()))
+        try:
+            wanted = next(steps) if rate is None else steps.send(rate)
+        except StopIteration as end:
+            memo[current] = rate = end.value
+            del pending[current]
+            continue
+        rate = memo.get(wanted)
+        if rate is None:
+            if wanted in pending:
+                raise CyclicActivation
+            pending[wanted] = _rate_hz(space, wanted, view)
+    return memo[key]
 
 
-def _delivery_hz(space: Space, number: int, view: View) -> Fraction:
+def _rate_hz(space: Space, key: RateKey, view: View) -> Generator[RateKey, Fraction, Fraction]:
+    """The rate that `key` names, from the rates that it yields the keys of."""
+    kind, number = key
+    if kind == "activation":
+        rule = dispatch(space.components[number], view)
+        if not rule.by_inputs:
+            return rule.own
+        arriving = yield ("input", number)
+        return rule.own + (arriving if rule.most is None else min(arriving, rule.most))
+    if kind == "input":
+        arriving = ZERO
+        for wire in space.components[number].triggers:
+            arriving += yield ("delivery", wire)
+        return arriving
     connection = space.connections[number]
     if connection.states_rate:
         return stated_hz(connection, view)
-    return Fraction(0) if connection.sender is None else rate_hz(space, ("activation", connection.sender), view)
+    return ZERO if connection.sender is None else (yield ("activation", connection.sender))
 
 
 # --- the rules, which the encoder tabulates ---------------------------------------------------------------------------
@@ -188,15 +201,18 @@ _LAST: list[tuple[tuple[Component, ...], tuple[Connection, ...], Mapping[RateKey
 
 
 def _find_source_rates(space: Space) -> dict[RateKey, frozenset[Fraction]]:
-    found: dict[RateKey, frozenset[Fraction]] = {}
-    changed = True
-    while changed:
-        changed = False
-        for key in all_keys(space):
-            rates = source_rates_of(space, key).union(*(found.get(item, ()) for item in summands(space, key)))
-            if rates != found.get(key):
-                found[key] = rates
-                changed = True
+    found = {key: source_rates_of(space, key) for key in all_keys(space)}
+    sums: dict[RateKey, list[RateKey]] = {key: [] for key in found}
+    for key in found:
+        for item in summands(space, key):
+            sums[item].append(key)
+    grown = deque(found)
+    while grown:
+        key = grown.popleft()
+        for larger in sums[key]:
+            if not found[key] <= found[larger]:
+                found[larger] |= found[key]
+                grown.append(larger)
     return found
 
 

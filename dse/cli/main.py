@@ -35,8 +35,10 @@ COMMANDS = {
     "new": "Write a problem file to start from.",
     "schema": "Print the JSON Schema of problem files, and of what commands write.",
 }
-MODULES = {"import": "importing"}
-"""Where commands are whose name is a word of Python."""
+MODULES = {"import": "files.importing"} | {
+    name: f"files.{name}" for name in ("export", "fit", "new", "schema", "sizes")
+}
+"""Where commands are that are not beside the others under their own name."""
 MOST_MISTAKES = 250
 """The greatest number of mistakes that is shown."""
 EXIT_CODES = f"Exit codes: {'; '.join(f'{code} {meaning}' for code, meaning in EXIT_MEANINGS.items())}."

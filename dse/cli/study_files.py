@@ -18,8 +18,8 @@ from dse.support.files.writing import write_files
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from dse.answers.sensitivity import SensitivityResult
-    from dse.answers.sweep import SweepResult
+    from dse.answers.studies.sensitivity import SensitivityResult
+    from dse.answers.studies.sweep import SweepResult
     from dse.report.page import Section
 
 F = TypeVar("F", bound="Callable[..., Any]")

@@ -2,12 +2,11 @@
 
 Read `fit.py` first.
 
-* `fit.py`: transports and executions of all files.
+* `fit.py`, `fitted.py`: transports and executions of all files; the answer, a catalogue that problem files include.
 * `measurements.py`, `columns.py`, `observed.py`: CSV of samples; roles and units of columns; CSV of observed metrics.
 * `lines.py`: straight lines through minima and maxima of message sizes.
 * `extremes.py`: extreme-value fits beside a sample maximum.
 * `judging.py`: goodness of fit, and remarks on odd measurements.
-* `catalogue.py`: the figures as a catalogue that problem files include.
 
 Not allowed here: an extrapolation called a bound, and a figure rounded inwards. Statistics may compute with floats.
 """

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
-from dse.answers.base import Answer
-from dse.answers.tables.display import exact
-from dse.answers.tables.frames import unit_frame
-from dse.fitting.extremes import Tail, tails
+from dse.fitting.extremes import tails
+from dse.fitting.fitted import Execution, Fit, Transport
 from dse.fitting.judging import (
-    Goodness,
     Remark,
     bend,
     goodness,
@@ -37,14 +33,13 @@ from dse.fitting.lines import (
 )
 from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
 from dse.support.errors import Diagnostic, ProblemError, UsageError
-from dse.support.json_fields import Json, Of
 from dse.support.timelimit import in_time
 from dse.support.units import format_duration
 from dse.support.units.parse import round_to_int
-from dse.support.units.table import Rounding, SizeRange
+from dse.support.units.table import Rounding
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 DIGITS = 4
 """Figures are rounded outwards to so many digits: minima down, maxima up."""
@@ -52,156 +47,6 @@ OFF = Fraction(1, 4)
 """A line that is off by so much of a time does not fit."""
 Sizes = tuple[int, int]
 """From and to, both included, in bytes."""
-
-
-@dataclass(frozen=True)
-class FittedLine:
-    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits."""
-
-    WRITTEN = (
-        *("line.fixed_ns", "line.per_byte_ns"),
-        *("fit.r_squared", "fit.rms_ns", "fit.beyond", "fit.most_beyond_ns", "fit.at_bytes"),
-    )
-
-    line: Line
-    fit: Goodness
-
-
-@dataclass(frozen=True)
-class Transport:
-    """A transport on a platform."""
-
-    JSON_NAME = "FittedTransport"
-    WRITTEN = (
-        *("transport", "platform", "fixed_ns", "per_byte_ns"),
-        Of("sizes_bytes", kind=tuple[int, ...]),
-        Of("low_line", key="low"),
-        Of("high_line", key="high"),
-        *("summaries", "left_out", "remarks", "tails"),
-    )
-
-    transport: Annotated[str, "Its name: of the bus type."]
-    platform: Annotated[str, "The processor type; empty where the files do not say it."]
-    summaries: Annotated[tuple[Summary, ...], "What was fitted, by size.", Json("sizes")]
-    left_out: Annotated[tuple[int, ...], "Sizes that were not used."]
-    low: Line
-    high: Line
-    low_fit: Goodness
-    high_fit: Goodness
-    fixed_ns: Annotated[
-        tuple[Fraction, Fraction],
-        "Least and greatest fixed time, rounded outwards, as the catalogue has them.",
-        Json(kind=tuple[Fraction, ...]),
-    ]
-    per_byte_ns: Annotated[
-        tuple[Fraction, Fraction], "Least and greatest time per byte, likewise.", Json(kind=tuple[Fraction, ...])
-    ]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
-    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
-
-    @property
-    def low_line(self) -> FittedLine:
-        """The line of the least times."""
-        return FittedLine(self.low, self.low_fit)
-
-    @property
-    def high_line(self) -> FittedLine:
-        """The line of the greatest times."""
-        return FittedLine(self.high, self.high_fit)
-
-    @property
-    def where(self) -> str:
-        """What was measured, and on what."""
-        return " on ".join(part for part in (self.transport, self.platform) if part)
-
-    @property
-    def sizes_bytes(self) -> SizeRange:
-        """From and to which size of messages they hold, as the catalogue has it.
-
-        These are the sizes that were measured and used, up to where a remark says to stay; they end below sizes between
-        that were left out.
-        """
-        used = [item.size_bytes or 0 for item in self.summaries]
-        limits = [remark.limit_bytes for remark in self.remarks if remark.limit_bytes is not None]
-        first = min((size for size in self.left_out if size > min(used)), default=max(used) + 1)
-        return SizeRange(min(used), min([max(size for size in used if size < first), *limits]))
-
-
-@dataclass(frozen=True)
-class Execution:
-    """The execution times of a callback on a platform."""
-
-    JSON_NAME = "FittedExecution"
-    WRITTEN = (
-        *("name", "platform", "summary"),
-        Of("summary.is_single", "Whether there is only one.", key="is_single_sample"),
-        *("remarks", "tails"),
-    )
-
-    name: Annotated[str, "The thread type."]
-    platform: Annotated[str, "The processor type; empty where the files do not say it."]
-    summary: Annotated[Summary, "Its samples in a few figures.", Json("measured")]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
-    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
-
-    @property
-    def where(self) -> str:
-        """What was measured, and on what."""
-        return " on ".join(part for part in (self.name, self.platform) if part)
-
-
-@dataclass(frozen=True, repr=False)
-class Fit(Answer):
-    """The outcome of `dse fit`: figures of a problem file from measurements.
-
-    Examples
-    --------
-    >>> import dse
-    >>> found = dse.fit("delays.csv", round_trip=True)
-    >>> found.transports[0].summaries[0].max_ns
-    Fraction(10000, 1)
-    >>> print(found.to_yaml().splitlines()[-3].strip())
-    per_byte: "10 ns .. 25 ns"
-    """
-
-    FORMAT = "fit"
-    WRITTEN = (
-        *("files", "method", "quantiles", "is_round_trip", "transports", "executions", "unused"),
-        "catalogue",
-    )
-
-    files: Annotated[tuple[str, ...], "The files of measurements, as they were given."]
-    method: Annotated[Method, "How lines are drawn."]
-    quantiles: Annotated[
-        tuple[Fraction, Fraction] | None,
-        "The shares below the lower and the upper line; null for other methods.",
-        Json(kind=tuple[Fraction, ...] | None),
-    ]
-    is_round_trip: Annotated[bool, "Whether times were halved.", Json("round_trip")]
-    transports: Annotated[tuple[Transport, ...], "Transmission times, by transport and platform."] = ()
-    executions: Annotated[tuple[Execution, ...], "Execution times, by thread and platform."] = ()
-    unused: Annotated[tuple[str, ...], "Columns that say nothing for this.", Json("unused_columns")] = ()
-
-    @property
-    def catalogue(self) -> str:
-        """The catalogue, as YAML."""
-        return self.to_yaml()
-
-    def to_yaml(self, samples_file: str | None = None) -> str:
-        """The catalogue: a file that problem files include; see `dse.fitting.catalogue.catalogue_text`."""
-        from dse.fitting.catalogue import catalogue_text
-
-        return catalogue_text(self, samples_file)
-
-    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
-        """A row for each transport, or thread, on each platform.
-
-        Columns: ``name``, ``platform``; of a transport ``from [B]`` and ``to [B]`` (the sizes that it holds for),
-        ``fixed least [ns]``, ``fixed most [ns]``, ``per byte least [ns/B]`` and ``per byte most [ns/B]``, as they go
-        into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
-        Exact; `units` as for `Result.frame`.
-        """
-        return fit_frame(self, units)
 
 
 @dataclass(frozen=True)
@@ -429,31 +274,3 @@ def _execution(item: Summary, options: Options) -> Execution:
     remarks += saturated_remarks([item])
     found = tails(item.samples_ns, options.extremes) if options.extremes else []
     return Execution(name, item.group.platform, item, tuple(remarks), tuple(found))
-
-
-def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execution]]:
-    """The platforms of each thread type, in the order of the files."""
-    order = {name: number for number, name in enumerate(dict.fromkeys(item.name for item in executions))}
-    ordered = sorted(executions, key=lambda item: order[item.name])
-    return {name: list(items) for name, items in groupby(ordered, key=lambda item: item.name)}
-
-
-# Fitted figures as a frame.
-
-
-def fit_frame(fit: Fit, units: str | Sequence[str] | None) -> pandas.DataFrame:
-    """A row for each transport, or thread, on each platform: see `Fit.frame`."""
-    slopes = ("per byte least", "per byte most")
-    times = ("fixed least", "fixed most", *slopes)
-    rows: list[Mapping[str, Any]] = []
-    for line in fit.transports:
-        sizes = {"from": line.sizes_bytes.min_bytes, "to": line.sizes_bytes.max_bytes}
-        figures = dict(zip(times, map(exact, (*line.fixed_ns, *line.per_byte_ns)), strict=True))
-        rows.append({"name": line.transport, "platform": line.platform, **sizes, **figures})
-    for item in fit.executions:
-        ends = {"least": exact(item.summary.min_ns), "most": exact(item.summary.max_ns)}
-        rows.append({"name": item.name, "platform": item.platform, **ends, "count": item.summary.count})
-    own = ("from", "to", *times) if fit.transports else ("least", "most", "count")
-    counted = {"from": "B", "to": "B"} | dict.fromkeys((*times, "least", "most"), "ns")
-    counted |= dict.fromkeys(slopes, "ns/B")
-    return unit_frame(["name", "platform", *own], rows, counted, units)

@@ -11,6 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 from dse.answers.result import Origin
 from dse.questions.question import Changes, Question, changes_of
+from dse.questions.result_question import (
+    asked_as,
+    question_of,
+    replaced_objectives,
+    restated_space,
+    set_up,
+    stated_question,
+)
 from dse.space.build import build_space, every_mistake
 from dse.space.model.criteria import Objective, Requirement, Rule
 from dse.space.model.metric_kinds import RESERVED
@@ -21,18 +29,16 @@ from dse.space.question.metrics import QuestionError
 from dse.space.question.open_cores import with_all_cores, with_open_cores
 from dse.space.question.reading import read_objective, read_requirements
 from dse.space.question.rules import read_rule
-from dse.space.question.settings import SETTINGS, default_deadlines, settings_of, with_settings
+from dse.space.question.settings import ORIGIN
 from dse.spec.language.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.language.scan import CALL
 from dse.spec.loading.load import LoadedSpec, UnreadableError, load_spec, parse_spec
 from dse.support import arguments
-from dse.support.errors import ProblemError, UsageError
+from dse.support.errors import UsageError
 
 if TYPE_CHECKING:
     from dse.answers.result import Result
     from dse.answers.robust import RobustResult
-
-ORIGIN = "command line"
 
 
 @dataclass(frozen=True)
@@ -173,15 +179,12 @@ def load(source: Source) -> Problem:
 
 def _answered(source: object) -> Problem:
     """The problem of a result, as it was read then, and the question."""
-    from dse.answers.result import Origin
-    from dse.questions.result_question import question_of
-
     origin = getattr(source, "problem", None)
     if not isinstance(origin, Origin):
         said = f"a {type(source).__name__}" if source is not None else "nothing"
         raise UsageError(f"expected a problem, its file, text or mapping, or a result; got {said}")
     problem = load_carried(origin.file, origin.texts)
-    return problem.ask(**question_of(problem, origin.effective))
+    return problem.ask(**question_of(problem.space, origin.effective))
 
 
 def load_carried(name: str | Path, texts: Mapping[str, str]) -> Problem:
@@ -229,16 +232,14 @@ def changed(problem: Problem, changes: Changes) -> Problem:
         for texts that do not parse or name what is not there, and settings that the file could not state.
     """
     base, changes = problem.base, problem.changes.then(changes)
-    asked = base
+    asked = base.space
     replaced: Collection[int] = ()
     if changes.result is not None:
-        from dse.questions.result_question import asked_as, replaced_objectives
-
-        asked = asked_as(base, changes.result)
+        asked = asked_as(base.loaded, base.space, changes.result)
         replaced = replaced_objectives(base.space, changes.result)
     if changes.objectives:
         replaced = range(len(base.space.objectives))
-    space = set_up(asked, changes.settings, replaced=replaced)
+    space = set_up(base.loaded, asked, changes.settings, replaced=replaced)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
@@ -255,44 +256,6 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     space = replace(space, fixed={**space.fixed, **read_choices(with_all_cores(space), changes.fix)})
     space = with_all_cores(space) if changes.cores else with_open_cores(space)
     return Problem(base.loaded, space, changes, base.space)
-
-
-def set_up(problem: Problem, given: Mapping[str, str | None], *, replaced: Collection[int] = ()) -> Space:
-    """The problem's space under the settings given; those that are None stay.
-
-    `replaced` are the numbers of the file's objectives in whose place others are asked: these may be of what the
-    settings do not know.
-
-    Raises
-    ------
-    UsageError
-        when there is no such setting, it has no such value, or the file could not state it.
-    """
-    for name, value in given.items():
-        if name not in SETTINGS:
-            raise UsageError(f"there is no setting {name!r}{arguments.nearest(name, SETTINGS)}")
-        if value is not None and value not in SETTINGS[name]:
-            arguments.Word(tuple(SETTINGS[name]))(name, value)
-    space = with_settings(problem.space, given, states_deadlines=problem.loaded.spec.deadlines is not None)
-    _check_file_under(problem.loaded, settings_of(space), replaced)
-    return space
-
-
-def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced: Collection[int]) -> None:
-    """Refuse settings that the file is refused with where it states them itself, in the words of that refusal."""
-    spec = loaded.spec
-    stated = {**spec.model_dump(include=set(SETTINGS)), "deadlines": spec.deadlines or default_deadlines(spec.profile)}
-    other = {name: value for name, value in settings.items() if value != stated[name]}
-    if not other:
-        return
-    try:
-        build_space(replace(loaded, spec=spec.model_copy(update=other)))
-    except ProblemError as error:
-        unasked = {f"objectives[{number}]" for number in replaced}
-        found = [str(item) for item in error.diagnostics if item.path not in unasked]
-        if found:
-            said = ", ".join(f"{name}: {value}" for name, value in other.items())
-            raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
 
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
@@ -398,31 +361,29 @@ def with_stated_cores(problem: Problem, texts: Sequence[str]) -> Problem:
     return changed(problem, Changes(cores=True))
 
 
-# Which problem a result or an explanation speaks about, and what was really asked of it.
+# The question of a result, and which problem a result answers.
+
+
+def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
+    """The problem with exactly the question that the ``effective`` block of a result states.
+
+    Raises
+    ------
+    UsageError
+        when the block is not one that `dse.solve` writes for this problem.
+    """
+    return replace(problem, space=restated_space(problem.loaded, problem.space, effective), robust=effective["robust"])
 
 
 def origin_of(problem: Problem) -> Origin:
     """Which problem this is: name, file, hashes, and the question as it is asked."""
-    space = problem.space
-    effective: dict[str, Any] = {
-        "requirements": [item.text for item in space.requirements if not item.implied],
-        "implied": [item.text for item in space.requirements if item.implied],
-        "rules": [item.text for item in space.rules],
-        "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
-        "fixed": {
-            space.decisions[decision].name: space.decisions[decision].options[option]
-            for decision, option in space.fixed.items()
-        },
-        **settings_of(space),
-        "robust": problem.robust,
-    }
     loaded = problem.loaded
     return Origin(
-        name=space.name,
+        name=problem.name,
         file=str(loaded.path),
         sha256=loaded.sha256,
         includes=loaded.includes,
-        effective=effective,
+        effective={**stated_question(problem.space), "robust": problem.robust},
         identity=loaded.identity,
         texts=loaded.texts,
         is_carried=loaded.is_carried,

@@ -200,8 +200,8 @@ def _conflict(item: Mapping[str, Any]) -> Conflict:
 
 
 ANSWERS: Final[Mapping[str, tuple[str, str]]] = {
-    "sweep": ("dse.answers.sweep", "SweepResult"),
-    "sensitivity": ("dse.answers.sensitivity", "SensitivityResult"),
+    "sweep": ("dse.answers.studies.sweep", "SweepResult"),
+    "sensitivity": ("dse.answers.studies.sensitivity", "SensitivityResult"),
     "verification": ("dse.answers.verification", "Verification"),
     "sizes": ("dse.questions.verbs.sizes", "Sizes"),
 }

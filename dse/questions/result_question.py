@@ -1,15 +1,15 @@
-"""The question and the designs that a result states, as a problem and designs: names are taken as they are."""
+"""The question and the designs that a result states, as a space and designs: names are taken as they are."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
 from dse.analysis.measures import all_metrics
 from dse.questions.complete_design import complete_design
-from dse.questions.problem import ORIGIN, Problem, origin_of, set_up
 from dse.questions.question import Question
+from dse.space.build import build_space
 from dse.space.model.criteria import Objective, Requirement, Rule
 from dse.space.model.space import Design, Space
 from dse.space.question.implied import with_implied
@@ -18,22 +18,30 @@ from dse.space.question.metrics import QuestionError
 from dse.space.question.open_cores import with_all_cores, with_open_cores
 from dse.space.question.reading import read_objective, read_requirements
 from dse.space.question.rules import read_rule
-from dse.space.question.settings import OSATE_SETTINGS, SETTINGS
+from dse.space.question.settings import (
+    ORIGIN,
+    OSATE_SETTINGS,
+    SETTINGS,
+    default_deadlines,
+    settings_of,
+    with_settings,
+)
 from dse.spec.language.grammar import ExpressionError, parse_requirement
-from dse.support.errors import UsageError
+from dse.spec.loading.load import LoadedSpec
+from dse.support import arguments
+from dse.support.errors import ProblemError, UsageError
 
 
-def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
-    """The problem with exactly the question that the ``effective`` block of a result states.
+def restated_space(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any]) -> Space:
+    """The space of a file with exactly the question that the ``effective`` block of a result states.
 
     Raises
     ------
     UsageError
         when the block is not one that `dse.solve` writes for this problem.
     """
-    space = problem.space
     try:
-        space = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
+        space = set_up(loaded, space, _settings(effective), replaced=replaced_objectives(space, effective))
         requirements = [
             item for text in dict.fromkeys(effective["requirements"]) for item in _requirements(space, text)
         ]
@@ -46,7 +54,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
         fixed = named_choices(with_all_cores(space), effective["fixed"])
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
-    return replace(problem, space=with_open_cores(replace(space, fixed=fixed)), robust=effective["robust"])
+    return with_open_cores(replace(space, fixed=fixed))
 
 
 def replaced_objectives(space: Space, effective: Mapping[str, Any]) -> list[int]:
@@ -72,27 +80,41 @@ def _settings(effective: Mapping[str, Any]) -> dict[str, str]:
     return found
 
 
-def asked_as(problem: Problem, effective: Mapping[str, Any]) -> Problem:
-    """The problem with the question of a result, and with what its file demands beyond that: it may have changed.
+def asked_as(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any]) -> Space:
+    """The space with the question of a result, and with what its file demands beyond that: it may have changed.
 
-    Errors as for `restated`.
+    Errors as for `restated_space`.
     """
-    asked = restated(problem, effective)
-    own = set_up(problem, _settings(effective), replaced=replaced_objectives(problem.space, effective))
+    asked = restated_space(loaded, space, effective)
+    own = set_up(loaded, space, _settings(effective), replaced=replaced_objectives(space, effective))
     known = {*effective["requirements"], *effective["rules"]}
     requirements = [item for item in own.requirements if item.text not in known]
     rules = [item for item in own.rules if item.text not in known]
-    space = replace(
-        asked.space,
-        requirements=(*asked.space.requirements, *requirements),
-        rules=(*asked.space.rules, *rules),
+    return replace(
+        asked,
+        requirements=(*asked.requirements, *requirements),
+        rules=(*asked.rules, *rules),
     )
-    return replace(asked, space=space)
 
 
-def question_of(problem: Problem, effective: Mapping[str, Any]) -> Question:
-    """What the question of a result asks beyond its problem, in the words of `Problem.ask`."""
-    own = origin_of(problem).effective
+def stated_question(space: Space) -> dict[str, Any]:
+    """The question of a space in the words of a result: requirements, rules, objectives, fixed decisions, settings."""
+    return {
+        "requirements": [item.text for item in space.requirements if not item.implied],
+        "implied": [item.text for item in space.requirements if item.implied],
+        "rules": [item.text for item in space.rules],
+        "objectives": [f"{item.sense} {item.metric.name}" for item in space.objectives],
+        "fixed": {
+            space.decisions[decision].name: space.decisions[decision].options[option]
+            for decision, option in space.fixed.items()
+        },
+        **settings_of(space),
+    }
+
+
+def question_of(space: Space, effective: Mapping[str, Any]) -> Question:
+    """What the question of a result asks beyond that of the file's space, in the words of `Problem.ask`."""
+    own = stated_question(space)
     asked: dict[str, Any] = {name: effective[name] for name in SETTINGS if effective[name] != own[name]}
     stated = {*own["requirements"], *own["rules"]}
     asked["require"] = [text for text in (*effective["requirements"], *effective["rules"]) if text not in stated]
@@ -101,6 +123,46 @@ def question_of(problem: Problem, effective: Mapping[str, Any]) -> Question:
     if effective["objectives"] != own["objectives"]:
         asked["objectives"] = effective["objectives"]
     return cast(Question, asked)
+
+
+def set_up(
+    loaded: LoadedSpec, space: Space, given: Mapping[str, str | None], *, replaced: Collection[int] = ()
+) -> Space:
+    """The space of a file under the settings given; those that are None stay.
+
+    `replaced` are the numbers of the file's objectives in whose place others are asked: these may be of what the
+    settings do not know.
+
+    Raises
+    ------
+    UsageError
+        when there is no such setting, it has no such value, or the file could not state it.
+    """
+    for name, value in given.items():
+        if name not in SETTINGS:
+            raise UsageError(f"there is no setting {name!r}{arguments.nearest(name, SETTINGS)}")
+        if value is not None and value not in SETTINGS[name]:
+            arguments.Word(tuple(SETTINGS[name]))(name, value)
+    space = with_settings(space, given, states_deadlines=loaded.spec.deadlines is not None)
+    _check_file_under(loaded, settings_of(space), replaced)
+    return space
+
+
+def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced: Collection[int]) -> None:
+    """Refuse settings that the file is refused with where it states them itself, in the words of that refusal."""
+    spec = loaded.spec
+    stated = {**spec.model_dump(include=set(SETTINGS)), "deadlines": spec.deadlines or default_deadlines(spec.profile)}
+    other = {name: value for name, value in settings.items() if value != stated[name]}
+    if not other:
+        return
+    try:
+        build_space(replace(loaded, spec=spec.model_copy(update=other)))
+    except ProblemError as error:
+        unasked = {f"objectives[{number}]" for number in replaced}
+        found = [str(item) for item in error.diagnostics if item.path not in unasked]
+        if found:
+            said = ", ".join(f"{name}: {value}" for name, value in other.items())
+            raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
 
 
 def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:

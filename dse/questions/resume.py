@@ -12,8 +12,8 @@ from dse.answers.forms.codec import read_as
 from dse.answers.reading import read_result
 from dse.answers.result import Result
 from dse.answers.robust import Failure, RobustResult
+from dse.questions.problem import restated
 from dse.questions.reopen import found_again
-from dse.questions.result_question import restated
 from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.robust.robust import RobustSearch, RobustWatcher, solve_question
 from dse.questions.stopped_search import read_search, search_in, search_of

@@ -8,9 +8,9 @@ from typing import Any
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.reading import read_result
-from dse.questions.problem import Problem, origin_of
+from dse.questions.problem import Problem, origin_of, restated
 from dse.questions.result_problem import problem_of
-from dse.questions.result_question import named_design, restated
+from dse.questions.result_question import named_design
 from dse.search.front import ANYTHING, FrontSearch
 from dse.space.model.space import Space
 from dse.support.errors import UsageError, about

@@ -10,11 +10,11 @@ from dse.answers.explanation import Explanation
 from dse.answers.measured import MeasuredComparison
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
-from dse.answers.sensitivity import SensitivityResult
 from dse.answers.simulation import Simulation
-from dse.answers.sweep import SweepResult
+from dse.answers.studies.sensitivity import SensitivityResult
+from dse.answers.studies.sweep import SweepResult
 from dse.answers.verification import Verification
-from dse.fitting.fit import Fit
+from dse.fitting.fitted import Fit
 from dse.questions.verbs.check import Description
 from dse.questions.verbs.sizes import Sizes
 from dse.report.content.analyse import analysis_page

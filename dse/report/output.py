@@ -12,9 +12,9 @@ from dse.answers.base import json_text
 from dse.answers.measured import MeasuredComparison
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
-from dse.answers.sensitivity import SensitivityResult
-from dse.answers.sweep import SweepResult
-from dse.fitting.fit import Fit
+from dse.answers.studies.sensitivity import SensitivityResult
+from dse.answers.studies.sweep import SweepResult
+from dse.fitting.fitted import Fit
 from dse.report.content.document import Alternative, Document
 from dse.report.content.front import written_page
 from dse.report.content.study import sections_of, study_page
@@ -36,8 +36,8 @@ from dse.support.files.writing import PAGES, write_files
 
 if TYPE_CHECKING:
     from dse.answers.robust import RobustResult
-    from dse.answers.sensitivity import SensitivityResult
-    from dse.answers.sweep import SweepResult
+    from dse.answers.studies.sensitivity import SensitivityResult
+    from dse.answers.studies.sweep import SweepResult
     from dse.report.dispatch import Told
 
 SUFFIXES = (".html", ".md", ".csv", ".json")

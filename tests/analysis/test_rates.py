@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 
 import pytest
 
+import dse
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.rates import RateKey, rate_hz, source_rates_hz
 from dse.analysis.views import CyclicActivation
+from dse.questions.verbs import check as checking
 from dse.space.model.space import Space
 from tests.helpers.small import design_of, space_of, view_of
 
@@ -206,3 +209,25 @@ def test_source_rates_have_the_denominators_of_every_design() -> None:
     space = space_of(CHAIN)
     names = [item.name for item in space.components]
     assert source_rates_hz(space)["activation", names.index("filter")] == {20, 100, 10}
+
+
+def test_a_chain_may_be_as_long_as_a_problem_has_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of 2,000 threads is triggered by the one before it; a sensor of 1 Hz starts them."""
+    monkeypatch.setattr(checking, "TIME_S", 0.1)  # bounds on what designs may have are not what is asked here
+    names = [f"t{number}" for number in range(2_000)]
+    thread = {"processor": "computer", "dispatch_protocol": "aperiodic", "compute_execution_time": "1 us .. 2 us"}
+    wires = [{"from": before, "to": after} for before, after in pairwise(["sensor", *names])]
+    problem = dse.load(
+        {
+            "dse": 1,
+            "name": "Chain",
+            "processor_types": {"p": {"cores": 4}},
+            "processors": {"computer": {"type": "p"}},
+            "devices": {"sensor": {"period": "1 s"}},
+            "threads": dict.fromkeys(names, thread),
+            "connections": {f"to {wire['to']}": wire for wire in wires},
+            "requirements": ["utilisation of computer <= 70 %"],
+        }
+    )
+    assert dse.check(problem).size == 1
+    assert dse.analyse(problem).metrics["utilisation of computer"] == 4_000  # 2,000 times 2 us in a second, in ppm

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 import dse
 from dse.answers.base import DataAnswer, json_text
 from dse.answers.forms.registry import FORMS, form_schema, mistakes_in
-from dse.cli.commands.schema import FORMATS
+from dse.cli.commands.files.schema import FORMATS
 from dse.cli.main import run
 from dse.questions.reopen import ANSWERS
 from tests.answers.written import written_files

@@ -17,7 +17,7 @@ import dse
 from dse.answers.ranking.order import ranked_by
 from dse.answers.ranking.variants import find_variants, is_one_choice
 from dse.answers.result import Result
-from dse.answers.sweep import SweepRun
+from dse.answers.studies.sweep import SweepRun
 from dse.examples.shipped import example_path
 from dse.report.content.document import Document
 from dse.report.content.front import listed_points, printed_page

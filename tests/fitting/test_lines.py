@@ -14,7 +14,7 @@ from scipy.stats import f as f_distribution
 from scipy.stats import siegelslopes
 
 import dse
-from dse.fitting.fit import Transport
+from dse.fitting.fitted import Transport
 from dse.fitting.judging import repeated_medians
 from dse.fitting.lines import Line, envelope, least_squares, quantile_line
 from tests.helpers.effort import cases

@@ -13,9 +13,8 @@ from click.testing import CliRunner
 import dse
 from dse.cli.main import cli
 from dse.cli.options import Words
-from dse.questions.problem import changed, loads
+from dse.questions.problem import changed, loads, restated
 from dse.questions.question import Changes
-from dse.questions.result_question import restated
 from dse.space.model.space import Space
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, settings_of
 from dse.spec.schema.json_schema import json_schema

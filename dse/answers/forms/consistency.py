@@ -7,7 +7,7 @@ from typing import Any
 
 from dse.answers.forms.codec import kind_of
 from dse.answers.forms.registry import Mistake, mistakes_in, mistakes_in_part
-from dse.answers.run_data import Found
+from dse.answers.studies.run_data import Found
 from dse.support.errors import UsageError
 
 Data = Mapping[str, Any]

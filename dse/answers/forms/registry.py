@@ -48,11 +48,11 @@ FORMS = Forms(
         "check": "questions.verbs.check:Description",
         "comparison": "answers.measured:Comparison",
         "explanation": "answers.explanation:Explanation",
-        "fit": "fitting.fit:Fit",
-        "sensitivity": "answers.sensitivity:SensitivityResult",
+        "fit": "fitting.fitted:Fit",
+        "sensitivity": "answers.studies.sensitivity:SensitivityResult",
         "simulation": "answers.simulation:Simulation",
         "sizes": "questions.verbs.sizes:Sizes",
-        "sweep": "answers.sweep:SweepResult",
+        "sweep": "answers.studies.sweep:SweepResult",
         "verification": "answers.verification:Verification",
     }
 )

@@ -5,10 +5,9 @@ Read `check.py` first: the shortest command. A file has a function `command`, wh
 
 * `solve.py`, `robust.py`: the front; its option ``--robust``.
 * `check.py`, `analyse.py`, `simulate.py`, `explain.py`, `verify.py`: a problem; a design; a result.
-* `compare.py`, `report.py`, `export.py`: results and designs side by side, as reports, in other formats.
+* `compare.py`, `report.py`: results and designs side by side; results as reports.
 * `sweep.py`, `sensitivity.py`: studies.
-* `importing.py`, `fit.py`, `sizes.py`: other formats; measurements; ROS messages.
-* `new.py`, `schema.py`: a problem file to start from; JSON schemas.
+* `files/`: problem files to start from, imports and exports, JSON schemas, measurements, sizes of ROS messages.
 
 Not allowed here: computing. A command claims its output files before its work; the page of its answer is made in
 `report`.

@@ -11,7 +11,7 @@ import numpy
 
 from dse.analysis.limits import HOLDS
 from dse.answers.result import decisions_of
-from dse.answers.sensitivity import Chance, Indices
+from dse.answers.studies.sensitivity import Chance, Indices
 from dse.questions.sensitivity.design_function import DesignFunction
 from dse.questions.sensitivity.uncertainty import Uncertain, columns_of, ordered_columns
 from dse.support.units import is_unbounded

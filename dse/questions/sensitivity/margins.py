@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.analysis.views import View
-from dse.answers.sensitivity import Bar, Break, Margin, Scaling
+from dse.answers.studies.sensitivity import Bar, Break, Margin, Scaling
 from dse.questions.sensitivity.design_function import Bound, DesignFunction
 from dse.questions.sensitivity.input_line import Way
 from dse.questions.sensitivity.inputs import Variable

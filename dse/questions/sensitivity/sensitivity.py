@@ -11,7 +11,7 @@ from typing import TypeVar, Unpack
 from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import decisions_of
-from dse.answers.sensitivity import Chance, SensitivityResult, UncertainResult
+from dse.answers.studies.sensitivity import Chance, SensitivityResult, UncertainResult
 from dse.questions.complete_design import complete_design
 from dse.questions.problem import Problem, Source, load, read_choices, with_stated_cores
 from dse.questions.question import Decided, Question, decisions_as_texts

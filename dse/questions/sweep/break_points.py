@@ -21,7 +21,7 @@ from dse.analysis.limits import MANY_CASES, build_limit, needed_share
 from dse.analysis.measures import PPM, SCALE_LIMIT, Measure, Term, build_measure, display_unit
 from dse.analysis.views import View, tabulate
 from dse.answers.forms.codec import written
-from dse.answers.run_data import FoundBreaks
+from dse.answers.studies.run_data import FoundBreaks
 from dse.questions.sweep.axes import LimitAxis, limit_requirements, limited
 from dse.questions.sweep.fronts import (
     Jury,

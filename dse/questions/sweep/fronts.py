@@ -14,7 +14,7 @@ from dse.analysis.views import View
 from dse.answers.contention_verdicts import Contended, contended
 from dse.answers.forms.codec import written
 from dse.answers.result import decisions_of
-from dse.answers.run_data import FoundFront
+from dse.answers.studies.run_data import FoundFront
 from dse.answers.tables.display import exact
 from dse.search.front import FrontSearch, SearchLimits, search_front
 from dse.space.model.criteria import Metric

@@ -12,7 +12,7 @@ from typing import Any
 
 from dse.answers.forms.codec import written
 from dse.answers.forms.consistency import mistakes_in_outcome
-from dse.answers.run_data import Failure
+from dse.answers.studies.run_data import Failure
 from dse.questions.problem import changed, loads
 from dse.questions.question import Changes
 from dse.questions.sweep.axes import LimitAxis, limited, read_limit_axis

@@ -11,7 +11,7 @@ from typing import Any, Unpack
 
 from dse.analysis.diagnosis.front_verdicts import leaves_out_buses
 from dse.answers.contention_verdicts import basis_dict
-from dse.answers.sweep import RANKING, SweepRanking, SweepResult, SweepRun, VariedAxis, rank_together
+from dse.answers.studies.sweep import RANKING, SweepRanking, SweepResult, SweepRun, VariedAxis, rank_together
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Changes, Question
 from dse.questions.sweep.axes import Axis, InputAxis, LimitAxis, grid_points, read_axis

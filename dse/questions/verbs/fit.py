@@ -9,7 +9,8 @@ from typing import get_args
 
 from pydantic import TypeAdapter, ValidationError
 
-from dse.fitting.fit import Fit, Options, Sizes, fit_measurements
+from dse.fitting.fit import Options, Sizes, fit_measurements
+from dse.fitting.fitted import Fit
 from dse.fitting.lines import Method
 from dse.spec.schema.fields import Name
 from dse.support import arguments

@@ -7,8 +7,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.fitting.catalogue import catalogue
-from dse.fitting.fit import Execution, Fit, Options, fit_measurements
+from dse.fitting.fit import Options, fit_measurements
+from dse.fitting.fitted import Execution, Fit, catalogue
 from dse.importers.registry import Imported, importer_of, read_foreign
 from dse.importers.ros2.bags import read_bag
 from dse.importers.ros2.system import is_of_topic

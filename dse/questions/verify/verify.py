@@ -20,9 +20,9 @@ from dse.answers.result import Result, decisions_of
 from dse.answers.robust import Failure, RobustResult
 from dse.answers.tables.display import exact, figure
 from dse.answers.verification import Finding, Verification
-from dse.questions.problem import Problem, origin_of, set_up
+from dse.questions.problem import Problem, origin_of, restated
 from dse.questions.result_problem import Belonging, belonging, carried_digests, carried_problem
-from dse.questions.result_question import restated
+from dse.questions.result_question import set_up
 from dse.questions.resume import nominal_data
 from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.sensitivity.design_function import DesignFunction
@@ -175,7 +175,8 @@ def _check_question(bench: Bench) -> None:
         bench.compare("problem.question", origin.question, bench.data["problem"]["question"])
     once = {**stated, "requirements": list(dict.fromkeys(stated["requirements"]))}  # one may be asked for twice
     bench.compare("problem.effective", {**rebuilt, "requirements": list(dict.fromkeys(rebuilt["requirements"]))}, once)
-    space = set_up(bench.problem, settings_of(asked.space), replaced=range(len(bench.problem.space.objectives)))
+    loaded, given = bench.problem.loaded, bench.problem.space
+    space = set_up(loaded, given, settings_of(asked.space), replaced=range(len(given.objectives)))
     required = [item for item in space.requirements if not item.implied]
     for key, own in (("requirements", required), ("rules", space.rules)):
         texts = [item.text for item in own]

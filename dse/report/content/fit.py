@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from dse.fitting.extremes import Tail
-from dse.fitting.fit import Execution, Fit, Transport
+from dse.fitting.fitted import Execution, Fit, Transport
 from dse.report.page import Block, Page, Section, Table, listing, texts
 from dse.report.plots.fit import execution_plot, transport_plots
 from dse.support.units import TimeRange, format_duration, format_time_range

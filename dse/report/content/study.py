@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from dse.answers.result import Result
-from dse.answers.sensitivity import SensitivityResult
-from dse.answers.sweep import SweepResult
+from dse.answers.studies.sensitivity import SensitivityResult
+from dse.answers.studies.sweep import SweepResult
 from dse.report.amounts import Data
 from dse.report.content.sensitivity import robust_section, sensitivity_sections
 from dse.report.content.sweep import sweep_sections

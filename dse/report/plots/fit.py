@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dse.fitting.fit import Execution, Transport
+from dse.fitting.fitted import Execution, Transport
 from dse.fitting.measurements import Summary
 from dse.report.page import Plot
 from dse.report.plots.front import Spec, whole_spec

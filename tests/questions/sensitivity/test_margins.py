@@ -10,7 +10,7 @@ import numpy
 import pytest
 
 from dse.answers.analysis import Analysis
-from dse.answers.sensitivity import Break, Margin
+from dse.answers.studies.sensitivity import Break, Margin
 from dse.questions.complete_design import complete_design
 from dse.questions.problem import Problem, loads
 from dse.questions.sensitivity.design_function import DesignFunction

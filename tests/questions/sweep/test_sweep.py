@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from dse.answers.sweep import SweepRun
+from dse.answers.studies.sweep import SweepRun
 from dse.cli.main import run as called
 from dse.questions.sweep.fronts import front_outcome
 from dse.questions.sweep.store import Store

@@ -85,7 +85,7 @@ def command(
     if output == "-" and json_path == "-":
         raise click.UsageError("only one of -o and --json can go to standard output")
     check_writable(output, json_path, report, *([_samples_path(output)] if output not in (None, "-") else []))
-    from dse.fitting.catalogue import samples_table
+    from dse.fitting.fitted import samples_table
     from dse.questions.verbs.fit import fit
 
     found = fit(

@@ -16,7 +16,7 @@ from dse.answers.base import DataAnswer
 from dse.answers.contention_verdicts import ContentionBasis
 from dse.answers.question_data import BUS_WAITING, Objective, StudiedProblem
 from dse.answers.ranking.ranking import competition_ranks, ideal_distances, range_of, score_texts
-from dse.answers.run_data import AnyRun, Change
+from dse.answers.studies.run_data import AnyRun, Change
 from dse.answers.tables.display import figure, in_table, titled
 from dse.answers.tables.frames import unit_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_INVALID, EXIT_NO

@@ -1,0 +1,359 @@
+"""The answer of `dse fit`: lines and ranges, as a catalogue that problem files include and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from dse.answers.base import Answer
+from dse.answers.tables.display import exact
+from dse.answers.tables.frames import unit_frame
+from dse.fitting.extremes import Tail
+from dse.fitting.judging import Goodness, Remark
+from dse.fitting.lines import Line, Method
+from dse.fitting.measurements import Summary
+from dse.spec.loading.writing import block_text
+from dse.support.json_fields import Json, Of
+from dse.support.units import TimeRange, format_duration, format_size_range, format_time_range
+from dse.support.units.parse import whole
+from dse.support.units.table import SizeRange
+
+if TYPE_CHECKING:
+    import pandas
+
+HEAD = "# Figures from measurements; the greatest of what was measured is no bound of what can happen.\n"
+SAMPLES = "samples"
+
+
+@dataclass(frozen=True)
+class FittedLine:
+    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits."""
+
+    WRITTEN = (
+        *("line.fixed_ns", "line.per_byte_ns"),
+        *("fit.r_squared", "fit.rms_ns", "fit.beyond", "fit.most_beyond_ns", "fit.at_bytes"),
+    )
+
+    line: Line
+    fit: Goodness
+
+
+@dataclass(frozen=True)
+class Transport:
+    """A transport on a platform."""
+
+    JSON_NAME = "FittedTransport"
+    WRITTEN = (
+        *("transport", "platform", "fixed_ns", "per_byte_ns"),
+        Of("sizes_bytes", kind=tuple[int, ...]),
+        Of("low_line", key="low"),
+        Of("high_line", key="high"),
+        *("summaries", "left_out", "remarks", "tails"),
+    )
+
+    transport: Annotated[str, "Its name: of the bus type."]
+    platform: Annotated[str, "The processor type; empty where the files do not say it."]
+    summaries: Annotated[tuple[Summary, ...], "What was fitted, by size.", Json("sizes")]
+    left_out: Annotated[tuple[int, ...], "Sizes that were not used."]
+    low: Line
+    high: Line
+    low_fit: Goodness
+    high_fit: Goodness
+    fixed_ns: Annotated[
+        tuple[Fraction, Fraction],
+        "Least and greatest fixed time, rounded outwards, as the catalogue has them.",
+        Json(kind=tuple[Fraction, ...]),
+    ]
+    per_byte_ns: Annotated[
+        tuple[Fraction, Fraction], "Least and greatest time per byte, likewise.", Json(kind=tuple[Fraction, ...])
+    ]
+    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
+
+    @property
+    def low_line(self) -> FittedLine:
+        """The line of the least times."""
+        return FittedLine(self.low, self.low_fit)
+
+    @property
+    def high_line(self) -> FittedLine:
+        """The line of the greatest times."""
+        return FittedLine(self.high, self.high_fit)
+
+    @property
+    def where(self) -> str:
+        """What was measured, and on what."""
+        return " on ".join(part for part in (self.transport, self.platform) if part)
+
+    @property
+    def sizes_bytes(self) -> SizeRange:
+        """From and to which size of messages they hold, as the catalogue has it.
+
+        These are the sizes that were measured and used, up to where a remark says to stay; they end below sizes between
+        that were left out.
+        """
+        used = [item.size_bytes or 0 for item in self.summaries]
+        limits = [remark.limit_bytes for remark in self.remarks if remark.limit_bytes is not None]
+        first = min((size for size in self.left_out if size > min(used)), default=max(used) + 1)
+        return SizeRange(min(used), min([max(size for size in used if size < first), *limits]))
+
+
+@dataclass(frozen=True)
+class Execution:
+    """The execution times of a callback on a platform."""
+
+    JSON_NAME = "FittedExecution"
+    WRITTEN = (
+        *("name", "platform", "summary"),
+        Of("summary.is_single", "Whether there is only one.", key="is_single_sample"),
+        *("remarks", "tails"),
+    )
+
+    name: Annotated[str, "The thread type."]
+    platform: Annotated[str, "The processor type; empty where the files do not say it."]
+    summary: Annotated[Summary, "Its samples in a few figures.", Json("measured")]
+    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
+
+    @property
+    def where(self) -> str:
+        """What was measured, and on what."""
+        return " on ".join(part for part in (self.name, self.platform) if part)
+
+
+@dataclass(frozen=True, repr=False)
+class Fit(Answer):
+    """The outcome of `dse fit`: figures of a problem file from measurements.
+
+    Examples
+    --------
+    >>> import dse
+    >>> found = dse.fit("delays.csv", round_trip=True)
+    >>> found.transports[0].summaries[0].max_ns
+    Fraction(10000, 1)
+    >>> print(found.to_yaml().splitlines()[-3].strip())
+    per_byte: "10 ns .. 25 ns"
+    """
+
+    FORMAT = "fit"
+    WRITTEN = (
+        *("files", "method", "quantiles", "is_round_trip", "transports", "executions", "unused"),
+        "catalogue",
+    )
+
+    files: Annotated[tuple[str, ...], "The files of measurements, as they were given."]
+    method: Annotated[Method, "How lines are drawn."]
+    quantiles: Annotated[
+        tuple[Fraction, Fraction] | None,
+        "The shares below the lower and the upper line; null for other methods.",
+        Json(kind=tuple[Fraction, ...] | None),
+    ]
+    is_round_trip: Annotated[bool, "Whether times were halved.", Json("round_trip")]
+    transports: Annotated[tuple[Transport, ...], "Transmission times, by transport and platform."] = ()
+    executions: Annotated[tuple[Execution, ...], "Execution times, by thread and platform."] = ()
+    unused: Annotated[tuple[str, ...], "Columns that say nothing for this.", Json("unused_columns")] = ()
+
+    @property
+    def catalogue(self) -> str:
+        """The catalogue, as YAML."""
+        return self.to_yaml()
+
+    def to_yaml(self, samples_file: str | None = None) -> str:
+        """The catalogue: a file that problem files include; see `catalogue_text`."""
+        return catalogue_text(self, samples_file)
+
+    def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """A row for each transport, or thread, on each platform.
+
+        Columns: ``name``, ``platform``; of a transport ``from [B]`` and ``to [B]`` (the sizes that it holds for),
+        ``fixed least [ns]``, ``fixed most [ns]``, ``per byte least [ns/B]`` and ``per byte most [ns/B]``, as they go
+        into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
+        Exact; `units` as for `Result.frame`.
+        """
+        return fit_frame(self, units)
+
+
+def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execution]]:
+    """The platforms of each thread type, in the order of the files."""
+    order = {name: number for number, name in enumerate(dict.fromkeys(item.name for item in executions))}
+    ordered = sorted(executions, key=lambda item: order[item.name])
+    return {name: list(items) for name, items in groupby(ordered, key=lambda item: item.name)}
+
+
+# The catalogue.
+
+
+def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
+    """The catalogue as YAML; remarks on a figure stand before it.
+
+    Parameters
+    ----------
+    fit
+        what was fitted.
+    samples_file
+        the name of the file that `samples_table` writes, for the uncertainty of execution times; None: their mean and
+        deviation are stated instead.
+    """
+    data = catalogue(fit, samples_file)
+    return HEAD + "".join(f"# {line}\n" for line in remark_lines(fit)) + "\n" + block_text(data)
+
+
+def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
+    """The same as plain data, without the remarks."""
+    data: dict[str, Any] = {}
+    limits = _limits(fit)
+    if limits:
+        data["assumptions"] = limits
+    if fit.transports:
+        data["bus_types"] = _bus_types(fit)
+    if fit.executions:
+        data["thread_types"] = _thread_types(fit)
+        uncertain = dict(_uncertainty(fit, samples_file))
+        if uncertain:
+            data["uncertainty"] = uncertain
+    return data
+
+
+def remark_lines(fit: Fit) -> Iterator[str]:
+    """What is to be said, each with what it is about."""
+    for item in fit.transports:
+        yield from (f"{_where(item)}: {remark.text}" for remark in item.remarks if remark.kind != "sample maximum")
+    for one in fit.executions:
+        yield from (f"{_where(one)}: {remark.text}" for remark in one.remarks if remark.kind != "sample maximum")
+
+
+def _where(item: Transport | Execution) -> str:
+    name = item.transport if isinstance(item, Transport) else item.name
+    return " on ".join(part for part in (name, item.platform) if part)
+
+
+def _limits(fit: Fit) -> list[str]:
+    """Sizes to stay at or below, where the spread of the samples jumps, and sizes that the figures are not for."""
+    beyond = {"spread": "the measured times spread much further", "left out": "what was measured was left out"}
+    found = []
+    for item in fit.transports:
+        for remark in item.remarks:
+            if remark.limit_bytes is not None:
+                limit = f"messages of at most {remark.limit_bytes} B (beyond, {beyond[remark.kind]})"
+                found.append(f"{_where(item)}: {limit}")
+            elif remark.kind == "left out":
+                found.append(f"{_where(item)}: {remark.text}")
+    return found
+
+
+def _source(fit: Fit) -> str:
+    files = ", ".join(Path(file).name for file in fit.files)
+    if fit.executions:
+        return f"measured ({files}): least and greatest sample"
+    how = {
+        "ols": "least squares of minima and maxima",
+        "envelope": "closest lines that nothing measured lies beyond",
+        "quantile": "lines of the {} and {} quantiles",
+    }[fit.method]
+    if fit.quantiles:
+        how = how.format(*(f"{float(share) * 100:g} %" for share in fit.quantiles))
+    return f"fitted to {files}: {how}" + (", half of round trips" if fit.is_round_trip else "")
+
+
+def _bus_types(fit: Fit) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for item in fit.transports:
+        parts = {
+            "fixed": format_time_range(TimeRange(*map(whole, item.fixed_ns))),
+            "per_byte": format_time_range(TimeRange(*map(whole, item.per_byte_ns))),
+            "sizes": format_size_range(item.sizes_bytes),
+        }
+        entry = found.setdefault(item.transport, {})
+        if item.platform:
+            entry["virtual"] = True
+            entry.setdefault("transmission_time", {})[item.platform] = parts
+        else:
+            entry["transmission_time"] = parts
+        entry["source"] = entry.pop("source", _source(fit))
+    return found
+
+
+def _thread_types(fit: Fit) -> dict[str, Any]:
+    found = {}
+    for name, items in executions_by_name(fit.executions).items():
+        ranges = {item.platform: _range(item) for item in items}
+        times = ranges.get("", ranges)
+        singles = [item.platform or name for item in items if item.summary.is_single]
+        source = _source(fit) + (f"; a single sample on {', '.join(singles)}" if singles else "")
+        found[name] = {"compute_execution_time": times, "source": source}
+    return found
+
+
+def _range(item: Execution) -> str:
+    return format_time_range(TimeRange(whole(item.summary.min_ns), whole(item.summary.max_ns)))
+
+
+def _uncertainty(fit: Fit, samples_file: str | None) -> Iterator[tuple[str, dict[str, str]]]:
+    """What each longest execution time may be instead: the samples, or a normal distribution cut to their range."""
+    for item in fit.executions:
+        found = item.summary
+        if found.is_single or found.min_ns == found.max_ns:
+            continue
+        path = ".".join(part for part in ("thread_types", item.name, "compute_execution_time", item.platform) if part)
+        if samples_file is not None and len(found.samples_ns):
+            yield f"{path}.max", {SAMPLES: samples_file, "column": column_name(item), "unit": "ns"}
+        elif found.mean_ns is not None and found.deviation_ns:
+            yield (
+                f"{path}.max",
+                {
+                    "distribution": "normal",
+                    "mean": _rounded(float(found.mean_ns)),
+                    "deviation": _rounded(float(found.deviation_ns)),
+                    "range": _range(item),
+                },
+            )
+
+
+def _rounded(value_ns: float) -> str:
+    return format_duration(max(1, round(value_ns)))
+
+
+def column_name(item: Execution) -> str:
+    """The column of the samples of a thread on a platform."""
+    return " on ".join(part for part in (item.name, item.platform) if part)
+
+
+def samples_table(fit: Fit) -> str:
+    """The samples of execution times in ns as CSV: a column for each thread and platform, shorter ones end early."""
+    import csv
+    import io
+
+    with_samples = [item for item in fit.executions if len(item.summary.samples_ns)]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([column_name(item) for item in with_samples])
+    longest = max((len(item.summary.samples_ns) for item in with_samples), default=0)
+    for row in range(longest):
+        cells = [item.summary.samples_ns[row : row + 1] for item in with_samples]
+        writer.writerow([format(cell[0], ".15g") if len(cell) else "" for cell in cells])
+    return stream.getvalue()
+
+
+# Fitted figures as a frame.
+
+
+def fit_frame(fit: Fit, units: str | Sequence[str] | None) -> pandas.DataFrame:
+    """A row for each transport, or thread, on each platform: see `Fit.frame`."""
+    slopes = ("per byte least", "per byte most")
+    times = ("fixed least", "fixed most", *slopes)
+    rows: list[Mapping[str, Any]] = []
+    for line in fit.transports:
+        sizes = {"from": line.sizes_bytes.min_bytes, "to": line.sizes_bytes.max_bytes}
+        figures = dict(zip(times, map(exact, (*line.fixed_ns, *line.per_byte_ns)), strict=True))
+        rows.append({"name": line.transport, "platform": line.platform, **sizes, **figures})
+    for item in fit.executions:
+        ends = {"least": exact(item.summary.min_ns), "most": exact(item.summary.max_ns)}
+        rows.append({"name": item.name, "platform": item.platform, **ends, "count": item.summary.count})
+    own = ("from", "to", *times) if fit.transports else ("least", "most", "count")
+    counted = {"from": "B", "to": "B"} | dict.fromkeys((*times, "least", "most"), "ns")
+    counted |= dict.fromkeys(slopes, "ns/B")
+    return unit_frame(["name", "platform", *own], rows, counted, units)
