@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.model.budgets import Resources
 from dse.space.model.criteria import Derived, Objective, Requirement, Rule
-from dse.space.model.flows import Flow
+from dse.space.model.flows import Flow, UnreadFlow
 from dse.space.model.trees import DesignView, Tree, at, leaves
 from dse.support.units import Exact
 
@@ -320,8 +320,15 @@ class Space:
     """The grid on which some offsets are chosen; 0 where none is chosen on one."""
     resources: Resources = field(default_factory=Resources)
     """OSATE's resource budgets, which only verdicts look at."""
+    unread: tuple[UnreadFlow, ...] = ()
+    """The flows of an imported model that could not be followed."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.question`)."""
+
+    @property
+    def unchecked(self) -> tuple[UnreadFlow, ...]:
+        """The unread flows with a stated latency: requirements that no design is compared with."""
+        return tuple(item for item in self.unread if item.requirement)
 
     @property
     def first_open(self) -> int:

@@ -240,6 +240,14 @@ class Flow(SpecMapping):
     source: Line | None = None
 
 
+class UnreadFlow(SpecMapping):
+    """A flow of a model that the import could not follow: why, and the latency range (ns) that it was to keep."""
+
+    reason: Line
+    latency: Transmission | None = None
+    source: Line | None = None
+
+
 def _rule_text(value: Any) -> Any:
     """``{require: X}`` and ``{forbid: X}`` mean the same as the text ``require X`` and ``forbid X``."""
     if isinstance(value, dict) and len(value) == 1:
@@ -366,6 +374,7 @@ class Spec(Catalogue):
     root: Line | None = None
     mode: Line | None = None
     imported: Imported | None = None
+    unread: dict[Name, UnreadFlow] = {}
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     system: Literal["asynchronous", "synchronous"] = "asynchronous"

@@ -7,7 +7,7 @@ silence.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -17,7 +17,7 @@ from dse.importers.aadl.document.connections import ConnectionWriter
 from dse.importers.aadl.document.hardware import HardwareWriter, Sheet
 from dse.importers.aadl.document.values import shown_place, text_of, time_range
 from dse.importers.aadl.instance.connections import ConnectionInstance
-from dse.importers.aadl.instance.flows import EndToEnd, Stop, grouped
+from dse.importers.aadl.instance.flows import EndToEnd, Stop, UnreadFlow, grouped
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.ours import OURS
@@ -58,8 +58,10 @@ class Writer:
         used = self._used()
         sections = self.components.sections(used, self.model.flows)
         wires = self.connections.section(used, self.model.flows)
-        by_name = {item.name: item for item in self.model.flows}
-        flows = dict(self._flow(item, by_name) for item in self.model.flows)
+        declared: dict[str, list[EndToEnd]] = {}
+        for item in self.model.flows:
+            declared.setdefault(item.declared, []).append(item)
+        flows = dict(self._flow(item, declared) for item in self.model.flows)
         requirements = self.hardware.budgets()
         resources = BudgetWriter(self.model, self.places, self.components).sections(used)
         for name in list(broken_cycles({**sections, "connections": wires})):
@@ -69,6 +71,8 @@ class Writer:
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
+        if self.model.unread:
+            found["unread"] = dict(self._unread(item) for item in self.model.unread)
         settings = Sheet(self.model, self.places, ())
         settings.extra(self.model.properties.of(root, "Extra", OURS))
         if requirements:
@@ -103,7 +107,7 @@ class Writer:
 
     def _flow_name(self, flow: EndToEnd) -> str:
         stated = self.model.properties.of_member(flow.context, flow.member, "Name", OURS)
-        return self.model.read(stated, text_of, "Name") or flow.name
+        return (self.model.read(stated, text_of, "Name") or flow.declared) + flow.suffix
 
     def _element(self, step: Stop | ConnectionInstance | EndToEnd) -> str | dict[str, Any]:
         """An element of a path: a component, a connection, or another flow."""
@@ -111,7 +115,18 @@ class Writer:
             return self.components.element(step)
         return self._flow_name(step) if isinstance(step, EndToEnd) else self.connections.name(step)
 
-    def _flow(self, flow: EndToEnd, flows: Mapping[str, EndToEnd]) -> tuple[str, dict[str, Any]]:
+    def _unread(self, flow: UnreadFlow) -> tuple[str, dict[str, Any]]:
+        """A flow that could not be followed: its name, why, and the latency that it was to keep."""
+        found: dict[str, Any] = {"reason": flow.reason}
+        latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
+        span = self.model.read(latency, time_range, "Latency")
+        if span is not None:
+            found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
+        found["source"] = shown_place(flow.member.item.place)
+        self.places["unread", flow.name] = flow.member.item.place
+        return flow.name, found
+
+    def _flow(self, flow: EndToEnd, flows: Mapping[str, Sequence[EndToEnd]]) -> tuple[str, dict[str, Any]]:
         """A flow: its name, and its path and required latency."""
         name = self._flow_name(flow)
         names = [

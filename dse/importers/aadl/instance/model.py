@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from dse.importers.aadl.document.values import WrongKindError, is_true, size_of, text_of
 from dse.importers.aadl.instance.connections import Features, Wiring
-from dse.importers.aadl.instance.flows import EndToEnd, Flows
+from dse.importers.aadl.instance.flows import EndToEnd, Flows, UnreadFlow
 from dse.importers.aadl.instance.inheritance import Flat, Flattener
 from dse.importers.aadl.instance.instance import Instance, Instantiator
 from dse.importers.aadl.instance.library import Library, load_library
@@ -36,6 +36,7 @@ class InstanceModel:
     features: Features
     wiring: Wiring
     flows: list[EndToEnd]
+    unread: list[UnreadFlow]
     _names: dict[Instance, str] = field(default_factory=dict)
 
     def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
@@ -173,8 +174,9 @@ def instantiated(
     properties = Properties(library, root)
     features = Features(library, flattener)
     wiring = Wiring(library, root, features, properties)
-    flows = list(Flows(library, wiring).of(root))
-    return InstanceModel(library, flattener, root, properties, features, wiring, flows)
+    following = Flows(library, wiring)
+    flows = list(following.of(root))
+    return InstanceModel(library, flattener, root, properties, features, wiring, flows, following.unread)
 
 
 def _stop(library: Library) -> None:

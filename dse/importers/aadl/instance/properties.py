@@ -223,8 +223,10 @@ class Properties:
                 continue
             for feature in component.flat.features.values():
                 yield from (Stated(FEATURE, one) for one in feature.properties if not one.association.applies)
-            for members in (component.flat.specs, component.flat.connections, component.flat.flows):
-                for member in members.values():
+            flat = component.flat
+            implementations = [one for several in flat.implementations.values() for one in several]
+            for members in (flat.specs.values(), flat.connections.values(), flat.flows.values(), implementations):
+                for member in members:
                     yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
         for (target, key), given in self._contained.items():
             is_feature = bool(key) and target.flat is not None and key[0] in target.flat.features
@@ -302,7 +304,7 @@ def _has(component: Instance, key: str) -> bool:
     flat = component.flat
     if flat is None:
         return False
-    members = (flat.features, flat.specs, flat.connections, flat.flows, flat.modes)
+    members = (flat.features, flat.specs, flat.connections, flat.flows, flat.implementations, flat.modes)
     return any(key.partition("[")[0] in group for group in members)
 
 
