@@ -207,7 +207,7 @@ CARRIED = """
   system top end top;
   system implementation top.i
     subcomponents a : abstract sender; b : abstract receiver; w : bus wire; x : bus wire; o : virtual bus outer;
-      r : processor router;
+      r : processor router; t : virtual bus ticking;
     connections c : port a.o -> b.i;
     flows e : end to end flow a.f -> c -> b.f;
     properties
@@ -217,6 +217,7 @@ CARRIED = """
 
 
 ON_W = "Actual_Connection_Binding => (reference (w)) applies to c; "
+ON_T = "Actual_Connection_Binding => (reference (t)) applies to c; "
 ON_O = ON_W.replace("(w)", "(o)") + ON_W.replace("to c", "to o")
 
 
@@ -237,6 +238,9 @@ ON_O = ON_W.replace("(w)", "(o)") + ON_W.replace("to c", "to o")
         (ON_O + "Required_Virtual_Bus_Class => (classifier (ticking)) applies to c;", (2 + 16 + 2 + 27, 2 + 19 + 28)),
         # without a binding no latency of what is required counts, but its Period does
         ("Required_Virtual_Bus_Class => (classifier (outer), classifier (ticking)) applies to c;", (2, 2 + 7)),
+        # whatever has a period samples, also what carries another one: 10 + 2 bytes on the wire
+        (ON_T + "Actual_Connection_Binding => (reference (w)) applies to t; Period => 5 ms applies to w;",
+         (2 + 17, 2 + 18 + 7 + 5)),
     ],
 )  # fmt: skip
 def test_what_carries_a_message(tmp_path: Path, properties: str, expected: tuple[int, int]) -> None:
@@ -249,7 +253,7 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     text = CARRIED % (bound + " SEI::Message_Rate => 10.0 PerSecond applies to c;")
     found = dse.analyse(written(tmp_path, text), profile="dse")
     loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
-    assert loads == {"load of w": 120, "load of x": 120, "load of o": 0}
+    assert loads == {"load of w": 120, "load of x": 120, "load of o": 0, "load of t": 0}
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS
 
 

@@ -198,7 +198,7 @@ class Model:
         times = [item for item in times if item[1]]
         row.value = (sum((item[0] for item in times), Fraction(0)), sum((item[1] for item in times), Fraction(0)))
         periods = [Fraction(self.at(self.space.buses[bus].period_ns) or 0) for bus, _, _ in stack]
-        row.period = max(periods, default=Fraction(0))
+        row.period = sum(periods, Fraction(0))
         own = self.times(wire.latency_ns)
         if not times and not row.period and own and own[1] and not self.is_old:
             row.value = own
