@@ -12,9 +12,10 @@ from dse.analysis.binding import (
     bus_stack,
     byte_times_ns,
     carrying_ns,
-    chain_through,
-    message_bytes,
+    message_sizes,
     own_core,
+    way_bytes,
+    ways_over,
 )
 from dse.analysis.memo import Recall
 from dse.analysis.rates import RateKey, source_rates_hz
@@ -117,31 +118,32 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
     if connection.data_rate is not None:
 
         def stated(view: View) -> Fraction:
-            stack = bus_stack(space, connection, view)
-            if bus not in stack or _is_repeated(space, bus, number, view):
-                return ZERO
+            ways = _ways(space, bus, number, view)
             rate: Fraction = ZERO + at(connection.data_rate, view)
-            if frame_at(space.buses[bus].fixed_ns, view) is None:
-                return rate
-            each: Fraction = _carried_bytes(space, bus, connection, view) / at(connection.size_bytes, view)
+            if not ways or frame_at(space.buses[bus].fixed_ns, view) is None:
+                return rate * len(ways)
+            each: Fraction = _carried_bytes(space, bus, connection, ways, view) / at(connection.size_bytes, view)
             return rate * each
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
-        if bus not in bus_stack(space, connection, view) or _is_repeated(space, bus, number, view):
-            return ZERO
-        return _carried_bytes(space, bus, connection, view)
+        return _carried_bytes(space, bus, connection, _ways(space, bus, number, view), view)
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 
 
-def _is_repeated(space: Space, bus: int, number: int, view: View) -> bool:
-    """Whether a bus carries a message for an earlier connection from the same port: broadcast, it is sent once."""
+def _ways(space: Space, bus: int, number: int, view: View) -> list[tuple[int, ...]]:
+    """The ways on which a bus carries a connection, but those on which it does for an earlier one."""
+    ways = ways_over(space, space.connections[number], bus, view)
+    return [way for way in ways if not _is_repeated(space, way[0], number, view)]
+
+
+def _is_repeated(space: Space, head: int, number: int, view: View) -> bool:
+    """Whether a bus that a connection is bound to carries an earlier one of its port: broadcast, it is sent once."""
     connection = space.connections[number]
     if connection.from_port is None:
         return False
-    head = chain_through(space, connection, bus, view)[0]
     port = (connection.source, connection.from_port)
     return bool(at(space.buses[head].broadcast, view)) and any(
         (other.source, other.from_port) == port and head in bus_stack(space, other, view)
@@ -149,12 +151,16 @@ def _is_repeated(space: Space, bus: int, number: int, view: View) -> bool:
     )
 
 
-def _carried_bytes(space: Space, bus: int, connection: Connection, view: View) -> Fraction:
+def _carried_bytes(
+    space: Space, bus: int, connection: Connection, ways: Sequence[Sequence[int]], view: View
+) -> Fraction:
     """What a bus carries for one message: its bytes with all overheads, or with frames the most that it takes."""
-    size = message_bytes(space, connection, bus, view)
-    slot = space.buses[bus]
-    frame = frame_at(slot.fixed_ns, view)
-    return ZERO + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
+    slot, total = space.buses[bus], ZERO
+    frame = frame_at(slot.fixed_ns, view) if ways else None
+    for way in ways:
+        size = way_bytes(space, connection, way, view)
+        total = total + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
+    return total
 
 
 def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
@@ -177,12 +183,11 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
 
     def coefficient(view: View) -> Fraction:
         """Longest time on the bus in microseconds: times a rate in Hz, that is ppm."""
-        stack = bus_stack(space, connection, view)
-        if bus not in stack:
-            return ZERO
-        size = message_bytes(space, connection, bus, view)
-        times = carrying_ns(space, space.buses[bus], connection, size, view)
-        return (ZERO + times[1]) / 1000 if times is not None else ZERO
+        total = ZERO
+        for size in message_sizes(space, connection, bus, view):
+            times = carrying_ns(space, space.buses[bus], connection, size, view)
+            total = total + times[1] if times is not None else total
+        return total / 1000
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 

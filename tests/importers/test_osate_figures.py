@@ -257,6 +257,40 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS
 
 
+TWICE = """
+package m public with SEI;
+  data d properties Data_Size => 10 Bytes; end d;
+  bus wire properties Transmission_Time => [PerByte => 1 us .. 1 us;]; end wire;
+  virtual bus plain end plain;
+  virtual bus heavy properties Data_Size => 10 Bytes; end heavy;
+  device s features o : out event data port d; flows f : flow source o; properties Period => 10 ms; end s;
+  device r features i : in event data port d; flows f : flow sink i; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; r : device r; b : bus wire; v : virtual bus plain; u : virtual bus heavy;
+    connections k : port s.o -> r.i {Actual_Connection_Binding => (reference (v), reference (u));};
+    flows e : end to end flow s.f -> k -> r.f;
+    properties
+      Actual_Connection_Binding => (reference (b)) applies to v, u;
+  end top.i;
+end m;
+"""
+
+
+@pytest.mark.parametrize("profile", ["dse", "osate-2.19"])
+def test_two_virtual_buses_of_one_bus_load_it_twice(tmp_path: Path, profile: Any) -> None:
+    """100 messages in a second, one of 10 bytes and one of 10 + 10 bytes each time."""
+    found = dse.analyse(written(tmp_path, TWICE), profile=profile)
+    loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
+    assert loads == {"load of b": 3000, "load of v": 1000, "load of u": 2000}
+    assert sum(row.max_ns for row in found.flows[0].rows if row.category == "connection") == 30_000
+
+
+def test_the_simulation_sends_over_both_virtual_buses(tmp_path: Path) -> None:
+    found = dse.simulate(written(tmp_path, TWICE), runs=1, profile="dse")
+    assert found.exit_code == 0
+
+
 # --- loads ----------------------------------------------------------------------------------------------------------
 
 SENT = """

@@ -217,7 +217,8 @@ class Model:
                 continue
             for rival in (self.space.connections[other] for other in used - {number}):
                 sizes = [size for met, size, kind in self.stack(rival) if met == bus and kind == "bound"]
-                total += sum((self.medium(rival, bus, size)[1] for size in sizes), Fraction(0))
+                times = [self.medium(rival, bus, size)[1] for size in sizes]
+                total += next((time for time in reversed(times) if time), Fraction(0))
         return total
 
     def synchronous(self, wire: Connection) -> bool:
@@ -363,16 +364,17 @@ class Model:
         for wire in self.space.connections:
             first = self.at(wire.bus)
             ways = [] if first is None else [way for one in (first, *wire.further) for way in self.ways(one)]
-            way = next((one for one in ways if bus in one), None)
-            message = (wire.source, wire.from_port)
-            is_again = wire.from_port is not None and way is not None and (way[0], *message) in sent
+            message, before = (wire.source, wire.from_port), set(sent)
             sent |= {(one, *message) for other in ways for one in other}
-            if way is None or (is_again and self.at(self.space.buses[way[0]].broadcast)):
-                continue
-            carried = self.message_load(wire, way)
-            if carried is None or isinstance(self.at(self.space.buses[bus].fixed_ns), Frame):
-                return None
-            total += carried
+            until = {way[: way.index(bus) + 1]: way for way in reversed(ways) if bus in way}
+            for way in until.values():
+                is_again = wire.from_port is not None and (way[0], *message) in before
+                if is_again and self.at(self.space.buses[way[0]].broadcast):
+                    continue
+                carried = self.message_load(wire, way)
+                if carried is None or isinstance(self.at(self.space.buses[bus].fixed_ns), Frame):
+                    return None
+                total += carried
         return total
 
     def message_load(self, wire: Connection, way: tuple[int, ...]) -> Fraction | None:

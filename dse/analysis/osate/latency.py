@@ -360,15 +360,14 @@ def _last_flow(space: Space, number: int) -> int:
 def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
     """What a message waits for one other connection: its longest transmission on each medium that both share.
 
-    A medium with a period of its own makes nobody wait.
+    A medium with a period of its own makes nobody wait. Of several messages over one medium OSATE keeps the last one.
     """
     mine = {item.bus for item in media(space, space.connections[place_step(space, place).index], view) if item.is_bound}
     if not mine:
         return 0
     rival = space.connections[other]
-    shared = [
-        item
-        for item in media(space, rival, view)
-        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view)
-    ]
-    return sum(medium_ns(space, rival, item, view)[1] for item in shared)
+    longest: dict[int, Exact] = {}
+    for item in media(space, rival, view):
+        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view):
+            longest[item.bus] = medium_ns(space, rival, item, view)[1] or longest.get(item.bus, 0)
+    return sum(longest.values())
