@@ -228,3 +228,52 @@ def test_one_way_that_cannot_be_followed_is_told_beside_the_others(tmp_path: Pat
     found = dse.analyse(dse.Model(written(tmp_path, text)))
     assert [flow.name for flow in found.flows] == ["e"]
     assert [item.name for item in found.unread] == ["e"] and not found.is_feasible
+
+
+# --- properties of connections ------------------------------------------------------------------------------------
+
+NESTED = """
+package m public
+  bus quick properties Latency => 10 ms .. 10 ms; end quick;
+  bus slow properties Latency => 50 ms .. 50 ms; end slow;
+  device sensor features o : out event data port; flows f : flow source o {Latency => 1 ms .. 1 ms;}; end sensor;
+  device actuator features i : in event data port; flows f : flow sink i {Latency => 1 ms .. 1 ms;}; end actuator;
+  system box features o : out event data port; flows f : flow source o; end box;
+  system implementation box.i
+    subcomponents s : device sensor;
+    connections inner : port s.o -> o;
+    flows f : flow source s.f -> inner -> o;
+    %s
+  end box.i;
+  system top end top;
+  system implementation top.i
+    subcomponents x : system box.i; z : device actuator; q : bus quick; w : bus slow;
+    connections outer : port x.o -> z.i;
+    flows e : end to end flow x.f -> outer -> z.f {Latency => 0 ms .. 13 ms;};
+    properties
+      %s
+  end top.i;
+end m;
+"""
+ON = "Actual_Connection_Binding => (reference (%s))%s;"
+
+
+@pytest.mark.parametrize(
+    ("properties", "expected", "told"),
+    [
+        (ON % ("q", " applies to outer"), 12, False),
+        (ON % ("q", " applies to outer") + ON % ("w", " applies to x.inner"), 52, True),
+        (ON % ("w", " applies to outer") + ON % ("q", " applies to x.inner"), 12, True),
+        (ON % ("q", " applies to outer, x.inner"), 12, False),
+        # stated at the implementation, it is inherited by the connections in it
+        (ON % ("q", ""), 12, False),
+        (ON % ("q", "") + ON % ("w", " applies to outer"), 12, True),
+        (ON % ("q", "") + ON % ("w", " applies to x"), 52, True),
+    ],
+)
+def test_the_binding_nearest_to_the_source_counts(properties: str, expected: int, told: bool, tmp_path: Path) -> None:
+    text = NESTED % ("", properties)
+    assert latencies(tmp_path, text) == {"e": (expected, expected)}
+    remarks = [item.message for item in dse.load(written(tmp_path, text)).loaded.told]
+    said = [text for text in remarks if "Actual_Connection_Binding not consistent along connection" in text]
+    assert bool(said) is told

@@ -20,10 +20,10 @@ from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import Found, paths_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
-from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word
+from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word, without_places
 from dse.importers.registry import Key, Place
 
 PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
@@ -133,12 +133,19 @@ class ConnectionWriter:
         return sheet.result()
 
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
-        """A property of any of the declared connections that it is made of; else of what they are declared in."""
-        for wire in sorted(item.wires, key=lambda wire: len(wire.context.path)):
-            found = self.model.properties.of_member(wire.context, wire.member, name, group)
-            if found is not None:
-                return found
-        return None
+        """A property of the declared connections that it is made of: as in OSATE, of the one nearest to the source."""
+        stated = (self.model.properties.of_member(wire.context, wire.member, name, group) for wire in item.wires)
+        found = [one for one in stated if one is not None]
+        if any(not self._is_same(found[0], other) for other in found[1:]):
+            places = ", ".join(dict.fromkeys(shown_place(one.place) for one in found))
+            text = f"Value for property {name} not consistent along connection ({places}): that of {{}} counts"
+            self.model.library.remark(text.format(shown_place(found[0].place)), found[0].place)
+        return found[0] if found else None
+
+    def _is_same(self, one: Found, other: Found) -> bool:
+        if paths_in(one.value) and paths_in(other.value):
+            return self.model.targets(one) == self.model.targets(other)
+        return without_places(one.value) == without_places(other.value)
 
     def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
         """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""

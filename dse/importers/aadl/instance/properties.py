@@ -152,12 +152,19 @@ class Properties:
         name: str,
         group: str = "",
     ) -> Found | None:
-        """The property of a connection, flow specification or end-to-end flow that is declared in a component."""
+        """The property of a connection, flow specification or end-to-end flow that is declared in a component.
+
+        A connection inherits from the component.
+        """
         self._ask(MEMBER, name, group)
         key = (member.item.name.lower(),)
         found = list(self._outer((component, key), name.lower(), group.lower()))
         found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
-        return self._first(((*item, "own") for item in found), component)
+        own = self._first(((*item, "own") for item in found), component)
+        if own is None and isinstance(member.item, Connection) and self._is_inherited(name.lower(), group.lower()):
+            around = self.of(component, name, group)
+            return None if around is None else replace(around, via="inherited")
+        return own
 
     def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str, group: str = "") -> Found | None:
         """The property of a classifier that is no component, such as the data type of a port."""
