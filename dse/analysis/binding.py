@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from math import floor
+from math import ceil, floor
 from typing import Any
 
 from dse.analysis.views import View
 from dse.space.architecture.frames import Frame, bit_units, wire_ns
 from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
-from dse.support.units import NS_PER_S, Exact
+from dse.support.units import NS_PER_S, Exact, unrounded
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
@@ -97,16 +97,19 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
     return leaf
 
 
-def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[int, ...]:
+def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, ...]:
     """What a bus carries of one message, in bytes, on each way: data size and the overhead of every bus on the way."""
     return tuple(way_bytes(space, connection, way, view) for way in ways_over(space, connection, bus, view))
 
 
-def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: View) -> int:
-    """The data size of a connection plus the overhead of every bus on a way, in bytes."""
-    size: int = at(connection.size_bytes, view) or 0
-    overhead: int = sum(at(space.buses[number].overhead_bytes, view) for number in way)
-    return size + overhead
+def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: View) -> Exact:
+    """The data size of a connection plus the overhead of every bus on a way, in bytes.
+
+    Each is a whole number of bytes, but under OSATE's profiles, where sizes in bits count as they are.
+    """
+    parts = [at(connection.size_bytes, view) or 0, *(at(space.buses[number].overhead_bytes, view) for number in way)]
+    total: Exact = sum(parts if space.profile == "dse" else map(unrounded, parts))
+    return total
 
 
 def is_local(space: Space, connection: Connection, view: View) -> bool:
@@ -118,7 +121,7 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
 
 
 def carrying_ns(
-    space: Space, bus: Bus, connection: Connection, size_bytes: int, view: View
+    space: Space, bus: Bus, connection: Connection, size_bytes: Exact, view: View
 ) -> tuple[Exact, Exact] | None:
     """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none.
 
@@ -129,7 +132,7 @@ def carrying_ns(
     if fixed is None:
         return None
     if isinstance(fixed, Frame):
-        return wire_ns(fixed, size_bytes, at(bus.bandwidth_bps, view))
+        return wire_ns(fixed, ceil(size_bytes), at(bus.bandwidth_bps, view))
     if fixed is FROM_BANDWIDTH:
         time: Exact = 8 * NS_PER_S * Fraction(1) * size_bytes / at(bus.bandwidth_bps, view)
         return time, time

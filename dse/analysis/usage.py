@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import gcd, lcm
+from math import ceil, gcd, lcm
 
 from dse.analysis.binding import (
     bit_times_ns,
@@ -25,6 +25,7 @@ from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import bit_units, frame_at, wire_bytes
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at, leaves
+from dse.support.units import unrounded
 
 
 def utilisation_terms(space: Space, processor: int, core: int | None = None) -> tuple[Term, ...]:
@@ -159,7 +160,7 @@ def _carried_bytes(
     frame = frame_at(slot.fixed_ns, view) if ways else None
     for way in ways:
         size = way_bytes(space, connection, way, view)
-        total = total + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
+        total = total + (size if frame is None else wire_bytes(frame, ceil(size), at(slot.bandwidth_bps, view)))
     return total
 
 
@@ -214,9 +215,7 @@ def load_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
     wire = {unit / 8 for unit, _ in bit_units(space.buses[bus].fixed_ns, space.buses[bus].bandwidth_bps)}
 
     def plain_sizes(connection: Connection) -> set[Fraction]:
-        if _overheads(space, connection):
-            return {Fraction(1)}
-        return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
+        return _sizes(space, connection) or {Fraction(0)}
 
     whole = 1
     for connection in (_connection(space, term) for term in terms if term.rate is None):
@@ -233,7 +232,7 @@ def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
     def times(term: Term) -> set[Fraction]:
         """Times of the fixed part and of all bytes: what both give together has no other denominators."""
         connection = _connection(space, term)
-        sizes = [1] if _overheads(space, connection) else [leaf for leaf in leaves(connection.size_bytes) if leaf]
+        sizes = _sizes(space, connection) - {Fraction(0)}
         fixed, per_byte = (
             {Fraction(leaf[1]) for leaf in leaves(tree) if isinstance(leaf, tuple)}
             for tree in (slot.fixed_ns, slot.per_byte_ns)
@@ -250,9 +249,18 @@ def _connection(space: Space, term: Term) -> Connection:
     return next(item for item in space.connections if item.name == term.label)
 
 
-def _overheads(space: Space, connection: Connection) -> bool:
-    """Whether protocol bytes may come on top of the data of a connection."""
-    return any(leaf for bus in reachable_buses(space, connection) for leaf in leaves(space.buses[bus].overhead_bytes))
+def _sizes(space: Space, connection: Connection) -> set[Fraction]:
+    """The sizes that a message may have on its buses, or others with the same denominators where there are overheads.
+
+    Under OSATE's profiles those that are stated in bits count as they are.
+    """
+    data = {leaf for leaf in leaves(connection.size_bytes) if leaf is not None}
+    extra = {
+        leaf for bus in reachable_buses(space, connection) for leaf in leaves(space.buses[bus].overhead_bytes) if leaf
+    }
+    stated = {Fraction(leaf if space.profile == "dse" else unrounded(leaf)) for leaf in data | extra}
+    whole = lcm(*(size.denominator for size in stated))
+    return {Fraction(1, whole)} if extra else stated
 
 
 def _scale(space: Space, terms: Sequence[Term], coefficients: Callable[[Term], set[Fraction]]) -> int:

@@ -257,6 +257,56 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS
 
 
+SIZED = """
+package m public with SEI;
+  data plain end plain;
+  data whole properties Data_Size => 99 Bytes; end whole;
+  data flag properties Data_Size => 1 bits; end flag;
+  data pair end pair;
+  data implementation pair.i subcomponents x : data whole; y : data flag; end pair.i;
+  bus wire properties Transmission_Time => [PerByte => 1 ms .. 1 ms;]; Source_Data_Size => 7 Bytes; end wire;
+  device s features o : out event data port %s; flows f : flow source o {Latency => 1 ms .. 1 ms;};
+    properties Period => 1 sec; end s;
+  device r features i : in event data port; flows f : flow sink i {Latency => 1 ms .. 1 ms;}; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; r : device r; b : bus wire;
+    connections k : port s.o -> r.i {Actual_Connection_Binding => (reference (b));};
+    flows e : end to end flow s.f -> k -> r.f;
+  end top.i;
+end m;
+"""
+
+
+@pytest.mark.parametrize(
+    ("port", "latency", "load"),
+    [
+        ("whole", Fraction(2 + 99), Fraction(99)),
+        # a size of the port itself counts in the load, not in the latency
+        ("whole {Data_Size => 108 Bytes;}", Fraction(2 + 99), Fraction(108)),
+        ("plain {Data_Size => 4 Bytes;}", Fraction(2), Fraction(4)),
+        # sizes in bits are not rounded
+        ("flag", 2 + Fraction(1, 8), Fraction(1, 8)),
+        ("flag {Data_Size => 12 bits;}", 2 + Fraction(1, 8), Fraction(3, 2)),
+        # OSATE has 0 for the load of data that is composed of others, where we count what is sent
+        ("pair.i", 2 + 99 + Fraction(1, 8), 99 + Fraction(1, 8)),
+    ],
+)
+def test_sizes_of_messages(tmp_path: Path, port: str, latency: Fraction, load: Fraction) -> None:
+    text = SIZED % port
+    assert latencies(tmp_path, text) == {"e": (latency, latency)}
+    path = written(tmp_path, text)
+    assert dse.analyse(path).metrics["load of b"] == load
+    result = dse.solve(path, minimise=["load of b", "latency of e"])  # the search counts as the analysis does
+    assert result.status == "complete"
+    assert dse.verify(result).status == "verified"
+    (tmp_path / "again.yaml").write_text(dse.import_file(path).text, encoding="utf-8")
+    again = dse.solve(tmp_path / "again.yaml", minimise="price")
+    (tmp_path / "out.aadl").write_text(dse.export(again, 1, "aadl"), encoding="utf-8")
+    back = dse.analyse(tmp_path / "out.aadl")
+    assert (back.metrics["load of b"], back.flows[0].max_ns) == (load, latency * MS)
+
+
 TWICE = """
 package m public with SEI;
   data d properties Data_Size => 10 Bytes; end d;

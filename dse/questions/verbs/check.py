@@ -230,7 +230,9 @@ def _setting_remarks(space: Space) -> Iterator[str]:
 
 def _rounded(problem: Problem) -> Iterator[str]:
     """What counts otherwise than it is written, for want of a finer unit."""
-    found = [f"{path}: {note}" for path, note in rounded_figures(problem.loaded)]
+    exact = () if problem.space.profile == "dse" else ("data_size", "overhead")
+    figures = rounded_figures(problem.loaded)
+    found = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
     yield from found[:MOST_ROUNDED]
     if len(found) > MOST_ROUNDED:
         yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"

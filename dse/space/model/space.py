@@ -201,7 +201,8 @@ class Connection:
 
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
-    without being bound, all for OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
+    without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
     is no connection of the file: it leads from a piece of a thread to the next.
     """
 
@@ -222,6 +223,7 @@ class Connection:
     from_port: str | None = None
     is_inner: bool = False
     budget: Fraction | None = None
+    type_bytes: Tree = None
 
     @property
     def states_rate(self) -> bool:

@@ -195,6 +195,7 @@ class Connection(SpecMapping):
     to: Reference | None = None
     from_port: Reference | None = None
     data_size: Options[DataSize] | None = None
+    type_size: Options[DataSize] | None = None
     message: Line | None = None
     lengths: dict[Name, Length] = {}
     bus: Options[Carrier] | None = None

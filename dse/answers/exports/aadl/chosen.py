@@ -9,7 +9,7 @@ from typing import Any
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.views import View
-from dse.answers.exports.aadl.names import comment, identifier, output_rate, real, times, written_range
+from dse.answers.exports.aadl.names import comment, identifier, output_rate, real, size_in_units, times, written_range
 from dse.importers.aadl.document.problem import Writer
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
@@ -18,7 +18,7 @@ from dse.importers.aadl.syntax.tree import Classifier, Path
 from dse.space.model.space import EMPTY, Component, Connection, Design, Space
 from dse.space.model.trees import NotOffered, Tree, at
 from dse.support.errors import UsageError
-from dse.support.units import Exact, format_duration, format_time_range
+from dse.support.units import Exact, format_duration, format_time_range, unrounded
 
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
 TIMES = (
@@ -226,8 +226,8 @@ class ChosenModel:
                 continue
             self._carried(item, old, wire, bound)
             size, former = self.chosen.value(item.size_bytes), self.base.value(old.size_bytes)
-            if size is not None and size != former:
-                self._set(f"Data_Size => {size} Bytes", ".".join([*_names(wire.source), *wire.source_path]))
+            if size is not None and unrounded(size) != unrounded(former):
+                self._set(f"Data_Size => {size_in_units(size)}", ".".join([*_names(wire.source), *wire.source_path]))
             queue, former = self._queue(item, self.chosen), self._queue(old, self.base)
             if queue is not None and queue != former:
                 self._set(f"Queue_Size => {queue}", ".".join([*_names(wire.target), *wire.target_path]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from dse.importers.aadl.document.components import NO_DATA
@@ -11,6 +12,7 @@ from dse.importers.aadl.document.values import (
     message_rate,
     number_text,
     shown_place,
+    size_text,
     text_of,
     time_range,
     whole,
@@ -106,7 +108,7 @@ class ConnectionWriter:
         if item.target is not None and not self.model.is_boundary(item.target):
             sheet.fields["to"] = self.model.end_name(item.target)
         bus = self._bus(sheet, item)
-        size = self.model.feature_size(item.source, item.source_path)
+        size = self._size(sheet, item, is_bound=bus is not None)
         self._port(sheet, item)
         self._rate(sheet, item)
         sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
@@ -117,7 +119,7 @@ class ConnectionWriter:
         sheet.extra(self.model.properties.of_feature(target, item.target_path, "Extra", OURS))
         sheet.extra(self._property(item, "Extra", OURS))
         if size is not None:
-            sheet.fields["data_size"] = f"{size} B"
+            sheet.fields["data_size"] = size_text(size)
         elif (
             bus is not None
             and "data_size" not in sheet.fields
@@ -131,6 +133,20 @@ class ConnectionWriter:
         if kind in ("immediate", "delayed"):
             sheet.put("timing", timing, kind)
         return sheet.result()
+
+    def _size(self, sheet: Sheet, item: ConnectionInstance, *, is_bound: bool) -> Fraction | None:
+        """The size of a message, and that of its data type where the port states another one."""
+        own = self.model.port_size(item.source, item.source_path)
+        of_type = self.model.type_size(item.source, item.source_path)
+        if own is not None and own != (of_type or 0):
+            sheet.fields["type_size"] = size_text(of_type or Fraction(0))
+        elif is_bound and own is None and of_type and self.model.is_sum(item.source, item.source_path):
+            start = self._spelled(item.source, item.source_path)
+            text = (
+                f"OSATE's bus load counts nothing of {start}, whose data type states no Data_Size: the sum of its parts"
+            )
+            self.model.library.remark(f"{text}, {size_text(of_type)}, is counted", item.wires[0].member.item.place)
+        return of_type if own is None else own
 
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
         """A property of the declared connections that it is made of: as in OSATE, of the one nearest to the source."""
