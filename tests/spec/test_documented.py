@@ -89,8 +89,8 @@ threads:
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}
 reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 1, source: s}}
 connections:
-  w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
-      further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
+  w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
+      queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,

@@ -152,21 +152,23 @@ class ComponentWriter:
         virtual = next((item for item in bound if item.category == "virtual processor"), None)
         if virtual is not None:
             sheet.put("partition", found, self.partitions.named(virtual))
-        if component.category == "device":
-            return None
-        if len(bound) > 1:
+        is_device = component.category == "device"  # it runs on itself: a processor scales its times and no more
+        if len(bound) > 1 and not is_device:
             self.model.library.remark("bound to several processors: only the first is looked at", found.place)
         processor = self.model.physical(bound[0])
         if processor is None:
-            self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+            if not is_device:
+                self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+            return None
+        self._runs_on[component] = processor
+        if is_device:
             return None
         sheet.put("processor", found, self.model.name(processor))
-        self._runs_on[component] = processor
         return processor
 
     def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
         """Execution and response times; by processor type where they differ."""
-        properties = self.model.properties
+        properties, is_device = self.model.properties, component.category == "device"
         for field, name, group in (
             *TIMES,
             ("callback_execution_time", "Callback_Execution_Time", OURS),
@@ -181,7 +183,19 @@ class ComponentWriter:
                 mine = by_type.get(self._type_name(processor)) or next(iter(by_type.values()))
                 sheet.put(field, next(iter(self._stated(component, name, group)), found), mine)
             elif span is not None and span.high > 0:
-                sheet.put(field, found, span.text)
+                sheet.put(field, found, self._of_device(component, span) if is_device else span.text)
+
+    def _of_device(self, component: Instance, span: Span) -> str:
+        """A time of a device, scaled to the processor that it is bound to, if any."""
+        processor = self._runs_on.get(component)
+        if processor is None:
+            return span.text
+        name, there = self._type_name(processor), self.model.name(processor)
+        scaled = self._scaled(span, component, name, self.hardware.type_flats.get(name))
+        if scaled != span.text and len(self.choices.get("processors", {}).get(there, ())) > 1:
+            text = f"the times of {component.title} are scaled to the type {name} of {there}, whichever is chosen"
+            self.model.library.remark(text, component.place)
+        return scaled
 
     def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
         """The values on the processor types of the problem."""
