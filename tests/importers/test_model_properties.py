@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 import dse
 from tests.importers.test_reading import document, written
 
@@ -31,3 +33,32 @@ def test_a_reference_processor_scales_devices_too(tmp_path: Path) -> None:
     assert "processor" not in found["devices"]["a"]
     latencies = dse.analyse(written(tmp_path, text)).flows[0]
     assert (latencies.min_ns, latencies.max_ns) == (8 * 10**6, 10 * 10**6)
+
+
+ARRAYS = """
+  device s features o : out data port; end s;
+  device r features i : in data port; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s[3]; r : device r[3];
+    connections c : port s.o -> r.i {%s};
+  end top.i;"""
+
+
+@pytest.mark.parametrize(
+    ("properties", "expected"),
+    [
+        ("Connection_Set => ([src => (1); dst => (3);], [src => (2); dst => (1);]);", {(1, 3), (2, 1)}),
+        ("Connection_Set => ([src => (1); dst => (2);]); Connection_Pattern => ((One_To_One));",
+         {(1, 2), (1, 1), (2, 2), (3, 3)}),
+        ("", {(1, 1), (2, 2), (3, 3)}),
+    ],
+)  # fmt: skip
+def test_a_connection_set_names_the_elements(properties: str, expected: set[tuple[int, int]], tmp_path: Path) -> None:
+    wires = document(tmp_path, ARRAYS % properties)["connections"].values()
+    assert {(int(item["from"][-2]), int(item["to"][-2])) for item in wires} == expected
+
+
+def test_an_element_that_is_not_there_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path, ARRAYS % "Connection_Set => ([src => (4); dst => (1);]);")
+    assert any("names an element that is not there" in item.message for item in dse.load(path).loaded.told)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from dse.importers.aadl.instance.inheritance import Flat, Flattener, Member
 from dse.importers.aadl.instance.instance import Instance, is_active
 from dse.importers.aadl.instance.library import Library
-from dse.importers.aadl.instance.properties import Properties
-from dse.importers.aadl.syntax.tree import Connection, Feature, Listed, Path, Word
+from dse.importers.aadl.instance.properties import Found, Properties
+from dse.importers.aadl.syntax.tree import Connection, Feature, Listed, Number, Path, Record, Value, Word
 from dse.importers.allowance import spend
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
@@ -54,6 +54,13 @@ class ConnectionInstance:
 
 
 Node = tuple[Instance, Path]
+
+
+def _indices(value: Value | None) -> tuple[int, ...] | None:
+    """The whole numbers of a list, or one; None where it is none."""
+    items = value.items if isinstance(value, Listed) else () if value is None else (value,)
+    numbers = [int(item.value) for item in items if isinstance(item, Number) and item.value.denominator == 1]
+    return tuple(numbers) if len(numbers) == len(items) else None
 
 
 class Features:
@@ -166,12 +173,39 @@ class Wiring:
         return component.flat is not None and name.partition("[")[0] in component.flat.features
 
     def _paired(self, wire: Wire, sources: list[Node], targets: list[Node]) -> Iterator[tuple[Node, Node]]:
-        """Which elements of arrays are connected: by Connection_Pattern, one to one where none is stated."""
+        """Which elements of arrays are connected: by Connection_Set and Connection_Pattern, else one to one."""
+        least, most = sorted((len(sources), len(targets)))
+        stated = self.properties.of_member(wire.context, wire.member, "Connection_Set") if least and most > 1 else None
+        found = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if least > 1 else None
+        listed = list(self._listed(wire, stated, sources, targets)) if stated is not None else []
+        yield from listed
+        if stated is None or found is not None:
+            yield from (pair for pair in self._patterned(wire, found, sources, targets) if pair not in listed)
+
+    def _listed(
+        self, wire: Wire, stated: Found, sources: list[Node], targets: list[Node]
+    ) -> Iterator[tuple[Node, Node]]:
+        """The pairs of a Connection_Set, which names elements by their indices."""
+        records = stated.value.items if isinstance(stated.value, Listed) else (stated.value,)
+        for record in records:
+            wanted = [_indices(record.get(name)) if isinstance(record, Record) else None for name in ("src", "dst")]
+            ends = [
+                next((node for node in nodes if node[0].index == index), None)
+                for nodes, index in zip((sources, targets), wanted, strict=True)
+            ]
+            if ends[0] is None or ends[1] is None:
+                text = f"Connection_Set of {wire.member.item.name} names an element that is not there: not looked at"
+                self.library.remark(text, stated.place)
+            else:
+                yield ends[0], ends[1]
+
+    def _patterned(
+        self, wire: Wire, found: Found | None, sources: list[Node], targets: list[Node]
+    ) -> Iterator[tuple[Node, Node]]:
         if len(sources) == 1 or len(targets) == 1:
             yield from ((one, other) for one in sources for other in targets)
             return
         pattern = "one_to_one"
-        found = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if sources else None
         if found is not None:
             value = found.value
             while isinstance(value, Listed) and value.items:
