@@ -230,6 +230,34 @@ def test_one_way_that_cannot_be_followed_is_told_beside_the_others(tmp_path: Pat
     assert [item.name for item in found.unread] == ["e"] and not found.is_feasible
 
 
+def test_the_flow_of_a_thread_through_what_it_calls_is_the_thread(tmp_path: Path) -> None:
+    text = """
+package m public
+  data d end d;
+  device sensor features o : out data port d; flows f : flow source o {Latency => 1 ms .. 1 ms;}; end sensor;
+  subprogram work features i : in parameter d; o : out parameter d; flows p : flow path i -> o; end work;
+  thread t
+    features i : in data port d; o : out data port d;
+    flows p : flow path i -> o {Latency => 5 ms .. 5 ms;};
+  end t;
+  thread implementation t.i
+    subcomponents w : subprogram work;
+    calls main : {call : subprogram w;};
+    connections a : parameter i -> call.i; b : parameter call.o -> o;
+    flows p : flow path i -> a -> w.p -> b -> o;
+  end t.i;
+  device actuator features i : in data port d; flows f : flow sink i {Latency => 1 ms .. 1 ms;}; end actuator;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device sensor; t : thread t.i; z : device actuator;
+    connections c : port s.o -> t.i; d : port t.o -> z.i;
+    flows e : end to end flow s.f -> c -> t.p -> d -> z.f;
+  end top.i;
+end m;
+"""
+    assert latencies(tmp_path, text) == {"e": (7, 7)}
+
+
 # --- properties of connections ------------------------------------------------------------------------------------
 
 NESTED = """

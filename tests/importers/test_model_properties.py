@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import dse
+from tests.importers.test_osate_figures import latencies
 from tests.importers.test_reading import document, written
 
 
@@ -62,3 +63,73 @@ def test_a_connection_set_names_the_elements(properties: str, expected: set[tupl
 def test_an_element_that_is_not_there_is_told(tmp_path: Path) -> None:
     path = written(tmp_path, ARRAYS % "Connection_Set => ([src => (4); dst => (1);]);")
     assert any("names an element that is not there" in item.message for item in dse.load(path).loaded.told)
+
+
+WAITING = """
+  device s features o : out %s; flows f : flow source o {Latency => 1 ms .. 1 ms;}; end s;
+  thread w
+    features i : in %s;
+    flows f : flow sink i {Latency => 2 ms .. 2 ms;};
+    properties Compute_Execution_Time => 3 ms .. 3 ms; %s
+  end w;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; w : thread w;
+    connections c : port s.o -> w.i;
+    flows e : end to end flow s.f -> c -> w.f;
+  end top.i;"""
+
+
+@pytest.mark.parametrize(
+    ("port", "properties", "settings", "expected"),
+    [
+        # an assigned deadline takes the place of the execution time, also one of 0, which leaves what is specified
+        ("event data port", "", "AS-MF-DL-EQ-EQL", 1 + 3),
+        ("event data port", "Deadline => 5 ms;", "AS-MF-DL-EQ-EQL", 1 + 5),
+        ("event data port", "Deadline => 0 ms;", "AS-MF-DL-EQ-EQL", 1 + 2),
+        ("event data port", "Deadline => 0 ms; SEI::Response_Time => 4 ms .. 4 ms;", "AS-MF-DL-EQ-EQL", 1 + 4),
+        ("event data port", "Deadline => 0 ms;", "AS-MF-ET-EQ-EQL", 1 + 3),
+        # what is queued waits for a period of a periodic or sporadic component, and for its processing else
+        ("event port {Queue_Size => 2;}", "Dispatch_Protocol => Aperiodic;", "AS-MF-ET-EQ-EQL", 1 + 2 * 3 + 3),
+        ("event port {Queue_Size => 2;}", "Dispatch_Protocol => Sporadic; Period => 5 ms;", "AS-MF-ET-EQ-EQL",
+         1 + 2 * 5 + 3),
+        ("event port {Queue_Size => 2;}", "Dispatch_Protocol => Sporadic;", "AS-MF-ET-EQ-EQL", 1 + 3),
+        ("event port {Queue_Size => 2;}", "Dispatch_Protocol => Periodic;", "AS-MF-ET-EQ-EQL", 1 + 3),
+        ("data port", "Dispatch_Protocol => Aperiodic;", "AS-MF-ET-EQ-EQL", 1 + 3 + 3),
+        ("data port", "Dispatch_Protocol => Sporadic;", "AS-MF-ET-EQ-EQL", 1 + 3),
+    ],
+)  # fmt: skip
+def test_deadlines_of_0_and_queues_without_a_period(
+    port: str, properties: str, settings: str, expected: int, tmp_path: Path
+) -> None:
+    text = WAITING % (port.partition(" {")[0], port, properties)
+    assert latencies(tmp_path, text, settings)["e"][1] == expected
+
+
+INDEXED = """
+  thread w end w;
+  process p end p;
+  process implementation p.i subcomponents w : thread w[2]; end p.i;
+  system top end top;
+  system implementation top.i
+    subcomponents p : process p.i[3]; m : thread w[2][2];
+    properties
+      %s
+  end top.i;"""
+
+
+@pytest.mark.parametrize(
+    ("target", "expected"),
+    [
+        ("p[2].w[1]", {"p[2].w[1]"}),
+        ("p[2].w", {"p[2].w[1]", "p[2].w[2]"}),
+        ("p[1..2].w[2]", {"p[1].w[2]", "p[2].w[2]"}),
+        ("p[2 .. 3].w[1 .. 2]", {"p[2].w[1]", "p[2].w[2]", "p[3].w[1]", "p[3].w[2]"}),
+        ("m[1][2]", {"m[1][2]"}),
+        ("m[2]", {"m[2][1]", "m[2][2]"}),
+        ("m[1..2][1]", {"m[1][1]", "m[2][1]"}),
+    ],
+)
+def test_an_index_in_a_path_names_elements_of_an_array(target: str, expected: set[str], tmp_path: Path) -> None:
+    threads = document(tmp_path, INDEXED % f"Period => 7 ms applies to {target};")["threads"]
+    assert {name for name, item in threads.items() if item.get("period") == "7 ms"} == expected

@@ -78,17 +78,18 @@ class Model:
         response = self.times(item.response_ns) if runs and not self.is_old else None
         execution = self.times(item.execution_ns) if runs else None
         specified = self.times(item.latency_ns)
-        deadline = Fraction(self.at(item.deadline_ns) or 0)
+        assigned = self.at(item.deadline_ns)
+        deadline = Fraction(assigned or 0)
         by_deadline = self.space.worst_case == "deadline"
         worst = response[1] if response else Fraction(0)
-        if not worst and execution and (not by_deadline or (not deadline and not self.is_old)):
+        if not worst and execution and (not by_deadline or (assigned is None and not self.is_old)):
             worst = execution[1]
         if not worst and deadline and (by_deadline or self.is_old):
             worst = deadline
         if not worst and specified:
             worst = specified[1]
         if not worst and not self.is_old:
-            worst = deadline or self.period(item)
+            worst = deadline if assigned is not None else self.period(item)
         best = response[0] if response else Fraction(0)
         for found in (execution, specified):
             if not best and found:

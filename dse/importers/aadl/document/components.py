@@ -98,8 +98,13 @@ class ComponentWriter:
         self._latency(sheet, component, stops)
         deadline = self.model.properties.of(component, "Deadline")
         span = self.model.read(deadline, time_range, "Deadline") if category in PERIODIC else None
-        if span is not None and span.high > 0:
+        if span is not None:
             sheet.put("deadline", deadline, span.text)
+        if span is not None and not span.high and deadline is not None:
+            text = (
+                f"the Deadline of {component.title or component.name} is 0: OSATE takes it in place of execution times"
+            )
+            self.model.library.remark(text, deadline.place)
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
         if category == "device":

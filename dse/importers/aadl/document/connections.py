@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from dse.importers.aadl.document.components import NO_DATA
+from dse.importers.aadl.document.components import DISPATCHED, NO_DATA
 from dse.importers.aadl.document.hardware import MEDIA, HardwareWriter, Sheet
 from dse.importers.aadl.document.values import (
     data_rate,
@@ -183,11 +183,22 @@ class ConnectionWriter:
         port = PORTS.get(kind, "data")
         if port != "event_data":
             sheet.fields["port"] = port
-        if port in ("event", "event_data"):
+        if self._has_no_queue(target, port):
+            sheet.fields["queue_size"] = 0
+        elif port in ("event", "event_data"):
             queue = self.model.properties.of_feature(target, item.target_path, "Queue_Size")
             if queue is None and leaf is not None and len(item.target_path) > 1:
                 queue = self.model.properties.of_classifier(leaf.member.properties, target, "Queue_Size")
             sheet.read("queue_size", queue, whole, "Queue_Size")
+
+    def _has_no_queue(self, target: Instance, port: str) -> bool:
+        """Whether OSATE counts nothing for what is queued: each waits for a period, of which there is none."""
+        stated = self.model.properties.of(target, "Dispatch_Protocol") if target.category in DISPATCHED else None
+        protocol = self.model.read(stated, word, "Dispatch_Protocol")
+        if protocol != "sporadic" and (protocol != "periodic" or port == "data"):
+            return False
+        period = self.model.read(self.model.properties.of(target, "Period"), time_range, "Period")
+        return period is None or period.high <= 0
 
     def _rate(self, sheet: Sheet, item: ConnectionInstance) -> None:
         """A stated rate: a data rate, or messages in a second or for each dispatch."""

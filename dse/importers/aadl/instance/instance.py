@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -64,11 +64,13 @@ class Instance:
             yield from self.parent.around()
 
     def named(self, name: str) -> list[Instance]:
-        """The subcomponents of a name: every element where it is that of an array."""
+        """The subcomponents of a name: of an array every element that it names, by an index or a range of them."""
         key = name.lower()
         if key in self.children:
             return [self.children[key]]
-        return [child for child in self.children.values() if child.base == key]
+        base, *parts = key.split("[")
+        there = [child for child in self.children.values() if child.base == base]
+        return [child for child in there if _is_within(child.index, parts)] if parts else there
 
     def descend(self, path: Path) -> list[tuple[Instance, Path]]:
         """Where a path leads: the components as far as there are any, and what is left of the path."""
@@ -82,6 +84,17 @@ class Instance:
             else:
                 done.append((component, rest))
         return done
+
+
+def _is_within(index: tuple[int, ...], parts: Sequence[str]) -> bool:
+    """Whether the index of an element begins with what is written in brackets: ``2]``, ``1..3]``."""
+    if len(parts) > len(index):
+        return False
+    for number, part in zip(index, parts, strict=False):
+        low, _, high = part.rstrip("]").partition("..")
+        if not (low.isdecimal() and (high or low).isdecimal() and int(low) <= number <= int(high or low)):
+            return False
+    return True
 
 
 class Instantiator:
