@@ -133,3 +133,24 @@ INDEXED = """
 def test_an_index_in_a_path_names_elements_of_an_array(target: str, expected: set[str], tmp_path: Path) -> None:
     threads = document(tmp_path, INDEXED % f"Period => 7 ms applies to {target};")["threads"]
     assert {name for name, item in threads.items() if item.get("period") == "7 ms"} == expected
+
+
+SHARED = """
+  data store end store;
+  subprogram job end job;
+  thread w features a : requires data access store; j : provides subprogram access job; end w;
+  thread r features a : requires data access store; j : requires subprogram access job; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents d : data store; w : thread w; r : thread r;
+    connections
+      c : data access d -> w.a;
+      e : data access d -> r.a;
+      g : subprogram access w.j -> r.j;
+  end top.i;"""
+
+
+def test_access_that_is_not_looked_at_is_told(tmp_path: Path) -> None:
+    told = [item.message for item in dse.load(written(tmp_path, SHARED)).loaded.told]
+    assert any(text.startswith("data access connections are not looked at") and "at 2 places" in text for text in told)
+    assert any(text.startswith("subprogram access connections are not looked at") for text in told)

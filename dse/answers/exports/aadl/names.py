@@ -182,3 +182,21 @@ def comment(lines: Iterable[str]) -> str:
     """Lines as comments."""
     safe = ("".join(char if char.isprintable() else " " for char in line) for line in lines)
     return "".join(f"-- {line}\n" for line in safe)
+
+
+PROCESSES = ("thread group", "process", "system")
+APPLIES_TO = {
+    "Period": ("thread", "device", *PROCESSES, "virtual processor", "virtual bus", "bus"),
+    "Deadline": ("thread", "device", *PROCESSES, "virtual processor"),
+    "Compute_Execution_Time": ("thread", "device", "subprogram"),
+    "SEI::Response_Time": ("thread", "device", "subprogram"),
+    "Dispatch_Protocol": ("thread", "device", "virtual processor"),
+    "Dispatch_Offset": ("thread",),
+    "Priority": ("thread", "device", *PROCESSES, "data"),
+}
+"""The categories to which the predeclared property sets admit a property."""
+
+
+def applies_to(name: str, category: str) -> bool:
+    """Whether a property may be set of components of a category; an abstract one may have all."""
+    return category == "abstract" or category in APPLIES_TO[name]

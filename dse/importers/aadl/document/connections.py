@@ -30,6 +30,7 @@ from dse.importers.registry import Key, Place
 
 PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
          "feature group": "feature"}  # fmt: skip
+ACCESSES = ("data access", "subprogram access", "subprogram group access", "access")
 LINKS = ("port", "feature group", "feature")
 
 
@@ -58,6 +59,19 @@ class ConnectionWriter:
             or (item.wires[0].member.item.kind in LINKS and not (item.source is None and item.target is None))
         ]
 
+    def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
+        """A remark for each kind of access that no flow runs over: where it first stands, and at how many places."""
+        left: dict[str, set[Place]] = {}
+        for item in self.model.wiring.instances:
+            kind = item.wires[0].member.item.kind
+            if item not in counted and kind in ACCESSES:
+                left.setdefault(kind, set()).update(wire.member.item.place for wire in item.wires)
+        for kind, places in left.items():
+            first = min(places, key=lambda place: (place.file, place.line, place.column))
+            times = f" (at {len(places)} places, first here)" if len(places) > 1 else ""
+            text = f"{kind} connections are not looked at where no flow leads over them{times}"
+            self.model.library.remark(f"{text}: what they share makes nobody wait, and starts nobody", first)
+
     def name(self, item: ConnectionInstance) -> str:
         """What the problem calls a connection: by the feature that it leaves."""
         return self.names[item]
@@ -65,6 +79,7 @@ class ConnectionWriter:
     def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
         """The entries."""
         items = self.relevant(flows)
+        self._tell_accesses(set(items))
         self._on_flows = connections_of(flows)
         leaving: dict[str, int] = {}
         for item in items:

@@ -13,7 +13,7 @@ from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Package, PropertySet, Reference
 from dse.importers.registry import Place, found_below
 from dse.support.errors import Diagnostic, ProblemError
-from dse.support.files.reading import UnreadableFileError, read_bytes
+from dse.support.files.reading import UnreadableFileError, beginning, read_bytes
 
 MAX_BYTES = 20_000_000
 MAX_FILES = 3000
@@ -135,33 +135,38 @@ def load_library(path: Path) -> Library:
 
 def _add_around(library: Library, path: Path, wanted: list[str]) -> None:
     """The files around one that declare what it asks for, and what those ask for."""
-    where: dict[str, tuple[Path, str]] | None = None
+    where: dict[str, Path] | None = None
     while wanted:
         name = wanted.pop().lower()
         if name in library.packages or name in library.sets or name in PREDECLARED:
             continue
         if where is None:
             where = _declared(path)
-        if name in where:
-            file, text = where[name]
-            if file not in library.files:
-                wanted += library.add(file, text, str(file))
+        if name in where and where[name] not in library.files:
+            file = where[name]
+            wanted += library.add(file, _text(file), str(file))
     for package in list(library.packages.values()):
         for name, place in package.withs:
             if name.lower() not in {*library.packages, *library.sets, *PREDECLARED}:
                 library.remark(f"{name} is in none of the files around this one", place)
 
 
-def _declared(path: Path) -> dict[str, tuple[Path, str]]:
-    """Which file around `path` declares which package or property set."""
+def _declared(path: Path) -> dict[str, Path]:
+    """Which file around `path` declares which package or property set; that makes them no inputs."""
     folder = path.parent
     if folder.resolve().name.lower() in ("packages", "propertysets", "aadl", "model", "models"):
         folder = folder.parent if folder != Path() else Path("..")
-    found: dict[str, tuple[Path, str]] = {}
-    for file, text in _texts([item for item in _files(folder) if item.resolve() != path.resolve()]).items():
+    found: dict[str, Path] = {}
+    for file in _files(folder):
+        if file.resolve() == path.resolve():
+            continue
+        try:
+            text = _decoded(beginning(file, MAX_BYTES))
+        except UnreadableFileError as error:
+            raise ProblemError([Diagnostic(error.reason, file=str(file))]) from None
         for names in _DECLARES.findall(text):
             for name in filter(None, names):
-                found.setdefault(name.lower(), (file, text))
+                found.setdefault(name.lower(), file)
     return found
 
 
@@ -180,11 +185,15 @@ def _texts(files: Iterable[Path]) -> dict[Path, str]:
 
 
 def _text(path: Path) -> str:
-    """The text of a file: UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
+    """The text of a file, which becomes an input."""
     try:
-        data = read_bytes(path, MAX_BYTES, "a model")
+        return _decoded(read_bytes(path, MAX_BYTES, "a model"))
     except UnreadableFileError as error:
         raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+
+
+def _decoded(data: bytes) -> str:
+    """UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
