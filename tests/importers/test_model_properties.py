@@ -154,3 +154,65 @@ def test_access_that_is_not_looked_at_is_told(tmp_path: Path) -> None:
     told = [item.message for item in dse.load(written(tmp_path, SHARED)).loaded.told]
     assert any(text.startswith("data access connections are not looked at") and "at 2 places" in text for text in told)
     assert any(text.startswith("subprogram access connections are not looked at") for text in told)
+
+
+def test_elements_of_arrays_of_features_are_connected_by_index(tmp_path: Path) -> None:
+    text = """
+  device s features o : out event data port[2]; end s;
+  thread r features i : in event data port; end r;
+  process box features i : in event data port[2]; end box;
+  process implementation box.i
+    subcomponents u : thread r; v : thread r;
+    connections a : port i[1] -> u.i; b : port i[2] -> v.i;
+  end box.i;
+  bus wire end wire;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; p : process box.i; w : bus wire;
+    connections c : port s.o -> p.i {Actual_Connection_Binding => (reference (w));};
+    properties Data_Size => 7 Bytes applies to s.o[2]; Data_Size => 3 Bytes applies to s.o;
+  end top.i;"""
+    wires = document(tmp_path, text)["connections"]
+    assert {name: (item["from"], item["to"], item["data_size"]) for name, item in wires.items()} == {
+        "s.o[1]": ("s", "p.u", "3 B"),
+        "s.o[2]": ("s", "p.v", "7 B"),
+    }
+
+
+def test_elements_of_arrays_of_feature_groups_are_connected_by_index(tmp_path: Path) -> None:
+    text = """
+  feature group pair features x : out event data port; y : in event data port; end pair;
+  device s features o : feature group pair[2]; flows f : flow source o; end s;
+  thread r features i : feature group inverse of pair; flows f : flow sink i; end r;
+  process box features i : feature group inverse of pair[2]; end box;
+  process implementation box.i
+    subcomponents u : thread r; v : thread r;
+    connections a : feature group i[1] <-> u.i; b : feature group i[2] <-> v.i;
+  end box.i;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; p : process box.i;
+    connections c : feature group s.o <-> p.i;
+  end top.i;"""
+    wires = document(tmp_path, text)["connections"]
+    assert {name: (item["from"], item["to"]) for name, item in wires.items()} == {
+        "s.o[1].x": ("s", "p.u"),
+        "s.o[2].x": ("s", "p.v"),
+        "p.u.i.y": ("p.u", "s"),
+        "p.v.i.y": ("p.v", "s"),
+    }
+
+
+def test_equal_remarks_are_one_with_a_count(tmp_path: Path) -> None:
+    text = """
+  device s features o : out event data port; end s;
+  device r features i : in event data port; end r;
+  bus wire end wire;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s[123]; r : device r[123]; w : bus wire;
+    connections c : port s.o -> r.i {Actual_Connection_Binding => (reference (w));};
+  end top.i;"""
+    told = [item.message for item in dse.load(written(tmp_path, text)).loaded.told]
+    assert len(told) == 1
+    assert told[0].startswith("s[1].o has no Data_Size: its messages count as 0 bytes on w (and 122 more: s[2].o, ")

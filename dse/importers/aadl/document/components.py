@@ -101,10 +101,8 @@ class ComponentWriter:
         if span is not None:
             sheet.put("deadline", deadline, span.text)
         if span is not None and not span.high and deadline is not None:
-            text = (
-                f"the Deadline of {component.title or component.name} is 0: OSATE takes it in place of execution times"
-            )
-            self.model.library.remark(text, deadline.place)
+            text = "the Deadline of {} is 0: OSATE takes it in place of execution times"
+            self.model.library.remark(text, deadline.place, about=component.title or component.name)
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
         if category == "device":
@@ -123,10 +121,11 @@ class ComponentWriter:
         protocol = self.model.read(stated, word, "Dispatch_Protocol")
         known = PROTOCOLS.get(protocol or "")
         if protocol == "timed" and stated is not None:
-            self.model.library.remark("Timed is read as Aperiodic", stated.place)
+            text = "Timed is read as Aperiodic: what its time-out dispatches is not counted"
+            self.model.library.remark(text, stated.place)
         if known in ("periodic", "hybrid", "sporadic") and not has_period and stated is not None:
-            text = f"{component.title or component.name} is {protocol} and has no Period"
-            self.model.library.remark(f"{text}: read as Aperiodic", stated.place)
+            text = f"{{}} is {protocol} and has no Period: read as Aperiodic"
+            self.model.library.remark(text, stated.place, about=component.title or component.name)
             known = "aperiodic" if known == "sporadic" else None
         if protocol is not None and stated is not None and known is not None:
             sheet.put("dispatch_protocol", stated, known)
@@ -146,7 +145,7 @@ class ComponentWriter:
             return
         name = component.title or component.name
         why = "is bound to no processor, whose clock it would be on" if is_timed else "is released by no timer"
-        self.model.library.remark(f"Dispatch_Offset of {name}, which {why}: not looked at", found.place)
+        self.model.library.remark(f"Dispatch_Offset of {{}}, which {why}: not looked at", found.place, about=name)
 
     def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
         """The processor that it runs on; through a virtual one where it is bound to that."""
@@ -163,7 +162,7 @@ class ComponentWriter:
         processor = self.model.physical(bound[0])
         if processor is None:
             if not is_device:
-                self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+                self.model.library.remark("{} runs on no processor", found.place, about=bound[0].title)
             return None
         self._runs_on[component] = processor
         if is_device:
@@ -198,8 +197,8 @@ class ComponentWriter:
         name, there = self._type_name(processor), self.model.name(processor)
         scaled = self._scaled(span, component, name, self.hardware.type_flats.get(name))
         if scaled != span.text and len(self.choices.get("processors", {}).get(there, ())) > 1:
-            text = f"the times of {component.title} are scaled to the type {name} of {there}, whichever is chosen"
-            self.model.library.remark(text, component.place)
+            text = f"the times of {{}} are scaled to the type {name} of {there}, whichever is chosen"
+            self.model.library.remark(text, component.place, about=component.title)
         return scaled
 
     def _stated(self, component: Instance, name: str, group: str) -> list[Found]:

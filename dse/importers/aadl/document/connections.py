@@ -60,17 +60,14 @@ class ConnectionWriter:
         ]
 
     def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
-        """A remark for each kind of access that no flow runs over: where it first stands, and at how many places."""
-        left: dict[str, set[Place]] = {}
+        """A remark on each kind of access that no flow runs over."""
         for item in self.model.wiring.instances:
             kind = item.wires[0].member.item.kind
             if item not in counted and kind in ACCESSES:
-                left.setdefault(kind, set()).update(wire.member.item.place for wire in item.wires)
-        for kind, places in left.items():
-            first = min(places, key=lambda place: (place.file, place.line, place.column))
-            times = f" (at {len(places)} places, first here)" if len(places) > 1 else ""
-            text = f"{kind} connections are not looked at where no flow leads over them{times}"
-            self.model.library.remark(f"{text}: what they share makes nobody wait, and starts nobody", first)
+                text = f"{kind} connections are not looked at where no flow leads over them"
+                text += ": what they share makes nobody wait, and starts nobody"
+                for wire in item.wires:
+                    self.model.library.remark(text, wire.member.item.place)
 
     def name(self, item: ConnectionInstance) -> str:
         """What the problem calls a connection: by the feature that it leaves."""
@@ -108,9 +105,10 @@ class ConnectionWriter:
         names = list(path)
         leaf = self.model.features.leaf(owner, path)
         if leaf is not None and names:
-            names[-1] = leaf.member.item.name
-            if len(names) > 1 and owner.flat is not None and names[0] in owner.flat.features:
-                names[0] = owner.flat.features[names[0]].item.name
+            names[-1] = leaf.member.item.name + _index(names[-1])
+            first = names[0].partition("[")[0]
+            if len(names) > 1 and owner.flat is not None and first in owner.flat.features:
+                names[0] = owner.flat.features[first].item.name + _index(names[0])
         return ".".join([*owner.path, *names])
 
     def _entry(self, name: str, item: ConnectionInstance) -> dict[str, Any]:
@@ -141,8 +139,8 @@ class ConnectionWriter:
             and ("data_rate" not in sheet.fields or item in self._on_flows)
         ):
             sheet.fields["data_size"] = "0 B"
-            message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
-            self.model.library.remark(message, item.wires[0].member.item.place)
+            message = f"{{}} has no Data_Size: its messages count as 0 bytes on {bus.title}"
+            self.model.library.remark(message, item.wires[0].member.item.place, about=name)
         timing = self._property(item, "Timing")
         kind = self.model.read(timing, word, "Timing")
         if kind in ("immediate", "delayed"):
@@ -156,11 +154,10 @@ class ConnectionWriter:
         if own is not None and own != (of_type or 0):
             sheet.fields["type_size"] = size_text(of_type or Fraction(0))
         elif is_bound and own is None and of_type and self.model.is_sum(item.source, item.source_path):
+            text = "OSATE's bus load counts nothing of {}, whose data type states no Data_Size"
+            text += f": here the sum of its parts, {size_text(of_type)}, counts"
             start = self._spelled(item.source, item.source_path)
-            text = (
-                f"OSATE's bus load counts nothing of {start}, whose data type states no Data_Size: the sum of its parts"
-            )
-            self.model.library.remark(f"{text}, {size_text(of_type)}, is counted", item.wires[0].member.item.place)
+            self.model.library.remark(text, item.wires[0].member.item.place, about=start)
         return of_type if own is None else own
 
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
@@ -248,8 +245,13 @@ class ConnectionWriter:
         elif high.value != 1:
             period = self.model.read(self.model.properties.of(source, "Period"), time_range, "Period")
             if period is None or period.high <= 0:
-                message = f"{source.title} has no Period: its Output_Rate for each dispatch counts as sending nothing"
-                self.model.library.remark(message, found.place)
+                message = "{} has no Period: its Output_Rate for each dispatch counts as sending nothing"
+                self.model.library.remark(message, found.place, about=source.title)
                 sheet.put("data_rate", found, NO_DATA)
                 return
             sheet.put("rate", found, f"{number_text(high.value * 10**9 / period.high)} Hz")
+
+
+def _index(name: str) -> str:
+    """The index of an element of an array, with its brackets."""
+    return name[len(name.partition("[")[0]) :]

@@ -44,13 +44,14 @@ class Writer:
         """The whole problem."""
         root = self.model.root
         title = f"{root.flat.title}" if root.flat else root.name
-        imported = {"from": self.path.name, "root": title}
+        file = self.path.name if self.path.name not in ("", "..") else self.path.resolve().name or "/"
+        imported = {"from": file, "root": title}
         if self.options.get("mode"):
             imported["mode"] = self.options["mode"]
         found: dict[str, Any] = {
             "dse": 1,
             "name": title,
-            "source": f"{self.path.name}, {title}",
+            "source": f"{file}, {title}",
             "profile": PROFILE,
             "worst_case": "deadline",  # what OSATE has unless told otherwise, since December 2016
             "imported": imported,
@@ -66,8 +67,8 @@ class Writer:
         resources = BudgetWriter(self.model, self.places, self.components).sections(used)
         for name in list(broken_cycles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
-            message = f"{name} closes a cycle of components without a Period: it counts as sending nothing"
-            self.model.library.remark(message, self.places["connections", name])
+            message = "{} closes a cycle of components without a Period: it counts as sending nothing"
+            self.model.library.remark(message, self.places["connections", name], about=name)
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from dse.importers.aadl.instance.connections import ConnectionInstance, Wire, Wiring
+from dse.importers.aadl.instance.connections import ConnectionInstance, Wire, Wiring, beyond
 from dse.importers.aadl.instance.inheritance import Member
 from dse.importers.aadl.instance.instance import Instance, is_active
 from dse.importers.aadl.instance.library import Library
@@ -388,13 +388,13 @@ def _runs(item: ConnectionInstance, wires: Sequence[Wire]) -> bool:
 
 
 def _plain(path: Path) -> Path:
-    """A path of features in small letters, without indices."""
-    return tuple(name.lower().partition("[")[0] for name in path)
+    """A path of features in small letters."""
+    return tuple(name.lower() for name in path)
 
 
 def _leads(feature: Path, end: Path) -> bool:
     """Whether the end of a connection is a feature, or one within it."""
-    return feature == _plain(end[: len(feature)])
+    return not feature or beyond(feature, end) is not None
 
 
 def grouped(flow: EndToEnd, flows: Mapping[str, Sequence[EndToEnd]]) -> Iterator[Stop | ConnectionInstance | EndToEnd]:

@@ -173,20 +173,11 @@ class Instantiator:
     def _sizes(self, member: Member[Subcomponent]) -> list[int]:
         found = []
         for value in member.item.dimensions:
-            size = self._size(value)
+            size = size_of_dimension(self.library, value)
             if size is None:
                 self.library.remark(f"the size of array {member.item.name} is not known: read as 1", member.item.place)
             found.append(1 if size is None else size)
         return found
-
-    def _size(self, value: Value | None) -> int | None:
-        if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
-            return int(value.value)
-        if isinstance(value, Word) and value.package:
-            found = self.library.sets.get(value.package.lower())
-            definition = found.definitions.get(value.name.lower()) if found else None
-            return self._size(definition.value) if definition and definition.value else None
-        return None
 
     def _mode(self, component: Instance, flat: Flat) -> str:
         """The mode of a component: as chosen, as that around it where it has one of that name, else the initial one."""
@@ -203,6 +194,17 @@ class Instantiator:
             around = component.parent.mode if component.parent is not None else ""
             return around if around in flat.modes else next(iter(flat.modes))
         return initial
+
+
+def size_of_dimension(library: Library, value: Value | None, steps: int = 0) -> int | None:
+    """The size of a dimension of an array: a number, or a constant of a property set; None where it is not known."""
+    if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
+        return int(value.value)
+    if isinstance(value, Word) and value.package and steps < MAX_DEPTH:
+        found = library.sets.get(value.package.lower())
+        definition = found.definitions.get(value.name.lower()) if found else None
+        return size_of_dimension(library, definition.value, steps + 1) if definition and definition.value else None
+    return None
 
 
 def is_active(modes: tuple[str, ...] | None, mode: str) -> bool:

@@ -19,27 +19,30 @@ MAX_BYTES = 20_000_000
 MAX_FILES = 3000
 """The greatest number of files of a folder that are looked at."""
 SUFFIX = ".aadl"
+MOST_NAMES = 5
+"""The most names that a remark lists behind the first."""
 _DECLARES = re.compile(r"^[ \t]*(?:package[ \t]+([\w:]+)|property[ \t]+set[ \t]+(\w+)[ \t\r\n]+is)", re.M | re.I)
 
 
 @dataclass
 class Library:
-    """Packages and property sets by key; `findings` are mistakes, `remarks` doubts, `main` what was named."""
+    """Packages and property sets by key; `findings` are mistakes, `main` is what was named."""
 
     packages: dict[str, Package] = field(default_factory=dict)
     sets: dict[str, PropertySet] = field(default_factory=dict)
     findings: list[Diagnostic] = field(default_factory=list)
-    remarks: list[Diagnostic] = field(default_factory=list)
     main: list[Package] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
     _told: set[tuple[str, str]] = field(default_factory=set)
+    _doubts: dict[tuple[str, str], list[tuple[str, Place]]] = field(default_factory=dict)
 
     def add(self, path: Path, text: str, file: str) -> list[str]:
         """Read one file; returns the names of packages and property sets that it asks for."""
         parsed = parse(text, file)
         self.files.append(path)
         self.findings += parsed.findings
-        self.remarks += parsed.remarks
+        for item in parsed.remarks:
+            self.remark(item.message, Place(item.file, item.line, item.column), item.hint)
         for package in parsed.unit.packages:
             other = self.packages.setdefault(package.name.lower(), package)
             if other is not package:
@@ -51,11 +54,25 @@ class Library:
             self.sets.setdefault(found.name.lower(), found)
         return [name for package in parsed.unit.packages for name in _asked(package)]
 
-    def remark(self, message: str, place: Place, hint: str = "") -> None:
-        """A doubt, told once."""
-        if (str(place), message) not in self._told:
-            self._told.add((str(place), message))
-            self.remarks.append(finding(message, place, hint, warning=True))
+    def remark(self, message: str, place: Place, hint: str = "", *, about: str = "") -> None:
+        """A doubt; what it is `about` is written in place of ``{}``, and told with others of which the same holds."""
+        self._doubts.setdefault((message, hint), []).append((about, place))
+
+    def remarks(self) -> list[Diagnostic]:
+        """The doubts by place: one for each message, with the number of places, or of those that it is about."""
+        found = []
+        for (message, hint), told in self._doubts.items():
+            names, places = dict.fromkeys(name for name, _ in told if name), {place for _, place in told}
+            first, *more = names or [""]
+            text = message.replace("{}", first) if first else message
+            if more:
+                listed = ", ".join(more[:MOST_NAMES]) + (", …" if len(more) > MOST_NAMES else "")
+                text += f" (and {len(more)} more: {listed})"
+            elif len(places) > 1:
+                text += f" (at {len(places)} places, first here)"
+            place = told[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
+            found.append(finding(text, place, hint, warning=True))
+        return sorted(found, key=lambda item: (item.file, item.line, item.column))
 
     def fail(self, message: str, place: Place, hint: str = "") -> None:
         """A mistake, told once."""

@@ -139,9 +139,11 @@ class Properties:
         """The property of a feature; `path` leads through feature groups."""
         self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
+        plain = tuple(item.partition("[")[0] for item in key)
         found = list(self._outer((component, key), name.lower(), group.lower()))
-        if component.flat is not None and len(path) == 1 and key[0] in component.flat.features:
-            member = component.flat.features[key[0]]
+        found += list(self._outer((component, plain), name.lower(), group.lower())) if plain != key else []
+        if component.flat is not None and len(path) == 1 and plain[0] in component.flat.features:
+            member = component.flat.features[plain[0]]
             found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
         return self._first(((*item, "own") for item in found), component)
 
@@ -236,7 +238,7 @@ class Properties:
                 for member in members:
                     yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
         for (target, key), given in self._contained.items():
-            is_feature = bool(key) and target.flat is not None and key[0] in target.flat.features
+            is_feature = bool(key) and target.flat is not None and key[0].partition("[")[0] in target.flat.features
             holder = (FEATURE if is_feature else MEMBER) if key else target.category
             yield from (Stated(holder, one) for one, _ in given)
         for flat in self.data_types.values():  # those that messages have
