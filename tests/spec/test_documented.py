@@ -28,7 +28,7 @@ assumptions: [none so far]
 include: [parts.yaml]
 profile: dse
 ros2: {nodes: {f: /f}, parameters: {f.period: a}, callback_groups: {f: "/f@Timer({f})"}, source: s}
-imported: {from: robot.aadl, root: "robots::robot.impl", mode: cruise}
+imported: {from: robot.aadl, root: "robots::robot.impl", mode: cruise, library: [../lib]}
 unread: {f: {reason: it leads nowhere, latency: 0 ms .. 5 ms, source: "robot.aadl:3"}}
 processing: execution_time
 deadlines: stated
@@ -124,7 +124,7 @@ LISTS = {
     "objectives",
 }
 """Fields in which a list is no choice."""
-OF_A_MODEL = {"of", "root", "mode"}
+OF_A_MODEL = {"of", "root", "mode", "library"}
 """Keys that name a model: tests/importers has files with them."""
 WORDS = frozenset(
     {

@@ -11,7 +11,7 @@ from dse.spec.loading.reader import Entry, Node
 from dse.support.errors import Diagnostic, did_you_mean
 from dse.support.units import shown
 
-DECIDING = ("of", "root", "mode")
+DECIDING = ("of", "root", "mode", "library")
 """Keys that name a model; in what they lead to they are no more."""
 OWN = ("flows", "metrics", "totals", "uncertainty", "processor_types", "bus_types", "device_types", "thread_types")
 """Sections to which a file beside a model may add names of its own."""

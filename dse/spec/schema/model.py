@@ -350,11 +350,12 @@ class Catalogue(SpecMapping):
 
 
 class Imported(SpecMapping):
-    """Where a problem file was imported from: the model, its root, and the mode that it is in."""
+    """Where a problem file was imported from: the model, its root, the mode that it is in, and further folders."""
 
     from_: Line = Field(alias="from")
     root: Line
     mode: Line | None = None
+    library: Items[Line] = ()
 
 
 class Ros2(SpecMapping):
@@ -374,6 +375,7 @@ class Spec(Catalogue):
     of: Line | None = None
     root: Line | None = None
     mode: Line | None = None
+    library: Options[Line] | None = None
     imported: Imported | None = None
     unread: dict[Name, UnreadFlow] = {}
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"

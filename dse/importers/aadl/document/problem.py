@@ -8,6 +8,7 @@ silence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from os.path import relpath
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -19,7 +20,7 @@ from dse.importers.aadl.document.values import shown_place, text_of, time_range
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd, Stop, UnreadFlow, grouped
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import InstanceModel
+from dse.importers.aadl.instance.model import InstanceModel, libraries
 from dse.importers.aadl.ours import OURS
 from dse.importers.registry import Key, Place
 
@@ -45,9 +46,12 @@ class Writer:
         root = self.model.root
         title = f"{root.flat.title}" if root.flat else root.name
         file = self.path.name if self.path.name not in ("", "..") else self.path.resolve().name or "/"
-        imported = {"from": file, "root": title}
+        imported: dict[str, Any] = {"from": file, "root": title}
         if self.options.get("mode"):
             imported["mode"] = self.options["mode"]
+        base = self.path if self.path.is_dir() else self.path.parent
+        if folders := [_from(base, folder) for folder in libraries(self.options)]:
+            imported["library"] = folders
         found: dict[str, Any] = {
             "dse": 1,
             "name": title,
@@ -149,6 +153,14 @@ class Writer:
         found |= sheet.fields
         found["source"] = ", ".join(sources)
         return name, found
+
+
+def _from(base: FilePath, folder: FilePath) -> str:
+    """The path of a folder as seen from another one."""
+    try:
+        return FilePath(relpath(folder, base)).as_posix()
+    except ValueError:  # on another drive
+        return folder.resolve().as_posix()
 
 
 def unique(wanted: str, taken: Iterable[str], longer: str) -> str:

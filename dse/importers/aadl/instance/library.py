@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -125,8 +125,8 @@ def _asked(package: Package) -> Iterable[str]:
     yield from (item.package for item in package.renames)
 
 
-def load_library(path: Path) -> Library:
-    """A file with those around it that it needs, or every file of a folder.
+def load_library(path: Path, folders: Sequence[Path] = ()) -> Library:
+    """A file with those around it that it needs, or every file of a folder; further ones are looked for in `folders`.
 
     Raises
     ------
@@ -140,43 +140,49 @@ def load_library(path: Path) -> Library:
         texts = _texts(_files(path))
         if not texts:
             raise ProblemError([Diagnostic(f"there is no file *{SUFFIX} in it", file=str(path))])
-        for file, text in texts.items():
-            library.add(file, text, str(file))
-        library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
-        return library
-    wanted = library.add(path, _text(path), str(path))
+        wanted = [name for file, text in texts.items() for name in library.add(file, text, str(file))]
+    else:
+        wanted = library.add(path, _text(path), str(path))
     library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
-    _add_around(library, path, wanted)
+    if folders or not path.is_dir():
+        _add_asked(library, path, folders, wanted)
     return library
 
 
-def _add_around(library: Library, path: Path, wanted: list[str]) -> None:
-    """The files around one that declare what it asks for, and what those ask for."""
+def _add_asked(library: Library, path: Path, folders: Sequence[Path], wanted: list[str]) -> None:
+    """The files around a model, and in folders of libraries, that declare what it asks for, and what those ask for."""
     where: dict[str, Path] | None = None
     while wanted:
         name = wanted.pop().lower()
         if name in library.packages or name in library.sets or name in PREDECLARED:
             continue
         if where is None:
-            where = _declared(path)
+            where = {}
+            for files in ([] if path.is_dir() else [_around(path)], *([_files(folder)] for folder in folders)):
+                for found in files:
+                    where = {**_declared(found), **where}
         if name in where and where[name] not in library.files:
             file = where[name]
             wanted += library.add(file, _text(file), str(file))
     for package in list(library.packages.values()):
         for name, place in package.withs:
             if name.lower() not in {*library.packages, *library.sets, *PREDECLARED}:
-                library.remark(f"{name} is in none of the files around this one", place)
+                hint = "--library names a folder in which to look for it"
+                library.remark(f"{name} is in none of the files around this one", place, hint)
 
 
-def _declared(path: Path) -> dict[str, Path]:
-    """Which file around `path` declares which package or property set; that makes them no inputs."""
+def _around(path: Path) -> list[Path]:
+    """The other files of the folder of a file, or of the one around that where it is one of packages alone."""
     folder = path.parent
     if folder.resolve().name.lower() in ("packages", "propertysets", "aadl", "model", "models"):
         folder = folder.parent if folder != Path() else Path("..")
+    return [file for file in _files(folder) if file.resolve() != path.resolve()]
+
+
+def _declared(files: Iterable[Path]) -> dict[str, Path]:
+    """Which of some files declares which package or property set, the first first; that makes them no inputs."""
     found: dict[str, Path] = {}
-    for file in _files(folder):
-        if file.resolve() == path.resolve():
-            continue
+    for file in files:
         try:
             text = _decoded(beginning(file, MAX_BYTES))
         except UnreadableFileError as error:

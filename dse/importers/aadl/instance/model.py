@@ -19,7 +19,7 @@ from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Reference
 from dse.importers.registry import Place
-from dse.support.errors import ProblemError
+from dse.support.errors import ProblemError, UsageError
 
 T = TypeVar("T")
 MAX_DEPTH = 30
@@ -164,9 +164,24 @@ def read_model(path: FilePath, options: Mapping[str, Any]) -> InstanceModel:
     ProblemError
         with every mistake; where a text cannot be parsed, nothing is instantiated.
     """
-    library = load_library(path)
+    library = load_library(path, libraries(options))
     _stop(library)
     return instantiated(library, path, options, {})
+
+
+def libraries(options: Mapping[str, Any]) -> list[FilePath]:
+    """The folders in which packages are looked for.
+
+    Raises
+    ------
+    UsageError
+        when one is none.
+    """
+    found = [FilePath(item) for item in filter(None, (part.strip() for part in options.get("library", "").split(",")))]
+    for folder in found:
+        if not folder.is_dir():
+            raise UsageError(f"--library {folder}: is no folder")
+    return found
 
 
 def instantiated(
