@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from math import floor
+from math import ceil, floor
 from typing import Any
 
 from dse.analysis.views import View
 from dse.space.architecture.frames import Frame, bit_units, wire_ns
 from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, NotOffered, PerProcessorType, Tree, at, graft, leaves
-from dse.support.units import NS_PER_S, Exact
+from dse.support.units import NS_PER_S, Exact, unrounded
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
@@ -42,13 +42,21 @@ def carriers_of(space: Space, bus: int, view: View) -> tuple[int, ...]:
     return () if carrier is None else (carrier, *slot.further)
 
 
-def chain_through(space: Space, connection: Connection, bus: int, view: View) -> tuple[int, ...]:
-    """Of the buses that carry a connection, those on one way with a bus: what it carries and what carries it."""
+def ways_over(space: Space, connection: Connection, bus: int, view: View) -> tuple[tuple[int, ...], ...]:
+    """The ways on which a bus carries a connection, each of the buses from the one that it is bound to down.
+
+    There are several where it is bound to several at once that this bus carries: it then carries the message for each.
+    """
     if not connection.further and not any(item.further for item in space.buses):
-        return bus_stack(space, connection, view)
+        stack = bus_stack(space, connection, view)
+        return (stack,) if bus in stack else ()
     first = at(connection.bus, view)
-    starts = () if first is None else (first, *connection.further)
-    return next((chain for start in starts for chain in _chains(space, start, view) if bus in chain), ())
+    found: dict[tuple[int, ...], tuple[int, ...]] = {}
+    for start in () if first is None else (first, *connection.further):
+        for chain in _chains(space, start, view):
+            if bus in chain:
+                found.setdefault(chain[: chain.index(bus) + 1], chain)
+    return tuple(found.values())
 
 
 def _chains(space: Space, bus: int, view: View) -> Iterator[tuple[int, ...]]:
@@ -89,12 +97,19 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
     return leaf
 
 
-def message_bytes(space: Space, connection: Connection, bus: int, view: View) -> int:
-    """Data size plus the protocol overhead of a bus, of what it carries and of what carries it, in bytes."""
-    size: int = at(connection.size_bytes, view) or 0
-    chain = chain_through(space, connection, bus, view)
-    overhead: int = sum(at(space.buses[number].overhead_bytes, view) for number in chain)
-    return size + overhead
+def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, ...]:
+    """What a bus carries of one message, in bytes, on each way: data size and the overhead of every bus on the way."""
+    return tuple(way_bytes(space, connection, way, view) for way in ways_over(space, connection, bus, view))
+
+
+def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: View) -> Exact:
+    """The data size of a connection plus the overhead of every bus on a way, in bytes.
+
+    Each is a whole number of bytes, but under OSATE's profiles, where sizes in bits count as they are.
+    """
+    parts = [at(connection.size_bytes, view) or 0, *(at(space.buses[number].overhead_bytes, view) for number in way)]
+    total: Exact = sum(parts if space.profile == "dse" else map(unrounded, parts))
+    return total
 
 
 def is_local(space: Space, connection: Connection, view: View) -> bool:
@@ -106,7 +121,7 @@ def is_local(space: Space, connection: Connection, view: View) -> bool:
 
 
 def carrying_ns(
-    space: Space, bus: Bus, connection: Connection, size_bytes: int, view: View
+    space: Space, bus: Bus, connection: Connection, size_bytes: Exact, view: View
 ) -> tuple[Exact, Exact] | None:
     """Least and most time that one carrier takes for a message: fixed + per byte * size; None where it states none.
 
@@ -117,7 +132,7 @@ def carrying_ns(
     if fixed is None:
         return None
     if isinstance(fixed, Frame):
-        return wire_ns(fixed, size_bytes, at(bus.bandwidth_bps, view))
+        return wire_ns(fixed, ceil(size_bytes), at(bus.bandwidth_bps, view))
     if fixed is FROM_BANDWIDTH:
         time: Exact = 8 * NS_PER_S * Fraction(1) * size_bytes / at(bus.bandwidth_bps, view)
         return time, time
@@ -148,14 +163,15 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     most: Exact = 0
     given = False
     for number in bus_stack(space, connection, view):
-        bus, size = space.buses[number], message_bytes(space, connection, number, view)
-        times = None
-        if space.profile == "dse" or bus_figure(space, bus.fixed_ns, connection, view) is not FROM_BANDWIDTH:
-            times = carrying_ns(space, bus, connection, size, view)
-        if times is None:
-            times = bus_figure(space, bus.latency_ns, connection, view)
-        if times is not None:
-            least, most, given = least + times[0], most + times[1], True
+        bus = space.buses[number]
+        for size in message_sizes(space, connection, number, view):
+            times = None
+            if space.profile == "dse" or bus_figure(space, bus.fixed_ns, connection, view) is not FROM_BANDWIDTH:
+                times = carrying_ns(space, bus, connection, size, view)
+            if times is None:
+                times = bus_figure(space, bus.latency_ns, connection, view)
+            if times is not None:
+                least, most, given = least + times[0], most + times[1], True
     own = at(connection.latency_ns, view)
     if given:
         return least, most, "transmission time"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from math import lcm
@@ -15,8 +15,9 @@ from dse.analysis.views import View
 from dse.space.architecture.carriers import wrapping
 from dse.space.architecture.frames import Frame
 from dse.space.model.flows import Flow
-from dse.space.model.space import Component, Connection, Space
+from dse.space.model.space import Bus, Component, Connection, Space
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
+from dse.support.units import Exact, unrounded
 
 TIME_SCALE_LIMIT = 1000
 """The finest unit of times, which are counted in ps at the finest: sums of hours of them are exact for the solver."""
@@ -91,9 +92,17 @@ def _connection_scale(space: Space, connection: Connection) -> int:
     buses = [space.buses[number] for number in carried]
     times = (connection.latency_ns, *(tree for bus in buses for tree in (bus.fixed_ns, bus.latency_ns)))
     sizes = set(_numbers(connection.size_bytes, *(bus.overhead_bytes for bus in buses)))
+    if space.profile != "dse":  # where sizes in bits count as they are
+        sizes |= {Fraction(unrounded(size)) for size in _stated(connection, buses)}
     each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
     found = lcm(_denominator(*times), *((one * size).denominator for one in each for size in sizes))
     return lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
+
+
+def _stated(connection: Connection, buses: Sequence[Bus]) -> Iterator[Exact]:
+    """The sizes of messages and overheads of buses, in bytes, as they are stated."""
+    for tree in (connection.size_bytes, connection.type_bytes, *(bus.overhead_bytes for bus in buses)):
+        yield from (leaf for leaf in leaves(tree) if leaf is not None)
 
 
 def _denominator(*trees: Tree) -> int:

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import gcd, lcm
+from math import ceil, gcd, lcm
 
 from dse.analysis.binding import (
     bit_times_ns,
     bus_stack,
     byte_times_ns,
     carrying_ns,
-    chain_through,
-    message_bytes,
+    message_sizes,
     own_core,
+    way_bytes,
+    ways_over,
 )
 from dse.analysis.memo import Recall
 from dse.analysis.rates import RateKey, source_rates_hz
@@ -24,6 +25,7 @@ from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import bit_units, frame_at, wire_bytes
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at, leaves
+from dse.support.units import unrounded
 
 
 def utilisation_terms(space: Space, processor: int, core: int | None = None) -> tuple[Term, ...]:
@@ -117,31 +119,32 @@ def _load_term(space: Space, bus: int, number: int, connection: Connection) -> T
     if connection.data_rate is not None:
 
         def stated(view: View) -> Fraction:
-            stack = bus_stack(space, connection, view)
-            if bus not in stack or _is_repeated(space, bus, number, view):
-                return ZERO
+            ways = _ways(space, bus, number, view)
             rate: Fraction = ZERO + at(connection.data_rate, view)
-            if frame_at(space.buses[bus].fixed_ns, view) is None:
-                return rate
-            each: Fraction = _carried_bytes(space, bus, connection, view) / at(connection.size_bytes, view)
+            if not ways or frame_at(space.buses[bus].fixed_ns, view) is None:
+                return rate * len(ways)
+            each: Fraction = _carried_bytes(space, bus, connection, ways, view) / at(connection.size_bytes, view)
             return rate * each
 
         return Term(connection.name, stated, component=connection.name)
 
     def coefficient(view: View) -> Fraction:
-        if bus not in bus_stack(space, connection, view) or _is_repeated(space, bus, number, view):
-            return ZERO
-        return _carried_bytes(space, bus, connection, view)
+        return _carried_bytes(space, bus, connection, _ways(space, bus, number, view), view)
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 
 
-def _is_repeated(space: Space, bus: int, number: int, view: View) -> bool:
-    """Whether a bus carries a message for an earlier connection from the same port: broadcast, it is sent once."""
+def _ways(space: Space, bus: int, number: int, view: View) -> list[tuple[int, ...]]:
+    """The ways on which a bus carries a connection, but those on which it does for an earlier one."""
+    ways = ways_over(space, space.connections[number], bus, view)
+    return [way for way in ways if not _is_repeated(space, way[0], number, view)]
+
+
+def _is_repeated(space: Space, head: int, number: int, view: View) -> bool:
+    """Whether a bus that a connection is bound to carries an earlier one of its port: broadcast, it is sent once."""
     connection = space.connections[number]
     if connection.from_port is None:
         return False
-    head = chain_through(space, connection, bus, view)[0]
     port = (connection.source, connection.from_port)
     return bool(at(space.buses[head].broadcast, view)) and any(
         (other.source, other.from_port) == port and head in bus_stack(space, other, view)
@@ -149,12 +152,16 @@ def _is_repeated(space: Space, bus: int, number: int, view: View) -> bool:
     )
 
 
-def _carried_bytes(space: Space, bus: int, connection: Connection, view: View) -> Fraction:
+def _carried_bytes(
+    space: Space, bus: int, connection: Connection, ways: Sequence[Sequence[int]], view: View
+) -> Fraction:
     """What a bus carries for one message: its bytes with all overheads, or with frames the most that it takes."""
-    size = message_bytes(space, connection, bus, view)
-    slot = space.buses[bus]
-    frame = frame_at(slot.fixed_ns, view)
-    return ZERO + (size if frame is None else wire_bytes(frame, size, at(slot.bandwidth_bps, view)))
+    slot, total = space.buses[bus], ZERO
+    frame = frame_at(slot.fixed_ns, view) if ways else None
+    for way in ways:
+        size = way_bytes(space, connection, way, view)
+        total = total + (size if frame is None else wire_bytes(frame, ceil(size), at(slot.bandwidth_bps, view)))
+    return total
 
 
 def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
@@ -177,12 +184,11 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
 
     def coefficient(view: View) -> Fraction:
         """Longest time on the bus in microseconds: times a rate in Hz, that is ppm."""
-        stack = bus_stack(space, connection, view)
-        if bus not in stack:
-            return ZERO
-        size = message_bytes(space, connection, bus, view)
-        times = carrying_ns(space, space.buses[bus], connection, size, view)
-        return (ZERO + times[1]) / 1000 if times is not None else ZERO
+        total = ZERO
+        for size in message_sizes(space, connection, bus, view):
+            times = carrying_ns(space, space.buses[bus], connection, size, view)
+            total = total + times[1] if times is not None else total
+        return total / 1000
 
     return product_term(space, connection.name, coefficient, ("delivery", number), connection.name)
 
@@ -209,9 +215,7 @@ def load_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
     wire = {unit / 8 for unit, _ in bit_units(space.buses[bus].fixed_ns, space.buses[bus].bandwidth_bps)}
 
     def plain_sizes(connection: Connection) -> set[Fraction]:
-        if _overheads(space, connection):
-            return {Fraction(1)}
-        return {Fraction(leaf) for leaf in leaves(connection.size_bytes) if leaf is not None}
+        return _sizes(space, connection) or {Fraction(0)}
 
     whole = 1
     for connection in (_connection(space, term) for term in terms if term.rate is None):
@@ -228,7 +232,7 @@ def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
     def times(term: Term) -> set[Fraction]:
         """Times of the fixed part and of all bytes: what both give together has no other denominators."""
         connection = _connection(space, term)
-        sizes = [1] if _overheads(space, connection) else [leaf for leaf in leaves(connection.size_bytes) if leaf]
+        sizes = _sizes(space, connection) - {Fraction(0)}
         fixed, per_byte = (
             {Fraction(leaf[1]) for leaf in leaves(tree) if isinstance(leaf, tuple)}
             for tree in (slot.fixed_ns, slot.per_byte_ns)
@@ -245,9 +249,18 @@ def _connection(space: Space, term: Term) -> Connection:
     return next(item for item in space.connections if item.name == term.label)
 
 
-def _overheads(space: Space, connection: Connection) -> bool:
-    """Whether protocol bytes may come on top of the data of a connection."""
-    return any(leaf for bus in reachable_buses(space, connection) for leaf in leaves(space.buses[bus].overhead_bytes))
+def _sizes(space: Space, connection: Connection) -> set[Fraction]:
+    """The sizes that a message may have on its buses, or others with the same denominators where there are overheads.
+
+    Under OSATE's profiles those that are stated in bits count as they are.
+    """
+    data = {leaf for leaf in leaves(connection.size_bytes) if leaf is not None}
+    extra = {
+        leaf for bus in reachable_buses(space, connection) for leaf in leaves(space.buses[bus].overhead_bytes) if leaf
+    }
+    stated = {Fraction(leaf if space.profile == "dse" else unrounded(leaf)) for leaf in data | extra}
+    whole = lcm(*(size.denominator for size in stated))
+    return {Fraction(1, whole)} if extra else stated
 
 
 def _scale(space: Space, terms: Sequence[Term], coefficients: Callable[[Term], set[Fraction]]) -> int:

@@ -31,7 +31,7 @@ from dse.answers.question_data import OF_SPACE
 from dse.answers.result import decisions_of
 from dse.answers.tables.frames import unit_frame
 from dse.space.architecture.frames import frame_at
-from dse.space.model.flows import Flow
+from dse.space.model.flows import Flow, UnreadFlow
 from dse.space.model.space import EMPTY, Design, Processor, Slot, Space
 from dse.space.model.trees import at
 from dse.space.question.metrics import busy_obstacle
@@ -176,7 +176,16 @@ class Analysis(Answer):
     WRITTEN = (
         Of("space.name", "The name of the problem.", key="problem"),
         *OF_SPACE,
-        *(Of("is_feasible", key="feasible"), "breaches", "decisions", "flows", "processors", "buses", "resources"),
+        *(
+            Of("is_feasible", key="feasible"),
+            "unread",
+            "breaches",
+            "decisions",
+            "flows",
+            "processors",
+            "buses",
+            "resources",
+        ),
         *(Of("metric_values", key="metrics"), "verdicts", "contended", "boundaries", "warnings", "overheads"),
         "responses",
     )
@@ -228,9 +237,14 @@ class Analysis(Answer):
         return stated_overheads(self.space, self.design)
 
     @property
+    def unread(self) -> Annotated[tuple[UnreadFlow, ...], Json(default=[])]:
+        """The flows of the model that its import could not follow: a requirement on one is not known to hold."""
+        return self.space.unread
+
+    @property
     def is_feasible(self) -> bool:
-        """Whether the design is valid and meets every requirement."""
-        return not self.breaches and all(verdict.holds for verdict in self.verdicts)
+        """Whether the design is valid and meets every requirement, those on flows that could not be read included."""
+        return not self.breaches and not self.space.unchecked and all(verdict.holds for verdict in self.verdicts)
 
     def limits_empty_slot(self, verdict: Verdict) -> bool:
         """Whether a requirement holds because what it limits is left empty, or of a type without such a limit."""

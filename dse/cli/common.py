@@ -86,22 +86,24 @@ class ProblemPath(ExistingPath):
 
 
 def problem_argument(*, required: bool = True) -> Callable[[F], F]:
-    """The problem file, or a model with ``--root`` and ``--mode``: then the command is given a `dse.Model`."""
+    """The problem file, or a model with ``--root``, ``--mode``, ``--library``: then the command has a `dse.Model`."""
 
     def decorate(command: F) -> F:
         @wraps(command)
-        def asked(*arguments: Any, root: str | None, mode: str | None, **options: Any) -> Any:
-            if (root or mode) and options["file"] is not None:
+        def asked(*arguments: Any, root: str | None, mode: str | None, library: tuple[str, ...], **options: Any) -> Any:
+            if (root or mode or library) and options["file"] is not None:
                 from dse.questions.problem import Model
 
                 if str(options["file"]) == "-" or not is_model(Path(options["file"])):
-                    given = "--root" if root else "--mode"
+                    given = "--root" if root else "--mode" if mode else "--library"
                     raise UsageError(f"{given} is for AADL models, and {options['file']} is none: leave it out")
-                options["file"] = Model(options["file"], root, mode)
+                options["file"] = Model(options["file"], root, mode, library)
             return command(*arguments, **options)
 
         found = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
         found = click.option("--mode", metavar="MODE", help="Of an AADL model: the mode it is in, or PATH.MODE.")(found)
+        text = "Of an AADL model: a folder in which packages are looked for that it asks for; may be repeated."
+        found = click.option("--library", multiple=True, metavar="DIR", help=text)(found)
         text = "Of an AADL model: the system implementation, package::type.implementation."
         return click.option("--root", metavar="NAME", help=text)(found)
 

@@ -32,6 +32,7 @@ from dse.encode.sums import measure_branches
 from dse.encode.tuning import ModelTuning, RegionUnions
 from dse.space.model.criteria import Objective
 from dse.space.model.space import INACTIVE, Design, Space
+from dse.space.question.unchecked import refuse_unchecked
 from dse.support.errors import TooLargeError
 
 
@@ -221,7 +222,10 @@ def encode(evaluator: Evaluator, tuning: ModelTuning | None = None) -> EncodedSp
     ------
     TooLargeError
         when a sum would leave the range of exact arithmetic, naming what it is a sum of.
+    UncheckedError
+        when a requirement of the problem is on a flow that its import could not follow.
     """
+    refuse_unchecked(evaluator.space)
     try:
         return _encode(evaluator, tuning)
     except OverflowError as error:
@@ -236,6 +240,7 @@ class Demands:
     """
 
     def __init__(self, evaluator: Evaluator, fixable: Iterable[int] = ()) -> None:
+        refuse_unchecked(evaluator.space)
         self.evaluator = evaluator
         self.board = _structure(evaluator)
         self.board.fixable |= frozenset(fixable)

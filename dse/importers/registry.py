@@ -104,6 +104,7 @@ IMPORTERS: tuple[Importer, ...] = (
         {
             "root": "the system implementation to instantiate, package::type.implementation.",
             "mode": "the mode that it is in (components by their path: sw.m2; several with commas).",
+            "library": "a folder in which packages are looked for that the model asks for (several with commas).",
         },
         is_problem=True,
     ),

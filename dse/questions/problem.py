@@ -33,6 +33,7 @@ from dse.space.question.settings import ORIGIN
 from dse.spec.language.grammar import ExpressionError, parse_assignment, parse_limit, parse_requirement
 from dse.spec.language.scan import CALL
 from dse.spec.loading.load import LoadedSpec, UnreadableError, load_spec, parse_spec
+from dse.spec.schema.model import Imported
 from dse.support import arguments
 from dse.support.errors import UsageError
 
@@ -108,6 +109,8 @@ class Model(os.PathLike[str]):
         the system implementation, ``package::type.implementation``; may be left out where only one is used by no other.
     mode
         the mode that it is in; the initial one where it is left out.
+    library
+        folders in which packages are looked for that it asks for, besides the folder around it.
 
     Examples
     --------
@@ -121,6 +124,7 @@ class Model(os.PathLike[str]):
     path: str | Path
     root: str | None = None
     mode: str | None = None
+    library: Sequence[str | Path] = ()
 
     def __fspath__(self) -> str:
         """The path alone."""
@@ -133,7 +137,15 @@ class Model(os.PathLike[str]):
     @property
     def options(self) -> dict[str, str]:
         """What is stated, by name."""
-        return {name: text for name, text in (("root", self.root), ("mode", self.mode)) if text is not None}
+        folders = ",".join(os.fspath(item) for item in self.library) or None
+        stated = (("root", self.root), ("mode", self.mode), ("library", folders))
+        return {name: text for name, text in stated if text is not None}
+
+
+def model_of(path: Path, imported: Imported) -> Model:
+    """The model that a problem was imported from, which is now at a path: with its root, mode and libraries."""
+    base = path if path.is_dir() else path.parent
+    return Model(path, imported.root, imported.mode, [base / folder for folder in imported.library])
 
 
 Source: TypeAlias = "Problem | str | Path | Model | Mapping[str, Any] | Result | RobustResult"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import is_model
-from dse.questions.problem import Model, Problem, load, load_carried
+from dse.questions.problem import Model, Problem, load, load_carried, model_of
 from dse.spec.loading.document import differences
 from dse.spec.loading.load import parse_spec
 from dse.support.errors import ProblemError, UsageError
@@ -182,7 +182,7 @@ def _as_model(path: Path, data: Mapping[str, Any]) -> Path | Model:
         imported = parse_spec(text, path.name).spec.imported if isinstance(text, str) else None
     except ProblemError:
         imported = None
-    return path if imported is None else Model(path, imported.root, imported.mode)
+    return path if imported is None else model_of(path, imported)
 
 
 def _is_file(path: Path) -> bool:

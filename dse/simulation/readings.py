@@ -230,11 +230,15 @@ class _Reader:
 
     def connection(self, item: Connection) -> ConnectionFigures:
         first = None if self.is_local(item) else self.at(item.bus)
-        sizes: dict[int, int] = {}
+        sizes: dict[tuple[int, ...], int] = {}
         for bus in () if first is None else (first, *item.further):
             self.wrap(bus, [], self.at(item.size_bytes) or 0, sizes)
-        buses = list(sizes)
-        times = {bus: self.carrying_ns(bus, item, size) for bus, size in sizes.items()}
+        buses = list(dict.fromkeys(way[-1] for way in sizes))
+        times: dict[int, Range | None] = dict.fromkeys(buses)
+        for way, size in sizes.items():
+            taken, before = self.carrying_ns(way[-1], item, size), times[way[-1]]
+            if taken is not None:
+                times[way[-1]] = taken if before is None else (before[0] + taken[0], before[1] + taken[1])
         given = [time for time in times.values() if time is not None]
         hard = next((bus for bus in buses if not self.space.buses[bus].virtual), None)
         own = self.at(item.latency_ns)
@@ -246,8 +250,8 @@ class _Reader:
             soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])
         return ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
 
-    def wrap(self, bus: int, above: list[int], size: int, sizes: dict[int, int]) -> None:
-        """The size of a message on a bus and on what carries it, with the overheads of each way from top to bottom."""
+    def wrap(self, bus: int, above: list[int], size: int, sizes: dict[tuple[int, ...], int]) -> None:
+        """The size of a message on each way down to a bus, with the overheads of the way from top to bottom."""
         way = [*above, bus]
         carrier = self.at(self.space.buses[bus].carrier)
         if carrier is not None:
@@ -255,8 +259,8 @@ class _Reader:
                 self.wrap(one, way, size, sizes)
             return
         total = size + sum(self.at(self.space.buses[one].overhead_bytes) for one in way)
-        for one in way:
-            sizes.setdefault(one, total)
+        for length in range(1, len(way) + 1):
+            sizes.setdefault(tuple(way[:length]), total)
 
     def carrying_ns(self, number: int, item: Connection, size: int) -> Range | None:
         """What one carrier takes for the message: its transmission time, or its latency without one."""

@@ -18,7 +18,7 @@ from dse.space.architecture.components import (
     check_processor_types,
 )
 from dse.space.architecture.executors import build_executors, build_homes, build_reservations
-from dse.space.architecture.flows import build_flows, check_flow_sizes
+from dse.space.architecture.flows import build_flows, check_flow_sizes, unread_flows
 from dse.space.architecture.processors import build_processor, check_overheads
 from dse.space.architecture.segments import with_pieces
 from dse.space.model.metric_kinds import RESERVED
@@ -81,6 +81,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         components=components,
         connections=connections,
         flows=flows,
+        unread=unread_flows(ledger, spec),
         totals=spec.totals,
         derived=(),
         requirements=(),

@@ -189,5 +189,11 @@ class TooLargeError(DseError):
     exit_code = EXIT_INVALID
 
 
+class UncheckedError(DseError):
+    """Requirements of the problem cannot be compared with anything, so that nothing can be proved; says which."""
+
+    exit_code = EXIT_INVALID
+
+
 class RefereeError(AssertionError):
     """The solver's figures and the analysis disagree: a bug of ours, never the user's."""

@@ -143,7 +143,8 @@ objectives: [minimise price]
         'threads.t.deadline: "1.5 ns" counts as 1 ns',
     ]
     assert not rounded(fine("execution_time"))
-    assert pickle.loads(pickle.dumps(Rounded(3, "note"))).note == "note"
+    again = pickle.loads(pickle.dumps(Rounded(3, "note", Fraction(5, 2))))
+    assert (again, again.note, again.exact) == (3, "note", Fraction(5, 2))
 
 
 def test_a_deadline_is_supply_and_rounds_down() -> None:

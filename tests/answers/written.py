@@ -95,6 +95,7 @@ budgets: {work: {speed: 50 KIPS}}
 devices: {s: {period: 10 ms}, t: {}}
 connections: {c: {from: s, to: t, data_size: 8 B, bus: b}}
 flows: {f: {path: [s, t], latency: 0 ms .. 1 us}}
+unread: {g: {reason: it leads nowhere, latency: 0 ms .. 5 ms}}
 """
 FRAMED = """
 dse: 1
@@ -190,6 +191,7 @@ COMMANDS = (
     "solve shared.yaml --insist --json insist.json",
     "report pump.json -o reports",
     "check pump.yaml --json check.json",
+    "check osate.yaml --json unread.json",
     "check huge.yaml --json too_large.json",
     "check shared.yaml --require 'latency of f >= 9 s' --json most.json",
     "check pump.yaml --max-jitter 1us --max-price 1EUR --json impossible.json",

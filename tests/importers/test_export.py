@@ -362,3 +362,64 @@ budgets:
         "ROMBudget => 1000.0 Bytes",
     ]  # fmt: skip
     assert dse.analyse(path).resources == dse.analyse(dse.loads(text)).resources
+
+
+LIBRARY = "package lib public data d properties Data_Size => 8 Bytes; end d; end lib;"
+USING = """
+package m public with lib;
+  device s features o : out data port lib::d; flows f : flow source o; properties Period => 10 ms; end s;
+  thread w features i : in data port lib::d; flows f : flow sink i; properties Period => 20 ms; end w;
+  process p features i : in data port lib::d; flows f : flow sink i; end p;
+  process implementation p.i
+    subcomponents w : thread w;
+    connections c : port i -> w.i;
+    flows f : flow sink i -> c -> w.f;
+  end p.i;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; p : process p.i;
+    connections c : port s.o -> p.i;
+    flows e : end to end flow s.f -> c -> p.f;
+  end top.i;
+end m;
+"""
+OVER = """
+dse: 1
+name: q
+of: m.aadl
+threads: {p.w: {period: [10 ms, 20 ms]}}
+objectives: [minimise latency of e]
+"""
+
+
+def test_an_export_may_be_made_again_but_not_in_the_place_of_what_the_model_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("lib.aadl", LIBRARY), ("m.aadl", USING), ("q.yaml", OVER)):
+        Path(name).write_text(text, encoding="utf-8")
+    assert run(["solve", "q.yaml", "-q", "--json", "r.json"]) == 0
+    for _ in range(2):
+        assert run(["export", "r.json#1", "--format", "aadl", "-o", "out.aadl"]) == 0
+    assert run(["export", "r.json#1", "--format", "aadl", "-o", "lib.aadl"]) == 2
+    assert "lib.aadl: is a model that this command reads" in capsys.readouterr().err
+    assert Path("lib.aadl").read_text(encoding="utf-8") == LIBRARY
+
+
+def test_what_aadl_admits_of_no_such_component_is_told_instead_of_set(tmp_path: Path) -> None:
+    text = USING.replace("s : device s;", "s : device s; b : process p;").replace(
+        "c : port s.o -> p.i;", "c : port s.o -> p.i; d : port s.o -> b.i;"
+    )
+    (tmp_path / "lib.aadl").write_text(LIBRARY, encoding="utf-8")
+    (tmp_path / "m.aadl").write_text(text, encoding="utf-8")
+    (tmp_path / "q.yaml").write_text(
+        "dse: 1\nname: q\nof: m.aadl\nthreads: {b: {compute_execution_time: [1 ms, 2 ms], deadline: [3 ms, 4 ms]}}\n"
+        "objectives: [minimise latency of e]\n",
+        encoding="utf-8",
+    )
+    exported = dse.export(dse.solve(tmp_path / "q.yaml"), 1, "aadl")
+    body = exported.partition("package")[2]
+    assert "Compute_Execution_Time" not in body and "Deadline => 3 ms applies to b;" in body
+    assert (
+        "Not set, for AADL has no such property of a process: Compute_Execution_Time => 1 ms .. 1 ms of b" in exported
+    )

@@ -207,7 +207,7 @@ CARRIED = """
   system top end top;
   system implementation top.i
     subcomponents a : abstract sender; b : abstract receiver; w : bus wire; x : bus wire; o : virtual bus outer;
-      r : processor router;
+      r : processor router; t : virtual bus ticking;
     connections c : port a.o -> b.i;
     flows e : end to end flow a.f -> c -> b.f;
     properties
@@ -217,6 +217,7 @@ CARRIED = """
 
 
 ON_W = "Actual_Connection_Binding => (reference (w)) applies to c; "
+ON_T = "Actual_Connection_Binding => (reference (t)) applies to c; "
 ON_O = ON_W.replace("(w)", "(o)") + ON_W.replace("to c", "to o")
 
 
@@ -237,6 +238,9 @@ ON_O = ON_W.replace("(w)", "(o)") + ON_W.replace("to c", "to o")
         (ON_O + "Required_Virtual_Bus_Class => (classifier (ticking)) applies to c;", (2 + 16 + 2 + 27, 2 + 19 + 28)),
         # without a binding no latency of what is required counts, but its Period does
         ("Required_Virtual_Bus_Class => (classifier (outer), classifier (ticking)) applies to c;", (2, 2 + 7)),
+        # whatever has a period samples, also what carries another one: 10 + 2 bytes on the wire
+        (ON_T + "Actual_Connection_Binding => (reference (w)) applies to t; Period => 5 ms applies to w;",
+         (2 + 17, 2 + 18 + 7 + 5)),
     ],
 )  # fmt: skip
 def test_what_carries_a_message(tmp_path: Path, properties: str, expected: tuple[int, int]) -> None:
@@ -249,8 +253,92 @@ def test_several_buses_at_once_each_carry_the_message(tmp_path: Path) -> None:
     text = CARRIED % (bound + " SEI::Message_Rate => 10.0 PerSecond applies to c;")
     found = dse.analyse(written(tmp_path, text), profile="dse")
     loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
-    assert loads == {"load of w": 120, "load of x": 120, "load of o": 0}
+    assert loads == {"load of w": 120, "load of x": 120, "load of o": 0, "load of t": 0}
     assert found.flows[0].min_ns == (1 + 17 + 17 + 1) * MS
+
+
+SIZED = """
+package m public with SEI;
+  data plain end plain;
+  data whole properties Data_Size => 99 Bytes; end whole;
+  data flag properties Data_Size => 1 bits; end flag;
+  data pair end pair;
+  data implementation pair.i subcomponents x : data whole; y : data flag; end pair.i;
+  bus wire properties Transmission_Time => [PerByte => 1 ms .. 1 ms;]; Source_Data_Size => 7 Bytes; end wire;
+  device s features o : out event data port %s; flows f : flow source o {Latency => 1 ms .. 1 ms;};
+    properties Period => 1 sec; end s;
+  device r features i : in event data port; flows f : flow sink i {Latency => 1 ms .. 1 ms;}; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; r : device r; b : bus wire;
+    connections k : port s.o -> r.i {Actual_Connection_Binding => (reference (b));};
+    flows e : end to end flow s.f -> k -> r.f;
+  end top.i;
+end m;
+"""
+
+
+@pytest.mark.parametrize(
+    ("port", "latency", "load"),
+    [
+        ("whole", Fraction(2 + 99), Fraction(99)),
+        # a size of the port itself counts in the load, not in the latency
+        ("whole {Data_Size => 108 Bytes;}", Fraction(2 + 99), Fraction(108)),
+        ("plain {Data_Size => 4 Bytes;}", Fraction(2), Fraction(4)),
+        # sizes in bits are not rounded
+        ("flag", 2 + Fraction(1, 8), Fraction(1, 8)),
+        ("flag {Data_Size => 12 bits;}", 2 + Fraction(1, 8), Fraction(3, 2)),
+        # OSATE has 0 for the load of data that is composed of others, where we count what is sent
+        ("pair.i", 2 + 99 + Fraction(1, 8), 99 + Fraction(1, 8)),
+    ],
+)
+def test_sizes_of_messages(tmp_path: Path, port: str, latency: Fraction, load: Fraction) -> None:
+    text = SIZED % port
+    assert latencies(tmp_path, text) == {"e": (latency, latency)}
+    path = written(tmp_path, text)
+    assert dse.analyse(path).metrics["load of b"] == load
+    result = dse.solve(path, minimise=["load of b", "latency of e"])  # the search counts as the analysis does
+    assert result.status == "complete"
+    assert dse.verify(result).status == "verified"
+    (tmp_path / "again.yaml").write_text(dse.import_file(path).text, encoding="utf-8")
+    again = dse.solve(tmp_path / "again.yaml", minimise="price")
+    (tmp_path / "out.aadl").write_text(dse.export(again, 1, "aadl"), encoding="utf-8")
+    back = dse.analyse(tmp_path / "out.aadl")
+    assert (back.metrics["load of b"], back.flows[0].max_ns) == (load, latency * MS)
+
+
+TWICE = """
+package m public with SEI;
+  data d properties Data_Size => 10 Bytes; end d;
+  bus wire properties Transmission_Time => [PerByte => 1 us .. 1 us;]; end wire;
+  virtual bus plain end plain;
+  virtual bus heavy properties Data_Size => 10 Bytes; end heavy;
+  device s features o : out event data port d; flows f : flow source o; properties Period => 10 ms; end s;
+  device r features i : in event data port d; flows f : flow sink i; end r;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; r : device r; b : bus wire; v : virtual bus plain; u : virtual bus heavy;
+    connections k : port s.o -> r.i {Actual_Connection_Binding => (reference (v), reference (u));};
+    flows e : end to end flow s.f -> k -> r.f;
+    properties
+      Actual_Connection_Binding => (reference (b)) applies to v, u;
+  end top.i;
+end m;
+"""
+
+
+@pytest.mark.parametrize("profile", ["dse", "osate-2.19"])
+def test_two_virtual_buses_of_one_bus_load_it_twice(tmp_path: Path, profile: Any) -> None:
+    """100 messages in a second, one of 10 bytes and one of 10 + 10 bytes each time."""
+    found = dse.analyse(written(tmp_path, TWICE), profile=profile)
+    loads = {name: value for name, value in found.metrics.items() if name.startswith("load")}
+    assert loads == {"load of b": 3000, "load of v": 1000, "load of u": 2000}
+    assert sum(row.max_ns for row in found.flows[0].rows if row.category == "connection") == 30_000
+
+
+def test_the_simulation_sends_over_both_virtual_buses(tmp_path: Path) -> None:
+    found = dse.simulate(written(tmp_path, TWICE), runs=1, profile="dse")
+    assert found.exit_code == 0
 
 
 # --- loads ----------------------------------------------------------------------------------------------------------

@@ -162,7 +162,7 @@ def test_modes(tmp_path: Path) -> None:
     assert worker(tmp_path, text)["period"] == "20 ms"
     assert worker(tmp_path, text, mode="fast")["period"] == "5 ms"
     fast = read_foreign(tmp_path / "m.aadl", None, {"mode": "fast"})
-    assert any("does not lead from s to p.w: the flow is left out" in item.message for item in fast.remarks)
+    assert any("the flow through is not there in this mode (connection c)" in item.message for item in fast.remarks)
     with pytest.raises(ProblemError, match="the root has no mode quick"):
         document(tmp_path, text, mode="quick")
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from math import ceil
 from typing import Any
 
 from dse.space.architecture.frames import Frame, wire_ns
@@ -17,6 +18,11 @@ from dse.space.model.trees import FROM_BANDWIDTH, Choice, PerProcessorType
 
 Times = tuple[Fraction, Fraction]
 NOTHING: Times = (Fraction(0), Fraction(0))
+
+
+def plain(size_bytes: Any) -> Fraction:
+    """A size as it is stated: what was rounded to whole bytes remembers its bits."""
+    return Fraction(getattr(size_bytes, "exact", size_bytes))
 
 
 @dataclass
@@ -72,17 +78,18 @@ class Model:
         response = self.times(item.response_ns) if runs and not self.is_old else None
         execution = self.times(item.execution_ns) if runs else None
         specified = self.times(item.latency_ns)
-        deadline = Fraction(self.at(item.deadline_ns) or 0)
+        assigned = self.at(item.deadline_ns)
+        deadline = Fraction(assigned or 0)
         by_deadline = self.space.worst_case == "deadline"
         worst = response[1] if response else Fraction(0)
-        if not worst and execution and (not by_deadline or (not deadline and not self.is_old)):
+        if not worst and execution and (not by_deadline or (assigned is None and not self.is_old)):
             worst = execution[1]
         if not worst and deadline and (by_deadline or self.is_old):
             worst = deadline
         if not worst and specified:
             worst = specified[1]
         if not worst and not self.is_old:
-            worst = deadline or self.period(item)
+            worst = deadline if assigned is not None else self.period(item)
         best = response[0] if response else Fraction(0)
         for found in (execution, specified):
             if not best and found:
@@ -132,14 +139,15 @@ class Model:
 
     # --- connections ---
 
-    def stack(self, wire: Connection) -> list[tuple[int, int, str]]:
+    def stack(self, wire: Connection) -> list[tuple[int, Fraction, str]]:
         """What a message meets: each carrier, the bytes there, and whether it is bound, required or only sampling."""
-        found: list[tuple[int, int, str]] = []
+        found: list[tuple[int, Fraction, str]] = []
         bus = self.at(wire.stated_bus)
-        self.meet([] if bus is None else [bus, *wire.further], wire.protocols, self.at(wire.size_bytes) or 0, found)
+        size = self.at(wire.size_bytes if wire.type_bytes is None else wire.type_bytes)
+        self.meet([] if bus is None else [bus, *wire.further], wire.protocols, plain(size or 0), found)
         return found
 
-    def meet(self, bound: list[int], protocols: Any, size: int, found: list[tuple[int, int, str]]) -> None:
+    def meet(self, bound: list[int], protocols: Any, size: Fraction, found: list[tuple[int, Fraction, str]]) -> None:
         if not [bus for bus in bound if self.space.buses[bus].virtual]:
             size += self.wrap(protocols, size, found, "required" if bound else "sampling")
         for bus in bound:
@@ -149,16 +157,16 @@ class Model:
             if slot.virtual:
                 self.meet([] if below is None else [below, *slot.further], self.at(slot.protocols), found[-1][1], found)
 
-    def wrap(self, protocols: Any, size: int, found: list[tuple[int, int, str]], kind: str) -> int:
-        added = 0
+    def wrap(self, protocols: Any, size: Fraction, found: list[tuple[int, Fraction, str]], kind: str) -> Fraction:
+        added = Fraction(0)
         for bus in protocols:
             own = self.extra(bus)
             found.append((bus, size + own, kind))
             added += own + self.wrap(self.at(self.space.buses[bus].protocols), size + own, found, kind)
         return added
 
-    def extra(self, bus: int) -> int:
-        return 0 if self.is_old else self.at(self.space.buses[bus].overhead_bytes)
+    def extra(self, bus: int) -> Fraction:
+        return Fraction(0) if self.is_old else plain(self.at(self.space.buses[bus].overhead_bytes))
 
     def machine(self, wire: Connection) -> str:
         for end in (wire.source, wire.target):
@@ -167,7 +175,7 @@ class Model:
                 return slot.types[self.design[slot.type_decision]]
         raise AssertionError
 
-    def medium(self, wire: Connection, number: int, size: int) -> Times:
+    def medium(self, wire: Connection, number: int, size: Fraction) -> Times:
         bus = self.space.buses[number]
 
         def figure(tree: Any) -> Any:
@@ -177,7 +185,7 @@ class Model:
         fixed, each, latency = figure(bus.fixed_ns), None, figure(bus.latency_ns)
         found = NOTHING
         if isinstance(fixed, Frame):
-            least, most = wire_ns(fixed, size, self.at(bus.bandwidth_bps))  # its bits are held to another encoder
+            least, most = wire_ns(fixed, ceil(size), self.at(bus.bandwidth_bps))  # its bits are held to another encoder
             found = (Fraction(least), Fraction(most))
             if self.is_old:
                 return found
@@ -198,7 +206,7 @@ class Model:
         times = [item for item in times if item[1]]
         row.value = (sum((item[0] for item in times), Fraction(0)), sum((item[1] for item in times), Fraction(0)))
         periods = [Fraction(self.at(self.space.buses[bus].period_ns) or 0) for bus, _, _ in stack]
-        row.period = max(periods, default=Fraction(0))
+        row.period = sum(periods, Fraction(0))
         own = self.times(wire.latency_ns)
         if not times and not row.period and own and own[1] and not self.is_old:
             row.value = own
@@ -209,7 +217,7 @@ class Model:
             row.value = row.value[0], row.value[1] + self.waiting(number, stack)
         return row
 
-    def waiting(self, number: int, stack: list[tuple[int, int, str]]) -> Fraction:
+    def waiting(self, number: int, stack: list[tuple[int, Fraction, str]]) -> Fraction:
         total = Fraction(0)
         used = {s.index for flow in self.space.flows for s in flow.steps if s.kind == "connection"}
         for bus in {bus for bus, _, kind in stack if kind == "bound"}:
@@ -217,7 +225,8 @@ class Model:
                 continue
             for rival in (self.space.connections[other] for other in used - {number}):
                 sizes = [size for met, size, kind in self.stack(rival) if met == bus and kind == "bound"]
-                total += sum((self.medium(rival, bus, size)[1] for size in sizes), Fraction(0))
+                times = [self.medium(rival, bus, size)[1] for size in sizes]
+                total += next((time for time in reversed(times) if time), Fraction(0))
         return total
 
     def synchronous(self, wire: Connection) -> bool:
@@ -363,16 +372,17 @@ class Model:
         for wire in self.space.connections:
             first = self.at(wire.bus)
             ways = [] if first is None else [way for one in (first, *wire.further) for way in self.ways(one)]
-            way = next((one for one in ways if bus in one), None)
-            message = (wire.source, wire.from_port)
-            is_again = wire.from_port is not None and way is not None and (way[0], *message) in sent
+            message, before = (wire.source, wire.from_port), set(sent)
             sent |= {(one, *message) for other in ways for one in other}
-            if way is None or (is_again and self.at(self.space.buses[way[0]].broadcast)):
-                continue
-            carried = self.message_load(wire, way)
-            if carried is None or isinstance(self.at(self.space.buses[bus].fixed_ns), Frame):
-                return None
-            total += carried
+            until = {way[: way.index(bus) + 1]: way for way in reversed(ways) if bus in way}
+            for way in until.values():
+                is_again = wire.from_port is not None and (way[0], *message) in before
+                if is_again and self.at(self.space.buses[way[0]].broadcast):
+                    continue
+                carried = self.message_load(wire, way)
+                if carried is None or isinstance(self.at(self.space.buses[bus].fixed_ns), Frame):
+                    return None
+                total += carried
         return total
 
     def message_load(self, wire: Connection, way: tuple[int, ...]) -> Fraction | None:
@@ -386,8 +396,8 @@ class Model:
             if self.protocol(sender) == "sporadic":
                 return None  # as its inputs come
             rate = Fraction(10**9) / self.period(sender)
-        overhead = sum(self.at(self.space.buses[one].overhead_bytes) for one in way)
-        return Fraction(rate) * ((self.at(wire.size_bytes) or 0) + overhead)
+        overhead = sum(plain(self.at(self.space.buses[one].overhead_bytes)) for one in way)
+        return Fraction(rate) * (plain(self.at(wire.size_bytes) or 0) + overhead)
 
     def required(self, bus: int) -> Fraction:
         """The budgets of what is bound to a bus directly."""

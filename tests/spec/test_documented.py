@@ -28,7 +28,8 @@ assumptions: [none so far]
 include: [parts.yaml]
 profile: dse
 ros2: {nodes: {f: /f}, parameters: {f.period: a}, callback_groups: {f: "/f@Timer({f})"}, source: s}
-imported: {from: robot.aadl, root: "robots::robot.impl", mode: cruise}
+imported: {from: robot.aadl, root: "robots::robot.impl", mode: cruise, library: [../lib]}
+unread: {f: {reason: it leads nowhere, latency: 0 ms .. 5 ms, source: "robot.aadl:3"}}
 processing: execution_time
 deadlines: stated
 overload: forbidden
@@ -88,8 +89,8 @@ threads:
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}
 reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 1, source: s}}
 connections:
-  w: {from: e, to: f, data_size: 1 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed, queue_size: 1,
-      further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
+  w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
+      queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
@@ -123,7 +124,7 @@ LISTS = {
     "objectives",
 }
 """Fields in which a list is no choice."""
-OF_A_MODEL = {"of", "root", "mode"}
+OF_A_MODEL = {"of", "root", "mode", "library"}
 """Keys that name a model: tests/importers has files with them."""
 WORDS = frozenset(
     {
@@ -254,7 +255,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2")
+    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2", "UnreadFlow")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame", "EthercatFrame", "FlexrayFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):

@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
 
-from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_bytes
+from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
 from dse.analysis.latency.contributors import element_rows, elements_of, flow_rows
 from dse.analysis.latency.exact_chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.latency.offset_advice import boundaries, clock_gains
@@ -291,7 +291,7 @@ def _transfer(space: Space, number: int, item: Connection, view: View) -> _Trans
     stack, bus = bus_stack(space, item, view), space.buses[number]
     if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None
-    size, bandwidth_bps = message_bytes(space, item, number, view), at(bus.bandwidth_bps, view)
+    size, bandwidth_bps = max(message_sizes(space, item, number, view)), at(bus.bandwidth_bps, view)
     times = carrying_ns(space, bus, item, size, view)
     if times is None or not size or not bandwidth_bps:
         return None
@@ -364,9 +364,9 @@ def _outside(space: Space, item: Connection, view: View) -> tuple[Outside, ...]:
     for number in bus_stack(space, item, view):
         bus = space.buses[number]
         sizes = _sizes(space, number, item, view)
-        size = message_bytes(space, item, number, view)
-        if sizes is not None and not sizes.min_bytes <= size <= sizes.max_bytes:
-            found.append(Outside(item.name, size, bus.name, sizes))
+        for size in message_sizes(space, item, number, view):
+            if sizes is not None and not sizes.min_bytes <= size <= sizes.max_bytes:
+                found.append(Outside(item.name, size, bus.name, sizes))
     return tuple(found)
 
 

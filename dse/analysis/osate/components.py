@@ -99,7 +99,10 @@ def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str
 
 
 def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Longest processing, by profile and by the worst-case setting; a deadline of 0 is not assigned."""
+    """Longest processing, by profile and by the worst-case setting.
+
+    An assigned deadline of 0 takes the place of the execution time all the same, and leaves the specified latency.
+    """
     by_deadline = space.worst_case == "deadline"
     deadline = (at(component.deadline_ns, view), "deadline")
     response, execution, latency = (
@@ -109,7 +112,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
         return first_given(space, [deadline, latency] if by_deadline else [execution, deadline, latency])
     if is_computed(space, component, view) and response[0] is None and execution[0] is not None:
         response = computed_ns(space, component, execution, view)
-    if by_deadline and deadline[0]:
-        return first_given(space, [response, deadline])
+    if by_deadline and deadline[0] is not None:
+        return first_given(space, [response, deadline, latency])
     period = (period_ns(component, view), "deadline")
     return first_given(space, [response, execution, latency, deadline, period])

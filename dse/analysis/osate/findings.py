@@ -119,11 +119,12 @@ def _immediate(space: Space, flow: Flow, view: View) -> Iterator[Finding]:
         samples = is_sampling(space, component, view) and wire.port in ("data", "feature")
         if wire.timing != "immediate" or goes_on or not samples:
             continue
-        deadline = at(component.deadline_ns, view) or period_ns(component, view)
+        stated = at(component.deadline_ns, view)
+        deadline = period_ns(component, view) if stated is None else stated
         since = since_sampling(space, place, view)
         own = place_rows(space, place, view)[-1].max_ns
         passed = own + (since.max_ns if since is not None else 0)
-        if passed > deadline:
+        if passed > deadline > 0:
             text = f"the immediate connections up to {component.name} end after {_told(passed)}, its deadline is"
             yield Finding("error", f"{text} {_told(deadline)}")
 

@@ -303,20 +303,18 @@ def _connection_rows(space: Space, place: FlowPosition, view: View, *, queues: b
     nothing = NO_LATENCY[space.profile]
     stack = media(space, wire, view)
     rows = [row for row in (_medium_row(space, wire, medium, view) for medium in stack) if row.max_ns]
-    period, slowest = max(
-        ((at(space.buses[medium.bus].period_ns, view) or 0, space.buses[medium.bus].name) for medium in stack),
-        key=lambda item: item[0],
-        default=(0, ""),
-    )
+    periods = [(at(space.buses[medium.bus].period_ns, view) or 0, space.buses[medium.bus].name) for medium in stack]
+    sampling = [(period, medium) for period, medium in periods if period]
     if space.profile == OLD:
         rows = [Row(*name, sum(r.min_ns for r in rows), nothing, sum(r.max_ns for r in rows), nothing)]
-    elif not rows and not period:
+    elif not rows and not sampling:
         own = at(wire.latency_ns, view)
         if own is not None and own[1]:
             rows = [Row(*name, own[0], "specified", own[1], "specified")]
-    if period:
-        least = period if is_rounded_to_bus(space, place, view) else 0
-        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol", slowest))
+    rounded = bool(sampling) and is_rounded_to_bus(space, place, view)
+    for period, medium_name in sampling:  # each samples by itself, also one that carries another
+        least = period if rounded else 0
+        rows.append(Row(*name, least, "sampling protocol", period, "sampling protocol", medium_name))
     waiting = _waiting_ns(space, place, view) if queues else 0
     if waiting:
         waited = (item.bus for item in stack if item.is_bound and not at(space.buses[item.bus].period_ns, view))
@@ -362,15 +360,14 @@ def _last_flow(space: Space, number: int) -> int:
 def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
     """What a message waits for one other connection: its longest transmission on each medium that both share.
 
-    A medium with a period of its own makes nobody wait.
+    A medium with a period of its own makes nobody wait. Of several messages over one medium OSATE keeps the last one.
     """
     mine = {item.bus for item in media(space, space.connections[place_step(space, place).index], view) if item.is_bound}
     if not mine:
         return 0
     rival = space.connections[other]
-    shared = [
-        item
-        for item in media(space, rival, view)
-        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view)
-    ]
-    return sum(medium_ns(space, rival, item, view)[1] for item in shared)
+    longest: dict[int, Exact] = {}
+    for item in media(space, rival, view):
+        if item.is_bound and item.bus in mine and not at(space.buses[item.bus].period_ns, view):
+            longest[item.bus] = medium_ns(space, rival, item, view)[1] or longest.get(item.bus, 0)
+    return sum(longest.values())

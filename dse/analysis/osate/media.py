@@ -10,19 +10,21 @@ from dse.analysis.osate.components import OLD
 from dse.analysis.views import View
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import FROM_BANDWIDTH, at
-from dse.support.units import Exact
+from dse.support.units import Exact, unrounded
 
 
 @dataclass(frozen=True, slots=True)
 class Medium:
     """A bus or virtual bus (by index) and the bytes of a message there, with the overheads of what wraps it so far.
 
+    OSATE counts sizes in bits as they are, and of the sending port the size of its data type.
+
     One that is only required (`is_bound` is false) makes nobody wait; without any binding it takes no time (`is_timed`
     is false), but samples.
     """
 
     bus: int
-    size_bytes: int
+    size_bytes: Exact
     is_bound: bool = True
     is_timed: bool = True
 
@@ -31,11 +33,11 @@ def media(space: Space, wire: Connection, view: View) -> tuple[Medium, ...]:
     """Whatever carries a connection, in OSATE's order; also inside one process."""
     bus = at(wire.stated_bus, view)
     bound = () if bus is None else (bus, *wire.further)
-    size: int = at(wire.size_bytes, view) or 0
-    return tuple(_carried(space, bound, wire.protocols, size, view))
+    stated: int | None = at(wire.size_bytes if wire.type_bytes is None else wire.type_bytes, view)
+    return tuple(_carried(space, bound, wire.protocols, unrounded(stated or 0), view))
 
 
-def _carried(space: Space, bound: Sequence[int], required: Sequence[int], size: int, view: View) -> Iterator[Medium]:
+def _carried(space: Space, bound: Sequence[int], required: Sequence[int], size: Exact, view: View) -> Iterator[Medium]:
     """Required protocols, which count where no virtual bus is bound; then what is bound, and what carries that."""
     if not any(space.buses[number].virtual for number in bound):
         yield from _required(space, required, size, view, is_timed=bool(bound))
@@ -48,7 +50,7 @@ def _carried(space: Space, bound: Sequence[int], required: Sequence[int], size: 
             yield from _carried(space, below, at(space.buses[number].protocols, view), inner, view)
 
 
-def _required(space: Space, required: Sequence[int], size: int, view: View, *, is_timed: bool) -> Iterator[Medium]:
+def _required(space: Space, required: Sequence[int], size: Exact, view: View, *, is_timed: bool) -> Iterator[Medium]:
     """Required protocols, each with those that it requires; protocols side by side wrap the same message."""
     for number in required:
         inner = size + _overhead(space, number, view)
@@ -56,7 +58,7 @@ def _required(space: Space, required: Sequence[int], size: int, view: View, *, i
         yield from _required(space, at(space.buses[number].protocols, view), inner, view, is_timed=is_timed)
 
 
-def _overheads(space: Space, required: Sequence[int], view: View) -> int:
+def _overheads(space: Space, required: Sequence[int], view: View) -> Exact:
     """What required protocols add in all, with those that they require."""
     return sum(
         _overhead(space, number, view) + _overheads(space, at(space.buses[number].protocols, view), view)
@@ -64,9 +66,9 @@ def _overheads(space: Space, required: Sequence[int], view: View) -> int:
     )
 
 
-def _overhead(space: Space, number: int, view: View) -> int:
+def _overhead(space: Space, number: int, view: View) -> Exact:
     """What a carrier adds to a message; nothing in 2014."""
-    return 0 if space.profile == OLD else at(space.buses[number].overhead_bytes, view)
+    return 0 if space.profile == OLD else unrounded(at(space.buses[number].overhead_bytes, view))
 
 
 def medium_ns(space: Space, wire: Connection, medium: Medium, view: View) -> tuple[Exact, Exact]:

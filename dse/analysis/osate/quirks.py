@@ -136,10 +136,12 @@ def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> It
     if step.kind != "connection" or not is_rounded_to_bus(space, place, view):
         return
     wire = space.connections[step.index]
-    period = max((at(space.buses[item.bus].period_ns, view) or 0 for item in media(space, wire, view)), default=0)
+    periods = [at(space.buses[item.bus].period_ns, view) or 0 for item in media(space, wire, view)]
+    period = sum(periods)
     if period:
+        what = "period" if sum(map(bool, periods)) == 1 else "periods, in all"
         least = format_duration(total_ns(space, flow, view)[0] - period)
-        told = f"OSATE adds the period {format_duration(period)} of what carries {wire.name} to the minimum as well"
+        told = f"OSATE adds the {what} {format_duration(period)} of what carries {wire.name} to the minimum as well"
         yield f"{told}, for it takes the system for synchronous: without it {flow.name} takes at least {least}"
 
 

@@ -24,10 +24,11 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
     With the options of `dse solve` the question is the one that they ask. Exit code 3 also when `dse solve` would
-    refuse it as too large to search exactly.
+    refuse it: as too large to search exactly, or for a requirement on a flow that the import could not follow.
     """
     check_writable(json_path, report)
     from dse.questions.verbs.check import check
+    from dse.space.question.unchecked import unchecked_words
 
     description = check(load_told(file), **question_of(options))
     from dse.report.content.check import description_page
@@ -35,4 +36,6 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
     if description.too_large:
         tell(f"dse: {description.too_large}")
+    if description.space.unchecked:
+        tell(f"dse: {unchecked_words(description.space)}")
     return description.exit_code

@@ -55,8 +55,7 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     if model.library.findings:
         raise ProblemError(sorted(model.library.findings, key=lambda item: (item.file, item.line, item.column)))
     tell(model)
-    remarks = sorted(model.library.remarks, key=lambda item: (item.file, item.line, item.column))
-    return Imported(document, tuple(remarks), writer.places)
+    return Imported(document, tuple(model.library.remarks()), writer.places)
 
 
 def _alternatives(

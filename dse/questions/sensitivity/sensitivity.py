@@ -23,6 +23,7 @@ from dse.questions.sensitivity.uncertainty import Uncertain, read_uncertainties,
 from dse.questions.sweep.fronts import search_space
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
+from dse.space.question.unchecked import refuse_unchecked
 from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.extras import how_to_install, is_installed
@@ -128,6 +129,7 @@ def sensitivity_asked(
         raise UsageError("the swing is a share above 0 and below 100 %")
     if problem.loaded.spec.uncertainty and not is_installed("sensitivity"):
         raise UsageError(f"The indices of uncertain inputs need {how_to_install('sensitivity')}")
+    refuse_unchecked(problem.space)
     tell = say or (lambda _: None)
     problem = with_stated_cores(problem, texts)
     inputs = InputSpace(problem)

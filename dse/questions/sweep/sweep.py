@@ -22,6 +22,7 @@ from dse.questions.sweep.runs import OTHER_VERSION, OutcomeError, Run, make_payl
 from dse.questions.sweep.store import Store, semantics_version
 from dse.questions.sweep.workers import Task, check_workers, run_all
 from dse.space.question.settings import SETTINGS, settings_of
+from dse.space.question.unchecked import refuse_unchecked
 from dse.spec.schema.hardware import FROM_BANDWIDTH
 from dse.support import arguments
 from dse.support.errors import DseError, UsageError
@@ -140,6 +141,7 @@ def sweep_asked(
 ) -> SweepResult:
     """Sweep the question of a problem as it stands; see `sweep`."""
     check_workers(means.workers)
+    refuse_unchecked(asked.space)
     check_objectives(asked.space)
     inputs = Inputs(merged_data(asked))
     axes = read_axes(asked, inputs, vary)

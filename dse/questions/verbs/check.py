@@ -16,6 +16,7 @@ from dse.answers.question_data import OF_SPACE
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Question
 from dse.space.architecture.activation import exclusions
+from dse.space.model.flows import UnreadFlow
 from dse.space.model.metric_kinds import asks_for_changes
 from dse.space.model.space import Component, Decision, Slot, Space
 from dse.space.model.trees import leaves
@@ -82,7 +83,7 @@ class Description(Answer):
         "valid",
         *OF_SPACE,
         *("size", Of("options", key="decisions"), "flows", "requirements", "implied", "rules", "objectives"),
-        *(Of("out_of_reach", key="impossible"), "too_large", "remarks"),
+        *(Of("out_of_reach", key="impossible"), "too_large", "unread", "remarks"),
     )
 
     space: Space
@@ -96,8 +97,13 @@ class Description(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 3 where `dse solve` refuses the problem as too large."""
-        return EXIT_INVALID if self.too_large else EXIT_COMPLETE
+        """What the command line answers with: 3 where `dse solve` refuses the problem."""
+        return EXIT_INVALID if self.too_large or self.space.unchecked else EXIT_COMPLETE
+
+    @property
+    def unread(self) -> Annotated[tuple[UnreadFlow, ...], Json(default=[])]:
+        """The flows of the model that its import could not follow; `dse solve` refuses a problem that limits one."""
+        return self.space.unread
 
     def frame(self) -> pandas.DataFrame:
         """The open decisions; columns ``decision`` and ``options``, one text."""
@@ -184,10 +190,13 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     space = asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
     evaluator, ends = Evaluator(space), Ends(space)
+    unread = (f"{item.reason} ({item.origin})" for item in space.unread)
     unfinished: list[str] = []
     found = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
-    sums = _in_time(too_large(evaluator, ends), unfinished, "whether sums stay within exact arithmetic")
+    asked_for = iter(()) if space.unchecked else too_large(evaluator, ends)
+    sums = _in_time(asked_for, unfinished, "whether sums stay within exact arithmetic")
     remarks = (
+        *unread,
         *_lists_for_ranges(space),
         *_in_time(_remarks(space), unfinished, "what else there is to remark"),
         *_setting_remarks(space),
@@ -221,7 +230,9 @@ def _setting_remarks(space: Space) -> Iterator[str]:
 
 def _rounded(problem: Problem) -> Iterator[str]:
     """What counts otherwise than it is written, for want of a finer unit."""
-    found = [f"{path}: {note}" for path, note in rounded_figures(problem.loaded)]
+    exact = () if problem.space.profile == "dse" else ("data_size", "overhead")
+    figures = rounded_figures(problem.loaded)
+    found = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
     yield from found[:MOST_ROUNDED]
     if len(found) > MOST_ROUNDED:
         yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"

@@ -32,6 +32,7 @@ from dse.space.model.space import Design, Space
 from dse.space.model.trees import at, graft
 from dse.space.question.metrics import QuestionError
 from dse.space.question.reading import read_requirements
+from dse.space.question.unchecked import refuse_unchecked
 from dse.spec.language.scan import ExpressionError
 from dse.spec.schema.model import Spec, Thread
 from dse.support import arguments
@@ -332,6 +333,7 @@ class _Bench:
 
 
 def _analysed(space: Space, design: Design) -> Analysis:
+    refuse_unchecked(space)
     found = analyse_design(Evaluator(space), design)
     if found.breaches:
         raise UsageError(f"with the measured figures the design is not valid: {'; '.join(found.breaches)}")

@@ -26,7 +26,7 @@ from dse.importers.aadl.instance.model import InstanceModel as AadlModel
 from dse.importers.aadl.instance.model import read_model
 from dse.importers.registry import YAML, is_model
 from dse.questions.complete_design import complete_design
-from dse.questions.problem import Model, load, load_carried
+from dse.questions.problem import Model, load, load_carried, model_of
 from dse.space.model.metric_kinds import counts_changes
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
@@ -234,7 +234,7 @@ def aadl_text(result: Result, design: Design, title: str, *, response_times: boo
 def _chosen(result: Result, design: Design, title: str, imported: Imported, responses: Responses) -> str:
     """An implementation that extends the model; it is read back together with the files of that."""
     path = _model_file(result)
-    options = {key: text for key, text in (("root", imported.root), ("mode", imported.mode)) if text is not None}
+    options = model_of(path, imported).options
     model = read_model(path, options)
     taken = _implementations(model, result.space, design)
     if taken:
@@ -290,9 +290,10 @@ def _implementations(model: AadlModel, space: Space, design: Design) -> list[Sub
 def _base(path: Path, imported: Imported, taken: Sequence[Subsystem]) -> Space:
     """The problem that a model states by itself, with these implementations of subsystems."""
     if not taken:
-        return load(Model(path, imported.root, imported.mode)).space
+        return load(model_of(path, imported)).space
     document: dict[str, Any] = {"dse": 1, "name": "base", "of": str(path.resolve()), "root": imported.root}
     document |= {"mode": imported.mode} if imported.mode else {}
+    document |= {"library": [str(Path(item).resolve()) for item in model_of(path, imported).library]}
     for item in taken:
         document.setdefault(item.key[0], {})[item.name] = {"type": item.classifiers[0]}
     with tempfile.TemporaryDirectory() as place:

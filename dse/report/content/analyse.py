@@ -64,6 +64,7 @@ def analysis_page(analysis: Analysis) -> Page:
     blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
     if not analysis.breaches:
         blocks += texts(_verdict_words(analysis), tone="strong")
+        blocks += listing([f"{item.reason} ({item.origin})" for item in analysis.unread], "not analysed", 0, "wrong")
     sections = [Section("design", "The design", tuple(blocks))]
     if not analysis.breaches:
         sections += [
@@ -82,10 +83,15 @@ def analysis_page(analysis: Analysis) -> Page:
 def _verdict_words(analysis: Analysis) -> str:
     """The verdict, which comes before the tables: what the design breaks, where it breaks something."""
     broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
+    unchecked = [item.requirement for item in analysis.space.unchecked]
+    known = len(analysis.verdicts) + len(unchecked)
+    left = f"{len(unchecked)} of {count_words(known, 'requirement')} cannot be checked: {'; '.join(unchecked)}"
     if not broken:
+        if unchecked:
+            return f"Verdict: unknown. {left}."
         return "Verdict: meets every requirement." if analysis.verdicts else ""
-    what = f"breaks {len(broken)} of {count_words(len(analysis.verdicts), 'requirement')}"
-    return f"Verdict: {what}: {'; '.join(broken)}."
+    what = f"breaks {len(broken)} of {count_words(known, 'requirement')}"
+    return f"Verdict: {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:

@@ -8,7 +8,7 @@ from functools import cached_property
 from platform import python_version
 from typing import TYPE_CHECKING, Any
 
-from dse.analysis.binding import bus_stack, message_bytes
+from dse.analysis.binding import bus_stack, message_sizes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.answers.analysis import FlowTable
@@ -345,7 +345,8 @@ class Document:
             ends = [
                 self.space.components[end].name if end is not None else "outside" for end in (item.source, item.target)
             ]
-            sizes = [message_bytes(self.space, item, bus, view) for bus in stack] or [at(item.size_bytes, view) or 0]
+            carried = [size for bus in stack for size in message_sizes(self.space, item, bus, view)]
+            sizes = carried or [at(item.size_bytes, view) or 0]
             size = max(sizes)
             rate = float(rate_hz(self.space, ("delivery", number), view))
             path = " over ".join(self.space.buses[bus].name for bus in stack) or "no bus"

@@ -34,7 +34,7 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
     found: list[tuple[float, dict[str, Any]]] = []
     for processor, items in responses.items():
         for item in items:
-            if item.deadline_ns is None:
+            if not item.deadline_ns:
                 continue
             share = WIDEST if item.response_ns is None else float(item.response_ns) / item.deadline_ns * 100
             response = "unbounded" if item.response_ns is None else counted(item.response_ns, "ns")

@@ -252,6 +252,7 @@ def _build_connection(
         stated_bus=_even_where_unused(ledger, f"{name}.bus", stated_bus, bus),
         from_port=given.from_port,
         budget=given.budget,
+        type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
     )

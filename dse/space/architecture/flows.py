@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.clocks import speaks_of_clocks, with_past
 from dse.space.architecture.frames import Frame, is_framed
-from dse.space.model.flows import Flow, Step, StepFigures
+from dse.space.model.flows import Flow, Step, StepFigures, UnreadFlow
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.space.properties import Ledger, Path
 from dse.spec.schema.model import PathElement, Spec
-from dse.support.units import shown
+from dse.support.units import format_duration, shown
 
 
 def build_flows(
@@ -34,6 +34,16 @@ def build_flows(
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
         result.append(Flow(name, steps, required))
     return tuple(result)
+
+
+def unread_flows(ledger: Ledger, spec: Spec) -> tuple[UnreadFlow, ...]:
+    """The flows of an imported model that could not be followed."""
+    found = []
+    for name, given in spec.unread.items():
+        limit = None if given.latency is None else format_duration(given.latency.max_ns)
+        requirement = "" if limit is None else f"latency of {name} <= {limit}"
+        found.append(UnreadFlow(name, requirement, given.reason, ledger.origin(("unread", name))))
+    return tuple(found)
 
 
 @dataclass

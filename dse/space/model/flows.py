@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 from dse.support.units import Exact
 
@@ -43,3 +43,13 @@ class Flow:
     name: str
     steps: tuple[Step, ...]
     required_ns: tuple[Exact, Exact] | None
+
+
+@dataclass(frozen=True)
+class UnreadFlow:
+    """A flow of a model that its import could not follow: nothing is known of its latency."""
+
+    name: Annotated[str, "The flow."]
+    requirement: Annotated[str, "What its latency was to keep, in words; empty where the model states nothing."]
+    reason: Annotated[str, "Why it could not be followed."]
+    origin: Annotated[str, "Where it stands."]

@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 
 from dse.space.model.budgets import Resources
 from dse.space.model.criteria import Derived, Objective, Requirement, Rule
-from dse.space.model.flows import Flow
+from dse.space.model.flows import Flow, UnreadFlow
 from dse.space.model.trees import DesignView, Tree, at, leaves
 from dse.support.units import Exact
 
@@ -201,7 +201,8 @@ class Connection:
 
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
-    without being bound, all for OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
+    without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
     is no connection of the file: it leads from a piece of a thread to the next.
     """
 
@@ -222,6 +223,7 @@ class Connection:
     from_port: str | None = None
     is_inner: bool = False
     budget: Fraction | None = None
+    type_bytes: Tree = None
 
     @property
     def states_rate(self) -> bool:
@@ -320,8 +322,15 @@ class Space:
     """The grid on which some offsets are chosen; 0 where none is chosen on one."""
     resources: Resources = field(default_factory=Resources)
     """OSATE's resource budgets, which only verdicts look at."""
+    unread: tuple[UnreadFlow, ...] = ()
+    """The flows of an imported model that could not be followed."""
     overload: str = "forbidden"
     """Whether cores and buses may be used beyond all of them: ``forbidden`` or ``allowed`` (`dse.space.question`)."""
+
+    @property
+    def unchecked(self) -> tuple[UnreadFlow, ...]:
+        """The unread flows with a stated latency: requirements that no design is compared with."""
+        return tuple(item for item in self.unread if item.requirement)
 
     @property
     def first_open(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from dse.importers.registry import Imported, Key, Place
@@ -11,7 +11,7 @@ from dse.spec.loading.reader import Entry, Node
 from dse.support.errors import Diagnostic, did_you_mean
 from dse.support.units import shown
 
-DECIDING = ("of", "root", "mode")
+DECIDING = ("of", "root", "mode", "library")
 """Keys that name a model; in what they lead to they are no more."""
 OWN = ("flows", "metrics", "totals", "uncertainty", "processor_types", "bus_types", "device_types", "thread_types")
 """Sections to which a file beside a model may add names of its own."""
@@ -85,7 +85,16 @@ def overlaid(node: Node, model: Node) -> Node:
             merged[key] = Entry(own.line, own.column, both)
         elif key in SECTIONS:
             merged[key] = _section(own, entry)
+    if "unread" in theirs and "unread" not in mine:
+        merged["unread"] = _still_unread(theirs["unread"], _entries(node, "flows"))
     return Node(node.line, node.column, merged, node.file)
+
+
+def _still_unread(entry: Entry, stated: Mapping[str, Entry]) -> Entry:
+    """The flows that the model could not give, but those that the file states itself."""
+    listed = entry.node.value if isinstance(entry.node.value, dict) else {}
+    left = {name: flow for name, flow in listed.items() if name not in stated}
+    return Entry(entry.line, entry.column, Node(entry.node.line, entry.node.column, left, entry.node.file), entry.file)
 
 
 def _section(own: Entry, entry: Entry) -> Entry:

@@ -259,11 +259,27 @@ class _Loader:
             hint = "the path is relative to this file"
             raise ProblemError([source.diagnostic(["of"], f"{missing}: {str(target)!r}"[:300], hint)])
         options: dict[str, Any] = {key: source.text_at([key]) for key in ("root", "mode") if source.text_at([key])}
+        if folders := self._libraries(source):
+            options["library"] = ",".join(folders)
         imported = read_foreign(target, None, {**options, **self.options, "choices": offered(source.node)})
         self.told += imported.remarks
         self._files += dict.fromkeys(place.file for place in imported.places.values())
         self.models[name] = block_text(imported.document)
         return tree_of(imported, str(target))
+
+    def _libraries(self, source: Source) -> list[str]:
+        """The folders of libraries that a file names, each of which must be there."""
+        stated = source.node.to_data()
+        listed = stated.get("library") if isinstance(stated, dict) else None
+        folders = [listed] if isinstance(listed, str) else listed if isinstance(listed, list) else []
+        found = []
+        for name in (item for item in folders if isinstance(item, str)):
+            folder = self.main.parent / name
+            if not folder.is_dir():
+                hint = "the path is relative to this file"
+                raise ProblemError([source.diagnostic(["library"], f"there is no folder {name!r}"[:300], hint)])
+            found.append(str(folder))
+        return found
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
         self.findings += [translated(item, source, model) for item in error.errors(include_url=False)]

@@ -195,6 +195,7 @@ class Connection(SpecMapping):
     to: Reference | None = None
     from_port: Reference | None = None
     data_size: Options[DataSize] | None = None
+    type_size: Options[DataSize] | None = None
     message: Line | None = None
     lengths: dict[Name, Length] = {}
     bus: Options[Carrier] | None = None
@@ -236,6 +237,14 @@ class Flow(SpecMapping):
     """An end-to-end flow: components in order, connections where they must be named."""
 
     path: SomeItems[PathItem]
+    latency: Transmission | None = None
+    source: Line | None = None
+
+
+class UnreadFlow(SpecMapping):
+    """A flow of a model that the import could not follow: why, and the latency range (ns) that it was to keep."""
+
+    reason: Line
     latency: Transmission | None = None
     source: Line | None = None
 
@@ -341,11 +350,12 @@ class Catalogue(SpecMapping):
 
 
 class Imported(SpecMapping):
-    """Where a problem file was imported from: the model, its root, and the mode that it is in."""
+    """Where a problem file was imported from: the model, its root, the mode that it is in, and further folders."""
 
     from_: Line = Field(alias="from")
     root: Line
     mode: Line | None = None
+    library: Items[Line] = ()
 
 
 class Ros2(SpecMapping):
@@ -365,7 +375,9 @@ class Spec(Catalogue):
     of: Line | None = None
     root: Line | None = None
     mode: Line | None = None
+    library: Options[Line] | None = None
     imported: Imported | None = None
+    unread: dict[Name, UnreadFlow] = {}
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
     worst_case: Literal["execution_time", "deadline"] = "execution_time"
     system: Literal["asynchronous", "synchronous"] = "asynchronous"

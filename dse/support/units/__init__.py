@@ -87,6 +87,7 @@ from dse.support.units.table import (
     unit_hint,
     unit_ratio,
     units_of,
+    unrounded,
 )
 from dse.support.units.text import (
     MAX_PLACES,
@@ -139,6 +140,7 @@ __all__ = [
     "RATE_OF_DATA",
     "RATIO",
     "Rounded",
+    "unrounded",
     "Rounding",
     "SizeRange",
     "SIZE",

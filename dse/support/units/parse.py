@@ -156,7 +156,7 @@ def _round(
     found = round_to_int(value, rounding)
     if found == value or write is None:
         return found
-    return Rounded(found, f"{shown(text)} counts as {write(found)}")
+    return Rounded(found, f"{shown(text)} counts as {write(found)}", value)
 
 
 def parse_duration_ns(text: str, rounding: Rounding) -> int:
@@ -183,7 +183,7 @@ def parse_time_range_ns(text: str) -> TimeRange:
     found = TimeRange(floor(least), ceil(greatest))
     note = f"{shown(text)} counts as {format_time_range(found)}"
     ends = zip(found, (least, greatest), strict=True)
-    return TimeRange(*(end if end == exact else Rounded(int(end), note) for end, exact in ends))
+    return TimeRange(*(end if end == exact else Rounded(int(end), note, exact) for end, exact in ends))
 
 
 def parse_transmission_ns(text: str) -> TimeRange:

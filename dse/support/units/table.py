@@ -80,18 +80,27 @@ Exact: TypeAlias = int | Fraction
 
 
 class Rounded(int):
-    """An integer that a text was rounded to; `note` says so in words: ``"1.9 bit/s" counts as 1 bit/s``."""
+    """An integer that a text was rounded to; `note` says so in words: ``"1.9 bit/s" counts as 1 bit/s``.
+
+    `exact` is the value before.
+    """
 
     note: str
+    exact: Fraction
 
-    def __new__(cls, value: int, note: str) -> Rounded:
-        """The integer with its note."""
+    def __new__(cls, value: int, note: str, exact: Fraction) -> Rounded:
+        """The integer with its note, and the value that was rounded."""
         made = super().__new__(cls, value)
-        made.note = note
+        made.note, made.exact = note, exact
         return made
 
-    def __reduce__(self) -> tuple[type[Rounded], tuple[int, str]]:
-        return Rounded, (int(self), self.note)
+    def __reduce__(self) -> tuple[type[Rounded], tuple[int, str, Fraction]]:
+        return Rounded, (int(self), self.note, self.exact)
+
+
+def unrounded(value: Exact) -> Exact:
+    """A figure as it was stated, before it was rounded to an integer."""
+    return value.exact if isinstance(value, Rounded) else value
 
 
 class TimeRange(NamedTuple):

@@ -9,7 +9,16 @@ from typing import Any
 
 from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.views import View
-from dse.answers.exports.aadl.names import comment, identifier, output_rate, real, times, written_range
+from dse.answers.exports.aadl.names import (
+    applies_to,
+    comment,
+    identifier,
+    output_rate,
+    real,
+    size_in_units,
+    times,
+    written_range,
+)
 from dse.importers.aadl.document.problem import Writer
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
@@ -18,7 +27,7 @@ from dse.importers.aadl.syntax.tree import Classifier, Path
 from dse.space.model.space import EMPTY, Component, Connection, Design, Space
 from dse.space.model.trees import NotOffered, Tree, at
 from dse.support.errors import UsageError
-from dse.support.units import Exact, format_duration, format_time_range
+from dse.support.units import Exact, format_duration, format_time_range, unrounded
 
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
 TIMES = (
@@ -156,10 +165,14 @@ class ChosenModel:
                 continue
             path = instance.title
             for value in self._figures(item, before[item.name], instance):
-                self._set(value, path)
+                if applies_to(value.partition(" =>")[0], instance.category):
+                    self._set(value, path)
+                else:
+                    kind = f"{'an' if instance.category[0] in 'aeiou' else 'a'} {instance.category}"
+                    self.remarks.append(f"Not set, for AADL has no such property of {kind}: {value} of {path}")
             self._specified(item, before[item.name], instance)
             self._bound(item, before[item.name], path)
-            if item.name in response_times:
+            if item.name in response_times and applies_to("SEI::Response_Time", instance.category):
                 text = times(written_range(response_times[item.name]))
                 self._set(f"SEI::Response_Time => {text}", path)
 
@@ -226,10 +239,10 @@ class ChosenModel:
                 continue
             self._carried(item, old, wire, bound)
             size, former = self.chosen.value(item.size_bytes), self.base.value(old.size_bytes)
-            if size is not None and size != former:
-                self._set(f"Data_Size => {size} Bytes", ".".join([*_names(wire.source), *wire.source_path]))
+            if size is not None and unrounded(size) != unrounded(former):
+                self._set(f"Data_Size => {size_in_units(size)}", ".".join([*_names(wire.source), *wire.source_path]))
             queue, former = self._queue(item, self.chosen), self._queue(old, self.base)
-            if queue is not None and queue != former:
+            if queue is not None and queue != former and item.port.startswith("event"):
                 self._set(f"Queue_Size => {queue}", ".".join([*_names(wire.target), *wire.target_path]))
             latency, former = self.chosen.value(item.latency_ns), self.base.value(old.latency_ns)
             if latency is not None and latency != former:

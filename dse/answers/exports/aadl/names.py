@@ -20,6 +20,7 @@ from dse.support.units import (
     parse_instructions,
     parse_size_bytes,
     parse_speed_mips,
+    unrounded,
 )
 
 _QUANTITY = re.compile(r"(\d+(?:\.\d+)?)\s*([A-Za-zµμ]+)")
@@ -112,11 +113,17 @@ def written_range(ends: tuple[Exact, Exact]) -> str:
 
 
 def size(text: Any) -> str | None:
-    """A size in bytes."""
+    """A size in bytes, or in bits where it is no whole number of them."""
     try:
-        return f"{parse_size_bytes(str(text))} Bytes"
+        return size_in_units(parse_size_bytes(str(text)))
     except (UnitError, ValueError, TypeError):
         return None
+
+
+def size_in_units(size_bytes: int) -> str:
+    """A size in bytes as AADL's Data_Size: in bits where it was stated in bits, and is a whole number of them."""
+    bits = 8 * Fraction(unrounded(size_bytes))
+    return f"{bits} bits" if bits % 8 and bits.denominator == 1 else f"{size_bytes} Bytes"
 
 
 def bandwidth(text: Any) -> str | None:
@@ -175,3 +182,21 @@ def comment(lines: Iterable[str]) -> str:
     """Lines as comments."""
     safe = ("".join(char if char.isprintable() else " " for char in line) for line in lines)
     return "".join(f"-- {line}\n" for line in safe)
+
+
+PROCESSES = ("thread group", "process", "system")
+APPLIES_TO = {
+    "Period": ("thread", "device", *PROCESSES, "virtual processor", "virtual bus", "bus"),
+    "Deadline": ("thread", "device", *PROCESSES, "virtual processor"),
+    "Compute_Execution_Time": ("thread", "device", "subprogram"),
+    "SEI::Response_Time": ("thread", "device", "subprogram"),
+    "Dispatch_Protocol": ("thread", "device", "virtual processor"),
+    "Dispatch_Offset": ("thread",),
+    "Priority": ("thread", "device", *PROCESSES, "data"),
+}
+"""The categories to which the predeclared property sets admit a property."""
+
+
+def applies_to(name: str, category: str) -> bool:
+    """Whether a property may be set of components of a category; an abstract one may have all."""
+    return category == "abstract" or category in APPLIES_TO[name]

@@ -293,11 +293,13 @@ class WholeModel:
             rest = {key: value for key, value in entry.items() if key not in BOUND}
             kind = PORTS[rest.pop("port", "event_data")]
             data = size(rest["data_size"]) if "data_size" in rest else None
-            classifier = ""
+            classifier, sending = "", []
             if data is not None and kind in ("event data port", "data port", "feature"):
                 del rest["data_size"]
+                if "type_size" in rest:
+                    sending, data = [f"Data_Size => {data};"], str(size(rest.pop("type_size")))
                 if data not in sizes:
-                    sizes[data] = self._named(f"bytes {data.split()[0]}")
+                    sizes[data] = self._named("{1} {0}".format(*data.lower().split()))
                     declared = [f"  data {sizes[data]}", "    properties", f"      Data_Size => {data};"]
                     self.types += [*declared, f"  end {sizes[data]};", ""]
                 classifier = f" {sizes[data]}"
@@ -310,7 +312,8 @@ class WholeModel:
             sent = output_rate(parse_rate_hz(str(rest["rate"]))) if "rate" in rest else None
             if sent is not None:
                 del rest["rate"]
-            self._connection(own, entry, f"{kind}{classifier}", sent, waiting)
+                sending.append(f"{sent};")
+            self._connection(own, entry, f"{kind}{classifier}", sending, waiting)
             block = [f"Latency => {latency};"] if latency is not None else []
             block += [f"Actual_Connection_Binding => ({bus});"] if bus and not self._is_inside(entry) else []
             block += [self._protocols(rest.pop("protocols"))] if rest.get("protocols") else []
@@ -338,11 +341,12 @@ class WholeModel:
         known = isinstance(queue, int) and queue > 0
         return [f"Queue_Size => {queue};" if known else f'{OURS}::Extra => ("queue_size: {queue}");']
 
-    def _connection(self, own: str, entry: Mapping[str, Any], kind: str, sent: str | None, waiting: list[str]) -> None:
-        """The features of both ends, and of the processes around them; `kind` with the classifier."""
-        sending = f" {{{sent};}}" if sent else ""
-        receiving = f" {{{' '.join(waiting)}}}" if waiting else ""
-        for key, direction, block in (("from", "out", sending), ("to", "in", receiving)):
+    def _connection(
+        self, own: str, entry: Mapping[str, Any], kind: str, sending: list[str], waiting: list[str]
+    ) -> None:
+        """The features of both ends with their properties, and of the processes around; `kind` with the classifier."""
+        for key, direction, stated in (("from", "out", sending), ("to", "in", waiting)):
+            block = f" {{{' '.join(stated)}}}" if stated else ""
             end = self._end(entry.get(key))
             feature = f"{own}_{direction} : {direction} {kind}"
             end.features.append(f"{feature}{block};")

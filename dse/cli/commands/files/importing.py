@@ -10,6 +10,9 @@ from dse.cli.common import ExistingPath, check_writable, in_time, write_text
 from dse.cli.saying import in_a_line, tell
 from dse.importers.registry import IMPORTERS
 
+REPEATED = ("library",)
+"""Options that may be given several times: their texts are joined by commas."""
+
 
 def _format_options(command: click.Command) -> click.Command:
     """The options of every format, each once."""
@@ -17,7 +20,10 @@ def _format_options(command: click.Command) -> click.Command:
     for importer in IMPORTERS:
         for name, text in importer.options.items():
             texts.setdefault(name, []).append(f"{importer.name}: {text}")
-    command.params += [click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said)) for name, said in texts.items()]
+    command.params += [
+        click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said), multiple=name in REPEATED)
+        for name, said in texts.items()
+    ]
     return command
 
 
@@ -49,7 +55,7 @@ def command(
     times: tuple[str, ...],
     bags: tuple[str, ...],
     output: str,
-    **options: str | None,
+    **options: str | tuple[str, ...] | None,
 ) -> int:
     """A file of another format, or several, as a problem file, or as a file that problem files include.
 
@@ -59,7 +65,8 @@ def command(
     check_writable(output, replaces_problems=True)
     from dse.questions.verbs.import_file import import_file
 
-    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in options.items()}
+    texts = {name: ",".join(value) or None if isinstance(value, tuple) else value for name, value in options.items()}
+    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
     found = import_file(files, form, times, bags, **given)
     for remark in found.remarks:
         tell(in_a_line(str(remark)))

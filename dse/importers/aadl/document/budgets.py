@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from math import ceil
 from typing import Any
 
 from dse.importers.aadl.document.components import ComponentWriter
@@ -123,7 +124,7 @@ class BudgetWriter:
         ram = [self._first_size(item, name) for name in ("Stack_Size", "Heap_Size")]
         data = self._first_size(item, "Data_Size")
         if data[0] is None and (size := self.model.size_of_data(item.flat, item)):
-            sheet.fields["ram_used"] = f"{size} B"
+            sheet.fields["ram_used"] = f"{ceil(size)} B"
         total = sum((size for _, size in (data, *ram)), Fraction(0))
         place = next((found for found, _ in (data, *ram) if found is not None), None)
         if place is not None and total:

@@ -98,8 +98,11 @@ class ComponentWriter:
         self._latency(sheet, component, stops)
         deadline = self.model.properties.of(component, "Deadline")
         span = self.model.read(deadline, time_range, "Deadline") if category in PERIODIC else None
-        if span is not None and span.high > 0:
+        if span is not None:
             sheet.put("deadline", deadline, span.text)
+        if span is not None and not span.high and deadline is not None:
+            text = "the Deadline of {} is 0: OSATE takes it in place of execution times"
+            self.model.library.remark(text, deadline.place, about=component.title or component.name)
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
         if category == "device":
@@ -118,10 +121,11 @@ class ComponentWriter:
         protocol = self.model.read(stated, word, "Dispatch_Protocol")
         known = PROTOCOLS.get(protocol or "")
         if protocol == "timed" and stated is not None:
-            self.model.library.remark("Timed is read as Aperiodic", stated.place)
+            text = "Timed is read as Aperiodic: what its time-out dispatches is not counted"
+            self.model.library.remark(text, stated.place)
         if known in ("periodic", "hybrid", "sporadic") and not has_period and stated is not None:
-            text = f"{component.title or component.name} is {protocol} and has no Period"
-            self.model.library.remark(f"{text}: read as Aperiodic", stated.place)
+            text = f"{{}} is {protocol} and has no Period: read as Aperiodic"
+            self.model.library.remark(text, stated.place, about=component.title or component.name)
             known = "aperiodic" if known == "sporadic" else None
         if protocol is not None and stated is not None and known is not None:
             sheet.put("dispatch_protocol", stated, known)
@@ -141,7 +145,7 @@ class ComponentWriter:
             return
         name = component.title or component.name
         why = "is bound to no processor, whose clock it would be on" if is_timed else "is released by no timer"
-        self.model.library.remark(f"Dispatch_Offset of {name}, which {why}: not looked at", found.place)
+        self.model.library.remark(f"Dispatch_Offset of {{}}, which {why}: not looked at", found.place, about=name)
 
     def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
         """The processor that it runs on; through a virtual one where it is bound to that."""
@@ -152,21 +156,23 @@ class ComponentWriter:
         virtual = next((item for item in bound if item.category == "virtual processor"), None)
         if virtual is not None:
             sheet.put("partition", found, self.partitions.named(virtual))
-        if component.category == "device":
-            return None
-        if len(bound) > 1:
+        is_device = component.category == "device"  # it runs on itself: a processor scales its times and no more
+        if len(bound) > 1 and not is_device:
             self.model.library.remark("bound to several processors: only the first is looked at", found.place)
         processor = self.model.physical(bound[0])
         if processor is None:
-            self.model.library.remark(f"{bound[0].title} runs on no processor", found.place)
+            if not is_device:
+                self.model.library.remark("{} runs on no processor", found.place, about=bound[0].title)
+            return None
+        self._runs_on[component] = processor
+        if is_device:
             return None
         sheet.put("processor", found, self.model.name(processor))
-        self._runs_on[component] = processor
         return processor
 
     def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
         """Execution and response times; by processor type where they differ."""
-        properties = self.model.properties
+        properties, is_device = self.model.properties, component.category == "device"
         for field, name, group in (
             *TIMES,
             ("callback_execution_time", "Callback_Execution_Time", OURS),
@@ -181,7 +187,19 @@ class ComponentWriter:
                 mine = by_type.get(self._type_name(processor)) or next(iter(by_type.values()))
                 sheet.put(field, next(iter(self._stated(component, name, group)), found), mine)
             elif span is not None and span.high > 0:
-                sheet.put(field, found, span.text)
+                sheet.put(field, found, self._of_device(component, span) if is_device else span.text)
+
+    def _of_device(self, component: Instance, span: Span) -> str:
+        """A time of a device, scaled to the processor that it is bound to, if any."""
+        processor = self._runs_on.get(component)
+        if processor is None:
+            return span.text
+        name, there = self._type_name(processor), self.model.name(processor)
+        scaled = self._scaled(span, component, name, self.hardware.type_flats.get(name))
+        if scaled != span.text and len(self.choices.get("processors", {}).get(there, ())) > 1:
+            text = f"the times of {{}} are scaled to the type {name} of {there}, whichever is chosen"
+            self.model.library.remark(text, component.place, about=component.title)
+        return scaled
 
     def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
         """The values on the processor types of the problem."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
-from dse.importers.aadl.document.components import NO_DATA
+from dse.importers.aadl.document.components import DISPATCHED, NO_DATA
 from dse.importers.aadl.document.hardware import MEDIA, HardwareWriter, Sheet
 from dse.importers.aadl.document.values import (
     data_rate,
     message_rate,
     number_text,
     shown_place,
+    size_text,
     text_of,
     time_range,
     whole,
@@ -20,14 +22,15 @@ from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.flows import EndToEnd
 from dse.importers.aadl.instance.instance import Instance
 from dse.importers.aadl.instance.model import InstanceModel
-from dse.importers.aadl.instance.properties import Found
+from dse.importers.aadl.instance.properties import Found, paths_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.predeclared import DATA_RATE_UNITS
-from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word
+from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word, without_places
 from dse.importers.registry import Key, Place
 
 PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
          "feature group": "feature"}  # fmt: skip
+ACCESSES = ("data access", "subprogram access", "subprogram group access", "access")
 LINKS = ("port", "feature group", "feature")
 
 
@@ -56,6 +59,16 @@ class ConnectionWriter:
             or (item.wires[0].member.item.kind in LINKS and not (item.source is None and item.target is None))
         ]
 
+    def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
+        """A remark on each kind of access that no flow runs over."""
+        for item in self.model.wiring.instances:
+            kind = item.wires[0].member.item.kind
+            if item not in counted and kind in ACCESSES:
+                text = f"{kind} connections are not looked at where no flow leads over them"
+                text += ": what they share makes nobody wait, and starts nobody"
+                for wire in item.wires:
+                    self.model.library.remark(text, wire.member.item.place)
+
     def name(self, item: ConnectionInstance) -> str:
         """What the problem calls a connection: by the feature that it leaves."""
         return self.names[item]
@@ -63,6 +76,7 @@ class ConnectionWriter:
     def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:
         """The entries."""
         items = self.relevant(flows)
+        self._tell_accesses(set(items))
         self._on_flows = connections_of(flows)
         leaving: dict[str, int] = {}
         for item in items:
@@ -91,9 +105,10 @@ class ConnectionWriter:
         names = list(path)
         leaf = self.model.features.leaf(owner, path)
         if leaf is not None and names:
-            names[-1] = leaf.member.item.name
-            if len(names) > 1 and owner.flat is not None and names[0] in owner.flat.features:
-                names[0] = owner.flat.features[names[0]].item.name
+            names[-1] = leaf.member.item.name + _index(names[-1])
+            first = names[0].partition("[")[0]
+            if len(names) > 1 and owner.flat is not None and first in owner.flat.features:
+                names[0] = owner.flat.features[first].item.name + _index(names[0])
         return ".".join([*owner.path, *names])
 
     def _entry(self, name: str, item: ConnectionInstance) -> dict[str, Any]:
@@ -106,7 +121,7 @@ class ConnectionWriter:
         if item.target is not None and not self.model.is_boundary(item.target):
             sheet.fields["to"] = self.model.end_name(item.target)
         bus = self._bus(sheet, item)
-        size = self.model.feature_size(item.source, item.source_path)
+        size = self._size(sheet, item, is_bound=bus is not None)
         self._port(sheet, item)
         self._rate(sheet, item)
         sheet.read("latency", self._property(item, "Latency"), time_range, "Latency")
@@ -117,28 +132,48 @@ class ConnectionWriter:
         sheet.extra(self.model.properties.of_feature(target, item.target_path, "Extra", OURS))
         sheet.extra(self._property(item, "Extra", OURS))
         if size is not None:
-            sheet.fields["data_size"] = f"{size} B"
+            sheet.fields["data_size"] = size_text(size)
         elif (
             bus is not None
             and "data_size" not in sheet.fields
             and ("data_rate" not in sheet.fields or item in self._on_flows)
         ):
             sheet.fields["data_size"] = "0 B"
-            message = f"{name} has no Data_Size: its messages count as 0 bytes on {bus.title}"
-            self.model.library.remark(message, item.wires[0].member.item.place)
+            message = f"{{}} has no Data_Size: its messages count as 0 bytes on {bus.title}"
+            self.model.library.remark(message, item.wires[0].member.item.place, about=name)
         timing = self._property(item, "Timing")
         kind = self.model.read(timing, word, "Timing")
         if kind in ("immediate", "delayed"):
             sheet.put("timing", timing, kind)
         return sheet.result()
 
+    def _size(self, sheet: Sheet, item: ConnectionInstance, *, is_bound: bool) -> Fraction | None:
+        """The size of a message, and that of its data type where the port states another one."""
+        own = self.model.port_size(item.source, item.source_path)
+        of_type = self.model.type_size(item.source, item.source_path)
+        if own is not None and own != (of_type or 0):
+            sheet.fields["type_size"] = size_text(of_type or Fraction(0))
+        elif is_bound and own is None and of_type and self.model.is_sum(item.source, item.source_path):
+            text = "OSATE's bus load counts nothing of {}, whose data type states no Data_Size"
+            text += f": here the sum of its parts, {size_text(of_type)}, counts"
+            start = self._spelled(item.source, item.source_path)
+            self.model.library.remark(text, item.wires[0].member.item.place, about=start)
+        return of_type if own is None else own
+
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
-        """A property of any of the declared connections that it is made of; else of what they are declared in."""
-        for wire in sorted(item.wires, key=lambda wire: len(wire.context.path)):
-            found = self.model.properties.of_member(wire.context, wire.member, name, group)
-            if found is not None:
-                return found
-        return None
+        """A property of the declared connections that it is made of: as in OSATE, of the one nearest to the source."""
+        stated = (self.model.properties.of_member(wire.context, wire.member, name, group) for wire in item.wires)
+        found = [one for one in stated if one is not None]
+        if any(not self._is_same(found[0], other) for other in found[1:]):
+            places = ", ".join(dict.fromkeys(shown_place(one.place) for one in found))
+            text = f"Value for property {name} not consistent along connection ({places}): that of {{}} counts"
+            self.model.library.remark(text.format(shown_place(found[0].place)), found[0].place)
+        return found[0] if found else None
+
+    def _is_same(self, one: Found, other: Found) -> bool:
+        if paths_in(one.value) and paths_in(other.value):
+            return self.model.targets(one) == self.model.targets(other)
+        return without_places(one.value) == without_places(other.value)
 
     def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
         """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""
@@ -160,11 +195,22 @@ class ConnectionWriter:
         port = PORTS.get(kind, "data")
         if port != "event_data":
             sheet.fields["port"] = port
-        if port in ("event", "event_data"):
+        if self._has_no_queue(target, port):
+            sheet.fields["queue_size"] = 0
+        elif port in ("event", "event_data"):
             queue = self.model.properties.of_feature(target, item.target_path, "Queue_Size")
             if queue is None and leaf is not None and len(item.target_path) > 1:
                 queue = self.model.properties.of_classifier(leaf.member.properties, target, "Queue_Size")
             sheet.read("queue_size", queue, whole, "Queue_Size")
+
+    def _has_no_queue(self, target: Instance, port: str) -> bool:
+        """Whether OSATE counts nothing for what is queued: each waits for a period, of which there is none."""
+        stated = self.model.properties.of(target, "Dispatch_Protocol") if target.category in DISPATCHED else None
+        protocol = self.model.read(stated, word, "Dispatch_Protocol")
+        if protocol != "sporadic" and (protocol != "periodic" or port == "data"):
+            return False
+        period = self.model.read(self.model.properties.of(target, "Period"), time_range, "Period")
+        return period is None or period.high <= 0
 
     def _rate(self, sheet: Sheet, item: ConnectionInstance) -> None:
         """A stated rate: a data rate, or messages in a second or for each dispatch."""
@@ -199,8 +245,13 @@ class ConnectionWriter:
         elif high.value != 1:
             period = self.model.read(self.model.properties.of(source, "Period"), time_range, "Period")
             if period is None or period.high <= 0:
-                message = f"{source.title} has no Period: its Output_Rate for each dispatch counts as sending nothing"
-                self.model.library.remark(message, found.place)
+                message = "{} has no Period: its Output_Rate for each dispatch counts as sending nothing"
+                self.model.library.remark(message, found.place, about=source.title)
                 sheet.put("data_rate", found, NO_DATA)
                 return
             sheet.put("rate", found, f"{number_text(high.value * 10**9 / period.high)} Hz")
+
+
+def _index(name: str) -> str:
+    """The index of an element of an array, with its brackets."""
+    return name[len(name.partition("[")[0]) :]

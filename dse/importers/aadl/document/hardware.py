@@ -298,7 +298,9 @@ class HardwareWriter:
         period = properties.of(component, "Period") if component.category in PERIODIC else None
         span = self.model.read(period, time_range, "Period")
         sheet.put("period", period, span.text if span is not None and span.high > 0 else None)
-        overhead = properties.of(component, "Data_Size") or properties.of(component, "Source_Data_Size")
+        overhead = properties.of(component, "Data_Size")
+        if overhead is None and not is_carrier:  # OSATE does not look for it at buses
+            overhead = properties.of(component, "Source_Data_Size")
         sheet.read("overhead", overhead, size_of, "Data_Size")
         if not is_carrier:
             return sheet.result()

@@ -32,9 +32,11 @@ LISTED: Mapping[str, tuple[str, ...]] = {
     "buses": ("type", "bus"),
     "devices": (),
     "threads": ("processor", "priority"),
-    "connections": ("data_size", "bus", "rate", "data_rate", "queue_size", "latency"),
+    "connections": ("data_size", "type_size", "bus", "rate", "data_rate", "queue_size", "latency"),
 }
 """Fields that may be a list of values, that is, a choice."""
+STANDING_FOR = {"type_size": "data_size"}
+"""Fields that count as another one where they are not stated."""
 DATA = ("data", "subprogram", "subprogram group")
 
 
@@ -234,7 +236,7 @@ class _Merger:
             mine["type"] = names
             self._tie(name, "type", names)
         for key in (item for item in fields if item not in typed):
-            values = [entry.get(key) for entry in entries]
+            values = [entry.get(key, entry.get(STANDING_FOR.get(key, ""))) for entry in entries]
             if key not in LISTED.get(section, ()) or any(not isinstance(one, str | int) for one in values):
                 raise DifferError(self._differ(f"the {key.replace('_', ' ')} of {name}"))
             mine[key] = list(dict.fromkeys(values))

@@ -7,7 +7,8 @@ silence.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from os.path import relpath
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -17,9 +18,9 @@ from dse.importers.aadl.document.connections import ConnectionWriter
 from dse.importers.aadl.document.hardware import HardwareWriter, Sheet
 from dse.importers.aadl.document.values import shown_place, text_of, time_range
 from dse.importers.aadl.instance.connections import ConnectionInstance
-from dse.importers.aadl.instance.flows import EndToEnd, Stop, grouped
+from dse.importers.aadl.instance.flows import EndToEnd, Stop, UnreadFlow, grouped
 from dse.importers.aadl.instance.instance import Instance
-from dse.importers.aadl.instance.model import InstanceModel
+from dse.importers.aadl.instance.model import InstanceModel, libraries
 from dse.importers.aadl.ours import OURS
 from dse.importers.registry import Key, Place
 
@@ -44,13 +45,17 @@ class Writer:
         """The whole problem."""
         root = self.model.root
         title = f"{root.flat.title}" if root.flat else root.name
-        imported = {"from": self.path.name, "root": title}
+        file = self.path.name if self.path.name not in ("", "..") else self.path.resolve().name or "/"
+        imported: dict[str, Any] = {"from": file, "root": title}
         if self.options.get("mode"):
             imported["mode"] = self.options["mode"]
+        base = self.path if self.path.is_dir() else self.path.parent
+        if folders := [_from(base, folder) for folder in libraries(self.options)]:
+            imported["library"] = folders
         found: dict[str, Any] = {
             "dse": 1,
             "name": title,
-            "source": f"{self.path.name}, {title}",
+            "source": f"{file}, {title}",
             "profile": PROFILE,
             "worst_case": "deadline",  # what OSATE has unless told otherwise, since December 2016
             "imported": imported,
@@ -58,17 +63,21 @@ class Writer:
         used = self._used()
         sections = self.components.sections(used, self.model.flows)
         wires = self.connections.section(used, self.model.flows)
-        by_name = {item.name: item for item in self.model.flows}
-        flows = dict(self._flow(item, by_name) for item in self.model.flows)
+        declared: dict[str, list[EndToEnd]] = {}
+        for item in self.model.flows:
+            declared.setdefault(item.declared, []).append(item)
+        flows = dict(self._flow(item, declared) for item in self.model.flows)
         requirements = self.hardware.budgets()
         resources = BudgetWriter(self.model, self.places, self.components).sections(used)
         for name in list(broken_cycles({**sections, "connections": wires})):
             wires[name]["data_rate"] = NO_DATA
-            message = f"{name} closes a cycle of components without a Period: it counts as sending nothing"
-            self.model.library.remark(message, self.places["connections", name])
+            message = "{} closes a cycle of components without a Period: it counts as sending nothing"
+            self.model.library.remark(message, self.places["connections", name], about=name)
         found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
         found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
         found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
+        if self.model.unread:
+            found["unread"] = dict(self._unread(item) for item in self.model.unread)
         settings = Sheet(self.model, self.places, ())
         settings.extra(self.model.properties.of(root, "Extra", OURS))
         if requirements:
@@ -103,7 +112,7 @@ class Writer:
 
     def _flow_name(self, flow: EndToEnd) -> str:
         stated = self.model.properties.of_member(flow.context, flow.member, "Name", OURS)
-        return self.model.read(stated, text_of, "Name") or flow.name
+        return (self.model.read(stated, text_of, "Name") or flow.declared) + flow.suffix
 
     def _element(self, step: Stop | ConnectionInstance | EndToEnd) -> str | dict[str, Any]:
         """An element of a path: a component, a connection, or another flow."""
@@ -111,7 +120,18 @@ class Writer:
             return self.components.element(step)
         return self._flow_name(step) if isinstance(step, EndToEnd) else self.connections.name(step)
 
-    def _flow(self, flow: EndToEnd, flows: Mapping[str, EndToEnd]) -> tuple[str, dict[str, Any]]:
+    def _unread(self, flow: UnreadFlow) -> tuple[str, dict[str, Any]]:
+        """A flow that could not be followed: its name, why, and the latency that it was to keep."""
+        found: dict[str, Any] = {"reason": flow.reason}
+        latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
+        span = self.model.read(latency, time_range, "Latency")
+        if span is not None:
+            found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
+        found["source"] = shown_place(flow.member.item.place)
+        self.places["unread", flow.name] = flow.member.item.place
+        return flow.name, found
+
+    def _flow(self, flow: EndToEnd, flows: Mapping[str, Sequence[EndToEnd]]) -> tuple[str, dict[str, Any]]:
         """A flow: its name, and its path and required latency."""
         name = self._flow_name(flow)
         names = [
@@ -133,6 +153,14 @@ class Writer:
         found |= sheet.fields
         found["source"] = ", ".join(sources)
         return name, found
+
+
+def _from(base: FilePath, folder: FilePath) -> str:
+    """The path of a folder as seen from another one."""
+    try:
+        return FilePath(relpath(folder, base)).as_posix()
+    except ValueError:  # on another drive
+        return folder.resolve().as_posix()
 
 
 def unique(wanted: str, taken: Iterable[str], longer: str) -> str:

@@ -91,8 +91,17 @@ def time_range(value: Value) -> Span:
 def size_of(value: Value) -> Span:
     """A size in bytes."""
     worth, _, _ = _number(value, SIZE_UNITS, "a size")
-    is_whole = worth.denominator == 1
-    return Span(worth, worth, f"{number_text(worth)} B" if is_whole else f"{number_text(worth * 8)} bit")
+    return Span(worth, worth, size_text(worth))
+
+
+def size_text(size_bytes: Fraction) -> str:
+    """A size in bytes as text: in bits where it is no whole number of them.
+
+    >>> size_text(Fraction(3)), size_text(Fraction(1, 8))
+    ('3 B', '1 bit')
+    """
+    is_whole = size_bytes.denominator == 1
+    return f"{number_text(size_bytes)} B" if is_whole else f"{number_text(size_bytes * 8)} bit"
 
 
 def data_rate(value: Value) -> Span:

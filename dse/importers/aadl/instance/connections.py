@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from dse.importers.aadl.instance.inheritance import Flat, Flattener, Member
-from dse.importers.aadl.instance.instance import Instance, is_active
+from dse.importers.aadl.instance.instance import Instance, is_active, size_of_dimension
 from dse.importers.aadl.instance.library import Library
-from dse.importers.aadl.instance.properties import Properties
-from dse.importers.aadl.syntax.tree import Connection, Feature, Listed, Path, Word
+from dse.importers.aadl.instance.properties import Found, Properties
+from dse.importers.aadl.syntax.tree import Connection, Feature, Listed, Number, Path, Record, Value, Word
 from dse.importers.allowance import spend
 
 ENDS = ("thread", "device", "processor", "virtual processor", "data", "memory", "bus", "virtual bus", "subprogram")
@@ -56,6 +57,42 @@ class ConnectionInstance:
 Node = tuple[Instance, Path]
 
 
+def _indices(value: Value | None) -> tuple[int, ...] | None:
+    """The whole numbers of a list, or one; None where it is none."""
+    items = value.items if isinstance(value, Listed) else () if value is None else (value,)
+    numbers = [int(item.value) for item in items if isinstance(item, Number) and item.value.denominator == 1]
+    return tuple(numbers) if len(numbers) == len(items) else None
+
+
+NO_MORE = (("",), ())
+"""What a path that names one feature leaves of it (see `beyond`)."""
+
+
+def beyond(path: Path, feature: Path) -> Path | None:
+    """What a path leaves open of the path of a feature: the index that it does not name, then what is within.
+
+    None where it leads elsewhere.
+
+    >>> beyond(("g",), ("g[2]", "x")), beyond(("g[2]",), ("g[2]", "x")), beyond(("g", "x"), ("g", "x"))
+    (('[2]', 'x'), ('', 'x'), ('',))
+    """
+    if len(path) > len(feature) or not path:
+        return None
+    for mine, name in zip(path, feature, strict=False):
+        if mine != name and mine != name.partition("[")[0]:
+            return None
+    return feature[len(path) - 1][len(path[-1]) :], *feature[len(path) :]
+
+
+def indices(library: Library, dimensions: Sequence[Value | None]) -> list[str]:
+    """The indices of the elements of an array, as they are written: ``[1]``; one that is empty where it is no array."""
+    sizes = [size_of_dimension(library, item) for item in dimensions]
+    if None in sizes:
+        return [""]
+    ranges = (range(1, (size or 0) + 1) for size in sizes)
+    return ["".join(f"[{number}]" for number in index) for index in product(*ranges)]
+
+
 class Features:
     """The features of components, feature groups taken apart."""
 
@@ -78,13 +115,16 @@ class Features:
     def leaf(self, component: Instance, path: Path) -> Leaf | None:
         """The feature that a path leads to."""
         name = path[0].partition("[")[0] if path else ""
-        wanted = (name, *path[1:])
-        return next((leaf for leaf in self.leaves(component.flat, name) if leaf.path == wanted), None)
+        return next((leaf for leaf in self.leaves(component.flat, name) if beyond(path, leaf.path) in NO_MORE), None)
 
     def _expanded(self, flat: Flat, name: str, prefix: Path, turned: bool, depth: int) -> Iterator[Leaf]:
         spend(PIECES)
         member = flat.features[name]
-        path = (*prefix, name)
+        for index in indices(self.library, member.item.dimensions):
+            yield from self._element(flat, member, (*prefix, f"{name}{index}"), turned, depth)
+
+    def _element(self, flat: Flat, member: Member[Feature], path: Path, turned: bool, depth: int) -> Iterator[Leaf]:
+        """A feature (of an array one element), or those of a feature group."""
         if member.item.kind == "feature group" and member.item.classifier is not None and depth < MAX_DEPTH:
             group = self.flattener.resolve(member.item.classifier, member.package, flat)
             if group is not None:
@@ -166,12 +206,39 @@ class Wiring:
         return component.flat is not None and name.partition("[")[0] in component.flat.features
 
     def _paired(self, wire: Wire, sources: list[Node], targets: list[Node]) -> Iterator[tuple[Node, Node]]:
-        """Which elements of arrays are connected: by Connection_Pattern, one to one where none is stated."""
+        """Which elements of arrays are connected: by Connection_Set and Connection_Pattern, else one to one."""
+        least, most = sorted((len(sources), len(targets)))
+        stated = self.properties.of_member(wire.context, wire.member, "Connection_Set") if least and most > 1 else None
+        found = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if least > 1 else None
+        listed = list(self._listed(wire, stated, sources, targets)) if stated is not None else []
+        yield from listed
+        if stated is None or found is not None:
+            yield from (pair for pair in self._patterned(wire, found, sources, targets) if pair not in listed)
+
+    def _listed(
+        self, wire: Wire, stated: Found, sources: list[Node], targets: list[Node]
+    ) -> Iterator[tuple[Node, Node]]:
+        """The pairs of a Connection_Set, which names elements by their indices."""
+        records = stated.value.items if isinstance(stated.value, Listed) else (stated.value,)
+        for record in records:
+            wanted = [_indices(record.get(name)) if isinstance(record, Record) else None for name in ("src", "dst")]
+            ends = [
+                next((node for node in nodes if node[0].index == index), None)
+                for nodes, index in zip((sources, targets), wanted, strict=True)
+            ]
+            if ends[0] is None or ends[1] is None:
+                text = f"Connection_Set of {wire.member.item.name} names an element that is not there: not looked at"
+                self.library.remark(text, stated.place)
+            else:
+                yield ends[0], ends[1]
+
+    def _patterned(
+        self, wire: Wire, found: Found | None, sources: list[Node], targets: list[Node]
+    ) -> Iterator[tuple[Node, Node]]:
         if len(sources) == 1 or len(targets) == 1:
             yield from ((one, other) for one in sources for other in targets)
             return
         pattern = "one_to_one"
-        found = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if sources else None
         if found is not None:
             value = found.value
             while isinstance(value, Listed) and value.items:
@@ -191,19 +258,23 @@ class Wiring:
                     yield one, targets[other]
 
     def _leaves(self, member: Member[Connection], source: Node, target: Node) -> Iterator[tuple[Node, Node]]:
-        """The features on both sides that belong together: of feature groups by name, else by their order."""
+        """The features on both sides that belong together: of groups by name, of arrays by index, else by order."""
         one, other = self._within(source), self._within(target)
         if not one or not other:
             yield source, target
             return
-        rests = {path[len(target[1]) :]: path for path in other}
-        mine = [path[len(source[1]) :] for path in one]
-        if () in rests and () in mine:
-            yield source, target
+        rests = {beyond(target[1], path): path for path in other}
+        mine = [beyond(source[1], path) for path in one]
+        if NO_MORE[0] in rests and NO_MORE[0] in mine:
+            yield (source[0], one[0]), (target[0], other[0])
         elif any(rest in rests for rest in mine):
             for rest, path in zip(mine, one, strict=True):
                 if rest in rests:
                     yield (source[0], path), (target[0], rests[rest])
+        elif 1 in (len(one), len(other)) and all(rest[1:] == () for rest in (*mine, *rests) if rest is not None):
+            for path in one:  # one feature and the elements of an array
+                for there in other:
+                    yield (source[0], path), (target[0], there)
         elif len(one) == len(other):
             for path, there in zip(one, other, strict=True):
                 yield (source[0], path), (target[0], there)
@@ -215,11 +286,8 @@ class Wiring:
         component, path = node
         if not path:
             return []
-        name = path[0].partition("[")[0]
-        wanted = (name, *path[1:])
-        return [
-            leaf.path for leaf in self.features.leaves(component.flat, name) if leaf.path[: len(wanted)] == wanted
-        ]  # fmt: skip
+        leaves = self.features.leaves(component.flat, path[0].partition("[")[0])
+        return [leaf.path for leaf in leaves if beyond(path, leaf.path) is not None]
 
     def _directed(
         self, context: Instance, member: Member[Connection], one: Node, other: Node

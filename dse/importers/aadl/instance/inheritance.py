@@ -57,7 +57,10 @@ Environment = Mapping[str, Actual]
 
 @dataclass
 class Flat:
-    """A classifier with all that it inherits; members by key, those of its ancestors first."""
+    """A classifier with all that it inherits; members by key, those of its ancestors first.
+
+    `flows` are its end-to-end flows, `implementations` those of flow specifications, of which one may have several.
+    """
 
     classifier: Classifier
     chain: tuple[Classifier, ...]
@@ -67,6 +70,7 @@ class Flat:
     subcomponents: dict[str, Member[Subcomponent]] = field(default_factory=dict)
     connections: dict[str, Member[Connection]] = field(default_factory=dict)
     flows: dict[str, Member[Flow]] = field(default_factory=dict)
+    implementations: dict[str, list[Member[Flow]]] = field(default_factory=dict)
     modes: dict[str, Mode] = field(default_factory=dict)
     properties: list[Owned] = field(default_factory=list)
 
@@ -183,6 +187,8 @@ class Flattener:
         for name in ("features", "specs", "subcomponents", "connections", "flows"):
             members: dict[str, Member[Any]] = getattr(into, name)
             for given in getattr(item, name):
+                if name == "flows" and given.kind != "end to end":
+                    continue
                 properties = [Owned(one, item.package) for one in given.properties]
                 key = given.name.lower() or f" {given.place.line}:{given.place.column}"
                 before = members.get(key)
@@ -190,8 +196,6 @@ class Flattener:
                     if given.refined:
                         self.library.fail(f"there is no {given.name} to refine", given.place)
                     members[key] = Member(given, item.package, properties)
-                elif name == "flows" and not given.refined and before.item.kind != "end to end":
-                    members[key] = Member(given, item.package, [*properties, *before.properties])
                 else:
                     if not given.refined and name not in ("flows",):
                         line = f"{before.item.place.file}:{before.item.place.line}"
@@ -199,8 +203,27 @@ class Flattener:
                     merged = _refined(before.item, given)
                     package = item.package if getattr(given, "classifier", None) else before.package
                     members[key] = Member(merged, package, [*properties, *before.properties])
+        _add_implementations(into, item)
         for mode in item.modes:
             into.modes[mode.name.lower()] = mode
+
+
+def _add_implementations(into: Flat, item: Classifier) -> None:
+    """Add the flow implementations of a classifier before those of its ancestors, as OSATE numbers them."""
+    own: dict[str, list[Member[Flow]]] = {}
+    for given in item.flows:
+        if given.kind == "end to end":
+            continue
+        key, properties = given.name.lower(), [Owned(one, item.package) for one in given.properties]
+        if not given.refined:
+            own.setdefault(key, []).append(Member(given, item.package, properties))
+            continue
+        there = into.implementations.get(key, [])  # a refinement is of all that have its name
+        there[:] = [
+            Member(_refined(one.item, given), item.package, [*properties, *one.properties]) for one in there
+        ]  # fmt: skip
+    for key, members in own.items():
+        into.implementations[key] = [*members, *into.implementations.get(key, [])]
 
 
 def _refined(before: Any, given: Any) -> Any:

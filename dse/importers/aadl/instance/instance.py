@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -64,11 +64,13 @@ class Instance:
             yield from self.parent.around()
 
     def named(self, name: str) -> list[Instance]:
-        """The subcomponents of a name: every element where it is that of an array."""
+        """The subcomponents of a name: of an array every element that it names, by an index or a range of them."""
         key = name.lower()
         if key in self.children:
             return [self.children[key]]
-        return [child for child in self.children.values() if child.base == key]
+        base, *parts = key.split("[")
+        there = [child for child in self.children.values() if child.base == base]
+        return [child for child in there if _is_within(child.index, parts)] if parts else there
 
     def descend(self, path: Path) -> list[tuple[Instance, Path]]:
         """Where a path leads: the components as far as there are any, and what is left of the path."""
@@ -82,6 +84,17 @@ class Instance:
             else:
                 done.append((component, rest))
         return done
+
+
+def _is_within(index: tuple[int, ...], parts: Sequence[str]) -> bool:
+    """Whether the index of an element begins with what is written in brackets: ``2]``, ``1..3]``."""
+    if len(parts) > len(index):
+        return False
+    for number, part in zip(index, parts, strict=False):
+        low, _, high = part.rstrip("]").partition("..")
+        if not (low.isdecimal() and (high or low).isdecimal() and int(low) <= number <= int(high or low)):
+            return False
+    return True
 
 
 class Instantiator:
@@ -160,20 +173,11 @@ class Instantiator:
     def _sizes(self, member: Member[Subcomponent]) -> list[int]:
         found = []
         for value in member.item.dimensions:
-            size = self._size(value)
+            size = size_of_dimension(self.library, value)
             if size is None:
                 self.library.remark(f"the size of array {member.item.name} is not known: read as 1", member.item.place)
             found.append(1 if size is None else size)
         return found
-
-    def _size(self, value: Value | None) -> int | None:
-        if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
-            return int(value.value)
-        if isinstance(value, Word) and value.package:
-            found = self.library.sets.get(value.package.lower())
-            definition = found.definitions.get(value.name.lower()) if found else None
-            return self._size(definition.value) if definition and definition.value else None
-        return None
 
     def _mode(self, component: Instance, flat: Flat) -> str:
         """The mode of a component: as chosen, as that around it where it has one of that name, else the initial one."""
@@ -190,6 +194,17 @@ class Instantiator:
             around = component.parent.mode if component.parent is not None else ""
             return around if around in flat.modes else next(iter(flat.modes))
         return initial
+
+
+def size_of_dimension(library: Library, value: Value | None, steps: int = 0) -> int | None:
+    """The size of a dimension of an array: a number, or a constant of a property set; None where it is not known."""
+    if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
+        return int(value.value)
+    if isinstance(value, Word) and value.package and steps < MAX_DEPTH:
+        found = library.sets.get(value.package.lower())
+        definition = found.definitions.get(value.name.lower()) if found else None
+        return size_of_dimension(library, definition.value, steps + 1) if definition and definition.value else None
+    return None
 
 
 def is_active(modes: tuple[str, ...] | None, mode: str) -> bool:

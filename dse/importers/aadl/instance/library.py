@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,33 +13,36 @@ from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Package, PropertySet, Reference
 from dse.importers.registry import Place, found_below
 from dse.support.errors import Diagnostic, ProblemError
-from dse.support.files.reading import UnreadableFileError, read_bytes
+from dse.support.files.reading import UnreadableFileError, beginning, read_bytes
 
 MAX_BYTES = 20_000_000
 MAX_FILES = 3000
 """The greatest number of files of a folder that are looked at."""
 SUFFIX = ".aadl"
+MOST_NAMES = 5
+"""The most names that a remark lists behind the first."""
 _DECLARES = re.compile(r"^[ \t]*(?:package[ \t]+([\w:]+)|property[ \t]+set[ \t]+(\w+)[ \t\r\n]+is)", re.M | re.I)
 
 
 @dataclass
 class Library:
-    """Packages and property sets by key; `findings` are mistakes, `remarks` doubts, `main` what was named."""
+    """Packages and property sets by key; `findings` are mistakes, `main` is what was named."""
 
     packages: dict[str, Package] = field(default_factory=dict)
     sets: dict[str, PropertySet] = field(default_factory=dict)
     findings: list[Diagnostic] = field(default_factory=list)
-    remarks: list[Diagnostic] = field(default_factory=list)
     main: list[Package] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
     _told: set[tuple[str, str]] = field(default_factory=set)
+    _doubts: dict[tuple[str, str], list[tuple[str, Place]]] = field(default_factory=dict)
 
     def add(self, path: Path, text: str, file: str) -> list[str]:
         """Read one file; returns the names of packages and property sets that it asks for."""
         parsed = parse(text, file)
         self.files.append(path)
         self.findings += parsed.findings
-        self.remarks += parsed.remarks
+        for item in parsed.remarks:
+            self.remark(item.message, Place(item.file, item.line, item.column), item.hint)
         for package in parsed.unit.packages:
             other = self.packages.setdefault(package.name.lower(), package)
             if other is not package:
@@ -51,11 +54,25 @@ class Library:
             self.sets.setdefault(found.name.lower(), found)
         return [name for package in parsed.unit.packages for name in _asked(package)]
 
-    def remark(self, message: str, place: Place, hint: str = "") -> None:
-        """A doubt, told once."""
-        if (str(place), message) not in self._told:
-            self._told.add((str(place), message))
-            self.remarks.append(finding(message, place, hint, warning=True))
+    def remark(self, message: str, place: Place, hint: str = "", *, about: str = "") -> None:
+        """A doubt; what it is `about` is written in place of ``{}``, and told with others of which the same holds."""
+        self._doubts.setdefault((message, hint), []).append((about, place))
+
+    def remarks(self) -> list[Diagnostic]:
+        """The doubts by place: one for each message, with the number of places, or of those that it is about."""
+        found = []
+        for (message, hint), told in self._doubts.items():
+            names, places = dict.fromkeys(name for name, _ in told if name), {place for _, place in told}
+            first, *more = names or [""]
+            text = message.replace("{}", first) if first else message
+            if more:
+                listed = ", ".join(more[:MOST_NAMES]) + (", …" if len(more) > MOST_NAMES else "")
+                text += f" (and {len(more)} more: {listed})"
+            elif len(places) > 1:
+                text += f" (at {len(places)} places, first here)"
+            place = told[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
+            found.append(finding(text, place, hint, warning=True))
+        return sorted(found, key=lambda item: (item.file, item.line, item.column))
 
     def fail(self, message: str, place: Place, hint: str = "") -> None:
         """A mistake, told once."""
@@ -108,8 +125,8 @@ def _asked(package: Package) -> Iterable[str]:
     yield from (item.package for item in package.renames)
 
 
-def load_library(path: Path) -> Library:
-    """A file with those around it that it needs, or every file of a folder.
+def load_library(path: Path, folders: Sequence[Path] = ()) -> Library:
+    """A file with those around it that it needs, or every file of a folder; further ones are looked for in `folders`.
 
     Raises
     ------
@@ -123,45 +140,56 @@ def load_library(path: Path) -> Library:
         texts = _texts(_files(path))
         if not texts:
             raise ProblemError([Diagnostic(f"there is no file *{SUFFIX} in it", file=str(path))])
-        for file, text in texts.items():
-            library.add(file, text, str(file))
-        library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
-        return library
-    wanted = library.add(path, _text(path), str(path))
+        wanted = [name for file, text in texts.items() for name in library.add(file, text, str(file))]
+    else:
+        wanted = library.add(path, _text(path), str(path))
     library.main = [item for item in library.packages.values() if item.name != "Base_Types"]
-    _add_around(library, path, wanted)
+    if folders or not path.is_dir():
+        _add_asked(library, path, folders, wanted)
     return library
 
 
-def _add_around(library: Library, path: Path, wanted: list[str]) -> None:
-    """The files around one that declare what it asks for, and what those ask for."""
-    where: dict[str, tuple[Path, str]] | None = None
+def _add_asked(library: Library, path: Path, folders: Sequence[Path], wanted: list[str]) -> None:
+    """The files around a model, and in folders of libraries, that declare what it asks for, and what those ask for."""
+    where: dict[str, Path] | None = None
     while wanted:
         name = wanted.pop().lower()
         if name in library.packages or name in library.sets or name in PREDECLARED:
             continue
         if where is None:
-            where = _declared(path)
-        if name in where:
-            file, text = where[name]
-            if file not in library.files:
-                wanted += library.add(file, text, str(file))
+            where = {}
+            for files in ([] if path.is_dir() else [_around(path)], *([_files(folder)] for folder in folders)):
+                for found in files:
+                    where = {**_declared(found), **where}
+        if name in where and where[name] not in library.files:
+            file = where[name]
+            wanted += library.add(file, _text(file), str(file))
     for package in list(library.packages.values()):
         for name, place in package.withs:
             if name.lower() not in {*library.packages, *library.sets, *PREDECLARED}:
-                library.remark(f"{name} is in none of the files around this one", place)
+                hint = "--library names a folder in which to look for it"
+                library.remark(f"{name} is in none of the files around this one", place, hint)
 
 
-def _declared(path: Path) -> dict[str, tuple[Path, str]]:
-    """Which file around `path` declares which package or property set."""
+def _around(path: Path) -> list[Path]:
+    """The other files of the folder of a file, or of the one around that where it is one of packages alone."""
     folder = path.parent
     if folder.resolve().name.lower() in ("packages", "propertysets", "aadl", "model", "models"):
         folder = folder.parent if folder != Path() else Path("..")
-    found: dict[str, tuple[Path, str]] = {}
-    for file, text in _texts([item for item in _files(folder) if item.resolve() != path.resolve()]).items():
+    return [file for file in _files(folder) if file.resolve() != path.resolve()]
+
+
+def _declared(files: Iterable[Path]) -> dict[str, Path]:
+    """Which of some files declares which package or property set, the first first; that makes them no inputs."""
+    found: dict[str, Path] = {}
+    for file in files:
+        try:
+            text = _decoded(beginning(file, MAX_BYTES))
+        except UnreadableFileError as error:
+            raise ProblemError([Diagnostic(error.reason, file=str(file))]) from None
         for names in _DECLARES.findall(text):
             for name in filter(None, names):
-                found.setdefault(name.lower(), (file, text))
+                found.setdefault(name.lower(), file)
     return found
 
 
@@ -180,11 +208,15 @@ def _texts(files: Iterable[Path]) -> dict[Path, str]:
 
 
 def _text(path: Path) -> str:
-    """The text of a file: UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
+    """The text of a file, which becomes an input."""
     try:
-        data = read_bytes(path, MAX_BYTES, "a model")
+        return _decoded(read_bytes(path, MAX_BYTES, "a model"))
     except UnreadableFileError as error:
         raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+
+
+def _decoded(data: bytes) -> str:
+    """UTF-8, else Latin-1, which older tools wrote comments in; names of AADL are ASCII."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 from dse.importers.aadl.document.values import WrongKindError, is_true, size_of, text_of
 from dse.importers.aadl.instance.connections import Features, Wiring
-from dse.importers.aadl.instance.flows import EndToEnd, Flows
+from dse.importers.aadl.instance.flows import EndToEnd, Flows, UnreadFlow
 from dse.importers.aadl.instance.inheritance import Flat, Flattener
 from dse.importers.aadl.instance.instance import Instance, Instantiator
 from dse.importers.aadl.instance.library import Library, load_library
@@ -18,7 +19,7 @@ from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tokens import finding
 from dse.importers.aadl.syntax.tree import Classifier, Number, Path, Reference
 from dse.importers.registry import Place
-from dse.support.errors import ProblemError
+from dse.support.errors import ProblemError, UsageError
 
 T = TypeVar("T")
 MAX_DEPTH = 30
@@ -36,6 +37,7 @@ class InstanceModel:
     features: Features
     wiring: Wiring
     flows: list[EndToEnd]
+    unread: list[UnreadFlow]
     _names: dict[Instance, str] = field(default_factory=dict)
 
     def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
@@ -99,7 +101,7 @@ class InstanceModel:
                 return self.physical(item, depth + 1)
         return None
 
-    def size_of_data(self, flat: Flat | None, component: Instance, depth: int = 0) -> int | None:
+    def size_of_data(self, flat: Flat | None, component: Instance, depth: int = 0) -> Fraction | None:
         """The size of a data classifier in bytes: as stated, else that of its parts; None where neither tells."""
         if flat is None or depth > MAX_DEPTH:
             return None
@@ -108,15 +110,15 @@ class InstanceModel:
             found = self.properties.of_classifier(flat.properties, component, name)
             size = self.read(found, size_of, name)
             if size is not None:
-                return -int(-size.low // 1)
-        total: int | None = None
+                return size.low
+        total: Fraction | None = None
         for member in flat.subcomponents.values():
             if member.item.category != "data":
                 continue
             own = [self.properties.of_classifier(member.properties, component, name)
                    for name in ("Data_Size", "Source_Data_Size")]  # fmt: skip
             stated = next((self.read(item, size_of, "Data_Size") for item in own if item is not None), None)
-            inner: int | None = None if stated is None else -int(-stated.low // 1)
+            inner = None if stated is None else stated.low
             if inner is None and member.item.classifier is not None:
                 resolved = self.flattener.resolve(member.item.classifier, member.package, flat)
                 inner = self.size_of_data(resolved, component, depth + 1)
@@ -124,22 +126,34 @@ class InstanceModel:
                 if isinstance(dimension, Number) and inner is not None:
                     inner *= int(dimension.value)
             if inner is not None:
-                total = (total or 0) + inner
+                total = (total or Fraction(0)) + inner
         return total
 
-    def feature_size(self, component: Instance | None, path: Path) -> int | None:
-        """The size of what a feature gives, in bytes."""
-        if component is None:
-            component = self.root
+    def port_size(self, component: Instance | None, path: Path) -> Fraction | None:
+        """The size in bytes that a feature states itself; None where it leaves that to its data type."""
         for name in ("Data_Size", "Source_Data_Size"):
-            size = self.read(self.properties.of_feature(component, path, name), size_of, name)
+            size = self.read(self.properties.of_feature(component or self.root, path, name), size_of, name)
             if size is not None:
-                return -int(-size.low // 1)
+                return size.low
+        return None
+
+    def type_size(self, component: Instance | None, path: Path) -> Fraction | None:
+        """The size in bytes of the data type of a feature; None where it has none, or that states no size."""
+        return self.size_of_data(self._data_type(component or self.root, path), component or self.root)
+
+    def is_sum(self, component: Instance | None, path: Path) -> bool:
+        """Whether the data type of a feature states no size itself, so that its size is the sum of its parts."""
+        flat = self._data_type(component or self.root, path)
+        names = ("Data_Size", "Source_Data_Size")
+        return flat is not None and not any(
+            self.properties.of_classifier(flat.properties, component or self.root, name) for name in names
+        )
+
+    def _data_type(self, component: Instance, path: Path) -> Flat | None:
         leaf = self.features.leaf(component, path)
         if leaf is None or leaf.member.item.classifier is None:
-            return self.size_of_data(component.flat, component) if component.category == "data" else None
-        flat = self.flattener.resolve(leaf.member.item.classifier, leaf.member.package, leaf.around)
-        return self.size_of_data(flat, component)
+            return component.flat if component.category == "data" else None
+        return self.flattener.resolve(leaf.member.item.classifier, leaf.member.package, leaf.around)
 
 
 def read_model(path: FilePath, options: Mapping[str, Any]) -> InstanceModel:
@@ -150,9 +164,24 @@ def read_model(path: FilePath, options: Mapping[str, Any]) -> InstanceModel:
     ProblemError
         with every mistake; where a text cannot be parsed, nothing is instantiated.
     """
-    library = load_library(path)
+    library = load_library(path, libraries(options))
     _stop(library)
     return instantiated(library, path, options, {})
+
+
+def libraries(options: Mapping[str, Any]) -> list[FilePath]:
+    """The folders in which packages are looked for.
+
+    Raises
+    ------
+    UsageError
+        when one is none.
+    """
+    found = [FilePath(item) for item in filter(None, (part.strip() for part in options.get("library", "").split(",")))]
+    for folder in found:
+        if not folder.is_dir():
+            raise UsageError(f"--library {folder}: is no folder")
+    return found
 
 
 def instantiated(
@@ -173,8 +202,9 @@ def instantiated(
     properties = Properties(library, root)
     features = Features(library, flattener)
     wiring = Wiring(library, root, features, properties)
-    flows = list(Flows(library, wiring).of(root))
-    return InstanceModel(library, flattener, root, properties, features, wiring, flows)
+    following = Flows(library, wiring)
+    flows = list(following.of(root))
+    return InstanceModel(library, flattener, root, properties, features, wiring, flows, following.unread)
 
 
 def _stop(library: Library) -> None:

@@ -139,9 +139,11 @@ class Properties:
         """The property of a feature; `path` leads through feature groups."""
         self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
+        plain = tuple(item.partition("[")[0] for item in key)
         found = list(self._outer((component, key), name.lower(), group.lower()))
-        if component.flat is not None and len(path) == 1 and key[0] in component.flat.features:
-            member = component.flat.features[key[0]]
+        found += list(self._outer((component, plain), name.lower(), group.lower())) if plain != key else []
+        if component.flat is not None and len(path) == 1 and plain[0] in component.flat.features:
+            member = component.flat.features[plain[0]]
             found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
         return self._first(((*item, "own") for item in found), component)
 
@@ -152,12 +154,19 @@ class Properties:
         name: str,
         group: str = "",
     ) -> Found | None:
-        """The property of a connection, flow specification or end-to-end flow that is declared in a component."""
+        """The property of a connection, flow specification or end-to-end flow that is declared in a component.
+
+        A connection inherits from the component.
+        """
         self._ask(MEMBER, name, group)
         key = (member.item.name.lower(),)
         found = list(self._outer((component, key), name.lower(), group.lower()))
         found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
-        return self._first(((*item, "own") for item in found), component)
+        own = self._first(((*item, "own") for item in found), component)
+        if own is None and isinstance(member.item, Connection) and self._is_inherited(name.lower(), group.lower()):
+            around = self.of(component, name, group)
+            return None if around is None else replace(around, via="inherited")
+        return own
 
     def of_classifier(self, owned: Iterable[Owned], component: Instance, name: str, group: str = "") -> Found | None:
         """The property of a classifier that is no component, such as the data type of a port."""
@@ -223,11 +232,13 @@ class Properties:
                 continue
             for feature in component.flat.features.values():
                 yield from (Stated(FEATURE, one) for one in feature.properties if not one.association.applies)
-            for members in (component.flat.specs, component.flat.connections, component.flat.flows):
-                for member in members.values():
+            flat = component.flat
+            implementations = [one for several in flat.implementations.values() for one in several]
+            for members in (flat.specs.values(), flat.connections.values(), flat.flows.values(), implementations):
+                for member in members:
                     yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
         for (target, key), given in self._contained.items():
-            is_feature = bool(key) and target.flat is not None and key[0] in target.flat.features
+            is_feature = bool(key) and target.flat is not None and key[0].partition("[")[0] in target.flat.features
             holder = (FEATURE if is_feature else MEMBER) if key else target.category
             yield from (Stated(holder, one) for one, _ in given)
         for flat in self.data_types.values():  # those that messages have
@@ -302,7 +313,7 @@ def _has(component: Instance, key: str) -> bool:
     flat = component.flat
     if flat is None:
         return False
-    members = (flat.features, flat.specs, flat.connections, flat.flows, flat.modes)
+    members = (flat.features, flat.specs, flat.connections, flat.flows, flat.implementations, flat.modes)
     return any(key.partition("[")[0] in group for group in members)
 
 

@@ -54,10 +54,8 @@ def tell(model: InstanceModel) -> None:
 
 
 def _remark(model: InstanceModel, text: str, items: Sequence[Stated]) -> None:
-    places = dict.fromkeys(item.owned.association.place for item in items)
-    first = min(places, key=lambda place: (place.file, place.line, place.column))
-    times = f" (at {len(places)} places, first here)" if len(places) > 1 else ""
-    model.library.remark(f"{text}{times}", first)
+    for item in items:
+        model.library.remark(text, item.owned.association.place)
 
 
 def _is_silent(item: Stated) -> bool:

@@ -92,22 +92,24 @@ class Cursor:
         return Reference("::".join(package), name, place)
 
     def path(self, what: str = "a name") -> Path:
-        """``a.b[2].c``."""
+        """``a.b[2].c``, ``a[1..2]``."""
         parts = [self._element(what)]
         while self.accept("."):
             parts.append(self._element(what))
         return tuple(parts)
 
     def _element(self, what: str) -> str:
+        """A name with its indices, each a number or a range: ``x[2]``, ``x[1..3][2]``."""
         name = self.name(what)
-        while self.sees("[") and self.ahead().kind == "number" and self.ahead(2).key == "]":
-            name = f"{name}[{self.ahead().text}]"
-            self.at += 3
-        if self.sees("[") and self.ahead().kind == "number" and self.ahead(2).key == "..":
-            self.remark("a part of an array is read as the whole of it", self.place)
+        while self.sees("[") and self.ahead().kind == "number":
             self.expect("[")
-            self.skip("]")
-            self.expect("]")
+            index = self.take().text
+            if self.accept(".."):
+                if self.token.kind != "number":
+                    self.fail("the last index")
+                index = f"{index}..{self.take().text}"
+            self.expect("]", '"]"')
+            name = f"{name}[{index}]"
         return name
 
     def names(self, what: str) -> tuple[str, ...]:

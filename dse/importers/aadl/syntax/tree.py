@@ -5,7 +5,7 @@ Names are compared in small letters (`key`). A path is a tuple of names, an arra
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -111,6 +111,20 @@ class Computed:
 
 
 Value: TypeAlias = Number | Text | Range | Listed | Record | Referred | Classified | Word | Computed
+
+
+def without_places(value: Value) -> Value:
+    """A value that is equal to another one of the same text elsewhere."""
+    match value:
+        case Range(low, high):
+            return Range(without_places(low), without_places(high))
+        case Listed(items):
+            return Listed(tuple(without_places(item) for item in items))
+        case Record(fields):
+            return Record(tuple((name, without_places(item)) for name, item in fields))
+        case Classified(classifier):
+            return Classified(replace(classifier, place=HERE))
+    return replace(value, place=HERE)
 
 
 @dataclass(frozen=True, slots=True)
