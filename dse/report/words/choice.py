@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -28,20 +29,27 @@ PPM = 10**6
 
 
 class Names:
-    """Short names of the decisions of a result, and options in the words that tell designs apart."""
+    """Short names of the decisions of a result, and options in the words that tell designs apart.
+
+    The type of a slot stands for itself where no other slot may have it.
+    """
 
     def __init__(self, result: Result, kinds: Kinds) -> None:
         known = [decision.name for decision in result.space.decisions]
         self.short: Mapping[str, str] = shortest_names(known, known)
         self.types = [f"{slot.name}.type" for slot in result.space.processors]
         self.told = [*kinds.naming, *kinds.minor[:MOST_MINOR]]
+        types = (item.options for item in result.space.decisions if item.name.endswith(".type"))
+        self._slots_of = Counter(option for options in types for option in options)
 
     def option(self, name: str, option: str | None) -> str:
         """``Spectra``, ``can_125k``, ``main_loop.period 5 ms``; a slot without a type is left empty."""
         if option is None:
             return f"no {self.short[name]}"
         if name.endswith(".type"):
-            return f"no {self.short[name]}" if option == EMPTY else option
+            if option == EMPTY:
+                return f"no {self.short[name]}"
+            return option if self._slots_of[option] == 1 else f"{self.short[name]} {option}"
         return f"{self.short[name]} {option}"
 
     def design(self, point: Point) -> str:
