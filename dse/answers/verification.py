@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from dse.answers.base import DataAnswer
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.json_fields import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -50,6 +51,12 @@ class Verification(DataAnswer):
     left_open: Annotated[tuple[str, ...], "What could not be proved again."] = ()
     remarks: Annotated[tuple[str, ...], "What a reader of the result should know."] = ()
     wall_s: Annotated[float, "Seconds that passed."] = 0.0
+    claim: Annotated[
+        str,
+        "What the result claims: `complete`, `incomplete` or `infeasible`, with the number of designs and of regions "
+        "that are open.",
+        Json(default=""),
+    ] = ""
 
     def frame(self) -> pandas.DataFrame:
         """A row for each line of the verdict.

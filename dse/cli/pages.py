@@ -103,8 +103,8 @@ def print_front(
 
     Where the time limit comes before that is found out, what is told is what the result says.
     """
-    from dse.report.content.front import brief_page, fitting_page, printed_page
-    from dse.report.terminal import SCREEN, page_height, print_page
+    from dse.report.content.front import first_page, printed_page
+    from dse.report.terminal import SCREEN, print_page
 
     screen = console()
     lines: int | None = SCREEN
@@ -113,7 +113,7 @@ def print_front(
             if explain:
                 page, lines = printed_page(document, top, further), None
             else:
-                page = fitting_page(document, top, lambda page: page_height(screen, page, SCREEN) <= SCREEN, further)
+                page = first_page(document, top, further)
     except OutOfTime:
-        page = brief_page(document, top, further=further, reasons=None)
+        page = first_page(document, top, further, has_time=False)
     print_page(screen, page, lines=lines)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypedDict
 
 from dse.space.question.settings import SETTINGS
 from dse.spec.language.scan import quoted
-from dse.support.arguments import nearest, refuse
+from dse.support.arguments import nearest, refuse, respelt
 from dse.support.errors import UsageError
 
 Texts: TypeAlias = str | Sequence[str]
@@ -167,7 +167,7 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
         *(f"minimise {text}" for text in _texts(question, "minimise")),
         *(f"maximise {text}" for text in _texts(question, "maximise")),
     )
-    settings: dict[str, Any] = {item.name: question.get(item.name) for item in fields(Changes) if item.name in SETTINGS}
+    settings: dict[str, Any] = {name: respelt(question.get(name), words) for name, words in SETTINGS.items()}
     return Changes(limits, _texts(question, "require"), objectives, _texts(question, "fix", "{} = {}"), **settings)
 
 

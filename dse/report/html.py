@@ -22,6 +22,7 @@ from markupsafe import Markup, escape
 from dse.answers.tables.display import display_unit
 from dse.report.content.decide import decide_data, further_metrics, insist_choices
 from dse.report.content.document import Alternative, Document
+from dse.report.content.front import verdict_blocks
 from dse.report.page import Page, Section, numbered
 from dse.report.plots.architecture import STYLE, Drafter
 from dse.report.plots.deadlines import DEADLINE_ROW, deadline_chart
@@ -35,6 +36,7 @@ from dse.support.extras import how_to_install, is_installed
 from dse.support.files.writing import utf8
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import is_unbounded
+from dse.support.units.text import format_count
 
 MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
@@ -65,6 +67,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         document=document,
         result=result,
         proof=proof_words(result),
+        verdict=verdict_blocks(document),
         crowded=len(document.varying) > MOST_ON_PAPER,
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
@@ -147,6 +150,7 @@ def environment() -> Environment:
         undefined=StrictUndefined,
     )
     found.filters["breakable"] = breakable
+    found.filters["thousands"] = format_count
     return found
 
 

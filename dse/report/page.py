@@ -16,20 +16,21 @@ NOTHING = "\N{EN DASH}"
 MORE = "--all"
 """The option of every command that prints less than it has found."""
 MINUS = "\N{MINUS SIGN}"
-Tone: TypeAlias = Literal["plain", "strong", "wrong"]
+Tone: TypeAlias = Literal["plain", "strong", "wrong", "good", "doubtful", "quiet"]
 
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph; `tone` sets off a verdict (strong) and what is amiss (wrong).
+    """A paragraph; `tone` sets off a verdict (strong, good, doubtful) and what is amiss (wrong).
 
-    A terminal says `brief`, if there is one, unless it is told to show all.
+    A terminal says `brief`, if there is one, unless it is told to show all, and indents the further lines by `hang`.
     """
 
     kind: ClassVar = "text"
     text: str
     tone: Tone = "plain"
     brief: str = ""
+    hang: int = 0
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,11 @@ class Table:
 
     `numbers` are the columns that align right, `total` marks the last row as a sum. `bars` has for each row a length
     from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it is told to show all, and says `rest` of the
-    others (``{}`` is how many); a file has `most`. Where there is no room for the columns from `wide` on a terminal
-    tells them below the table, by the cell of column `label`, and of each no more than `told` letters (with 0: nothing)
-    unless it is to show all.
+    others (``{}`` is how many); a file has `most`. Where there is no room for all columns a terminal leaves out those
+    of `spare`, in this order: they are told elsewhere. Where there is still none, it tells the columns from `wide` on
+    in one cell, or below the table by the cell of column `label`, and of each no more than `told` letters unless it is
+    to show all; a table without such columns has its cells wrapped, or each row told as a paragraph. `strong` are rows
+    that are set off.
     """
 
     kind: ClassVar = "table"
@@ -84,6 +87,8 @@ class Table:
     wide: int | None = None
     label: int = 0
     told: int | None = None
+    spare: tuple[int, ...] = ()
+    strong: tuple[int, ...] = ()
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:

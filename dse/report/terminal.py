@@ -9,28 +9,21 @@ from math import ceil
 from typing import TypeVar
 
 from rich.console import Console
-from rich.table import Table as Grid
 
 from dse.report.page import MINUS, MORE, NOTHING, Block, Item, Listing, Page, Plot, Table, Text, Timeline
-from dse.report.text_table import is_ascii, plain, plain_table, print_hanging
+from dse.report.text_table import BAR, GAP, Grid, is_ascii, print_hanging, print_line, shown_text
 
 T = TypeVar("T")
-STYLES = {"plain": "", "strong": "bold", "wrong": "bold red"}
-ANY_WIDTH = 10_000
-BAR = 40
-"""How long the longest bar beside the rows of a table is drawn; half as long beside more columns than a `FEW`."""
+STYLES = {"plain": "", "strong": "bold", "wrong": "bold red", "good": "green", "doubtful": "yellow", "quiet": "dim"}
 FEW = 3
+"""Beside more columns the longest bar is half as long."""
 ASCII = str.maketrans({NOTHING: "-", MINUS: "-"})
-BROKEN_BEYOND = (12, 8, 4, 1)
-"""Words that are longer may be broken where a table is too wide: the first of these with which it fits."""
+EMPTY = (NOTHING, "-")
 DECISIONS = "decisions"
 MANY = 8
-"""Where more columns are told together, a row is told by what differs from the first."""
+"""Where more decisions are told together, a row is told by what differs from the first."""
 ROOM = 44
-"""Columns of a terminal that what can be told below a table needs beside it."""
-
-WIDE = 110
-"""Columns of a terminal on which a table that tells some of its columns below has its bars."""
+"""Columns of a terminal that the decisions of a row need beside the others."""
 LONGEST = 100
 """Letters of a line of a Gantt chart."""
 PAGE = "--report PAGE.html is a page."
@@ -53,7 +46,7 @@ def print_page(console: Console, page: Page, *, every: bool = False, lines: int 
             left_out[section.title[:1].lower() + section.title[1:]] = None
         else:
             shown += section.blocks
-    lead = [Text(page.lead, tone="strong")] if page.lead else []
+    lead = [Text(page.lead, "wrong" if page.is_amiss else "strong")] if page.lead else []
     rest = f"{MORE} shows the rest: {'; '.join(left_out)}. {PAGE}" if left_out else ""
     if lines is not None and not every:
         beside = _height(console, *lead) + (_lines_of(console, lambda: print_hanging(console, rest, "")) if rest else 0)
@@ -107,7 +100,7 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
     """A paragraph, a list or a table; a plot is left out, for a table has the same figures."""
     if isinstance(block, Text):
         said = block.text if every or not block.brief else block.brief
-        console.print(said, style=STYLES[block.tone], markup=False)
+        print_hanging(console, said, "", STYLES[block.tone], " " * block.hang)
     elif isinstance(block, Listing):
         shown = _first(block.items, None if every else block.brief)
         for item in shown:
@@ -119,7 +112,7 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
     elif isinstance(block, Timeline):
         print_hanging(console, block.caption)
         for line in block.lines(min(console.width, LONGEST)):
-            console.print(plain(line), markup=False, highlight=False, soft_wrap=True)
+            print_line(console, shown_text(console, line))
         for _, text in block.marks:
             print_hanging(console, text)
     else:
@@ -132,53 +125,86 @@ def _first(found: tuple[T, ...], most: int | None) -> tuple[T, ...]:
 
 
 def _print_item(console: Console, item: Item) -> None:
-    if item.tone == "plain":
-        print_hanging(console, item.line, "  " * item.depth)
-    else:
-        console.print(f"{'  ' * item.depth}{item.line}", style=STYLES[item.tone], markup=False)
+    print_hanging(console, item.line, "  " * item.depth, STYLES[item.tone])
 
 
 def _print_table(console: Console, table: Table, *, every: bool) -> None:
-    """The rows that are shown; what there is no room for below them."""
+    """The rows that are shown, as columns where these fit, else each as a paragraph; how many more rows there are."""
     shown = _first(table.rows, None if every else table.brief)
     more = len(table.rows) - len(shown)
-    if table.wide is None:
-        console.print(_fitting(console, table, shown))
+    grid = Grid(
+        tuple(shown_text(console, text) for text in table.headings),
+        tuple(tuple(shown_text(console, cell).translate(_signs(console)) for cell in row) for row in shown),
+        table.numbers,
+    )
+    print_line(console, "")
+    print_hanging(console, table.caption, "", "italic", "") if table.caption else None
+    columns, widths = _columns(console, table if not every else replace(table, spare=()), grid)
+    if widths is not None:
+        _print_grid(console, table, grid.only(columns), widths)
+    elif table.wide is not None:
+        _print_told(console, table, grid, None if every else table.told)
     else:
-        _print_wide(console, table if not every else replace(table, told=None), shown)
+        few = grid.only(columns)
+        for row, whole in zip(few.rows, grid.rows, strict=True):
+            print_hanging(console, f"{_name(table, whole)}: {_pairs_of(table, few.headings, row)}")
     if more:
-        console.print(table.rest.format(more), markup=False)
+        print_hanging(console, table.rest.format(more), "")
 
 
-def _fitting(console: Console, table: Table, shown: tuple[tuple[str, ...], ...]) -> Grid:
-    """The whole table; words are broken as far as must be."""
-    for longest in BROKEN_BEYOND:
-        grid = _grid(console, table, shown, len(table.headings), longest=longest)
-        if console.measure(grid, options=console.options.update(width=ANY_WIDTH)).minimum <= console.width:
-            break
-    return grid
+def _signs(console: Console) -> dict[int, str]:
+    return ASCII if is_ascii(console) else {}
 
 
-def _print_wide(console: Console, table: Table, shown: tuple[tuple[str, ...], ...]) -> None:
-    """What a row says from column `wide` on beside it in one cell, or below the table, or all of it as a list."""
-    if table.bars and console.width < WIDE:
-        table = replace(table, bars=())
+def _columns(console: Console, table: Table, grid: Grid) -> tuple[list[int], list[int] | None]:
+    """The columns that are shown and their widths; None where they do not fit.
+
+    Columns that can be spared go first; of a table with decisions the cells stay in one line.
+    """
+    columns = list(range(len(grid.headings)))
+    for spared in (None, *table.spare):
+        columns = [at for at in columns if at != spared]
+        widths = grid.only(columns).widths(console.width)
+        if widths is not None:
+            return columns, widths
+    return columns, grid.only(columns).widths(console.width, wrapped=True) if table.wide is None else None
+
+
+def _print_grid(console: Console, table: Table, grid: Grid, widths: list[int]) -> None:
+    """Columns below each other, with bars beside them where there is room."""
+    heads, rows = grid.lines(widths)
+    for line in heads:
+        print_line(console, line, "bold")
+    used = sum(widths) + GAP * (len(widths) - 1)
+    room = min(BAR[1] if len(widths) <= FEW else BAR[1] // 2, console.width - used - GAP)
+    for number, lines in enumerate(rows):
+        if table.total and number == len(table.rows) - 1:
+            print_line(console, ("-" if is_ascii(console) else "─") * used)
+        bar = "#" * ceil(room * table.bars[number]) if table.bars and room >= BAR[0] else ""
+        for line in [f"{lines[0]:<{used}}{' ' * GAP}{bar}".rstrip() if bar else lines[0], *lines[1:]]:
+            print_line(console, line, "bold" if number in table.strong else "")
+
+
+def _print_told(console: Console, table: Table, grid: Grid, most: int | None) -> None:
+    """What a row says from column `wide` on beside it in one cell, or below the table, or all of it as a paragraph."""
     assert table.wide is not None
-    told = [_joined(table, row, shown[0]) for row in shown]
-    bare = _grid(console, table, shown, table.wide)
-    width = console.measure(bare, options=console.options.update(width=ANY_WIDTH))
-    room = console.width - width.minimum
-    if room >= ROOM:
-        is_tight = console.width - width.maximum < ROOM
-        console.print(_grid(console, table, shown, table.wide, told, is_tight=is_tight))
+    told = [_cut(_joined(table, grid, row), most) for row in grid.rows]
+    bare = grid.only(range(table.wide))
+    widths = bare.widths(console.width - ROOM)
+    if widths is not None:
+        rows = tuple((*row[: table.wide], text) for row, text in zip(grid.rows, told, strict=True))
+        heading = DECISIONS if len(grid.headings) > table.wide + 1 else grid.headings[table.wide]
+        beside = Grid((*bare.headings, heading), rows, table.numbers)
+        beside_widths = beside.widths(console.width, wrapped=True)
+        assert beside_widths is not None
+        _print_grid(console, table, beside, beside_widths)
         return
-    if room >= 0:
-        console.print(bare)
-        if table.told == 0:
-            return
-    for row, text in zip(shown, told, strict=True):
-        figures = "" if room >= 0 else f"{_figures(table, row)}; "
-        print_hanging(console, f"{_name(table, row)}: {figures}{_cut(text, table.told)}")
+    widths = bare.widths(console.width)
+    if widths is not None:
+        _print_grid(console, table, bare, widths)
+    for row, text in zip(grid.rows, told, strict=True):
+        figures = "" if widths is not None else f"{_pairs_of(table, bare.headings, row)}; "
+        print_hanging(console, f"{_name(table, row)}: {figures}{text}")
 
 
 def _cut(text: str, most: int | None) -> str:
@@ -195,15 +221,16 @@ def _cut(text: str, most: int | None) -> str:
     return f"{', '.join(items[:told])} and {len(items) - told} more ({MORE})" if told < len(items) else text
 
 
-def _joined(table: Table, row: tuple[str, ...], first: tuple[str, ...]) -> str:
-    """What a row says in its wide columns, in a few words: ``computer large, can0 can_500k``.
+def _joined(table: Table, grid: Grid, row: tuple[str, ...]) -> str:
+    """The decisions of a row in a few words: ``computer large, can0 can_500k``.
 
     Of many it is what differs from the first row, where that is shorter.
     """
     assert table.wide is not None
-    if _last_heading(table) != DECISIONS or table.headings[table.wide :] == (DECISIONS,):
+    if len(grid.headings) == table.wide + 1:
         return row[table.wide]
-    pairs = list(zip(table.headings, row, strict=True))[table.wide :]
+    first = grid.rows[0]
+    pairs = list(zip(grid.headings, row, strict=True))[table.wide :]
     text = _pairs(pairs)
     if len(pairs) <= MANY or row is first:
         return text
@@ -214,13 +241,7 @@ def _joined(table: Table, row: tuple[str, ...], first: tuple[str, ...]) -> str:
 
 def _pairs(pairs: Iterable[tuple[str, str]]) -> str:
     """Headings with their cells; the type of a slot goes by the slot's name."""
-    return ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in pairs if value not in ("", NOTHING))
-
-
-def _last_heading(table: Table) -> str:
-    """What is told in one cell: the decisions of alternatives, which have numbers; else a column of its own name."""
-    is_alternatives = all(row[table.label].removeprefix("#").isdecimal() for row in table.rows)
-    return DECISIONS if is_alternatives or len(table.headings) != (table.wide or 0) + 1 else table.headings[-1]
+    return ", ".join(f"{name.removesuffix('.type')} {value}" for name, value in pairs if value not in ("", *EMPTY))
 
 
 def _name(table: Table, row: tuple[str, ...]) -> str:
@@ -229,49 +250,7 @@ def _name(table: Table, row: tuple[str, ...]) -> str:
     return f"#{name}" if name.isdecimal() else name
 
 
-def _figures(table: Table, row: tuple[str, ...]) -> str:
-    """The other columns of a row that is told as a line."""
-    pairs = [(name, value) for name, value in zip(table.headings, row[: table.wide], strict=False) if value]
-    return ", ".join(f"{name} {value}" for at, (name, value) in enumerate(pairs) if at != table.label)
-
-
-def _grid(
-    console: Console,
-    table: Table,
-    rows: tuple[tuple[str, ...], ...],
-    columns: int,
-    told: list[str] | None = None,
-    *,
-    is_tight: bool = False,
-    longest: int = ANY_WIDTH,
-) -> Grid:
-    """The first columns as a table, `told` as a last one.
-
-    `is_tight` breaks headings into lines of one word; a word of a cell that is no longer than `longest` stays whole.
-    """
-    grid = plain_table(console, plain(table.caption))
-    for at, heading in enumerate(table.headings[:columns]):
-        cells = [row[at] for row in rows]
-        parts = cells if table.wide is not None else [word[:longest] for cell in cells for word in cell.split()]
-        least = max(map(len, [*parts, *(word[:longest] for word in heading.split())]), default=0)
-        grid.add_column(
-            plain(heading),
-            justify="right" if at in table.numbers else "left",
-            overflow="fold",
-            min_width=least,
-            max_width=least if is_tight else None,
-        )
-    if told is not None:
-        grid.add_column(plain(_last_heading(table)), overflow="fold")
-    if table.bars:
-        grid.add_column("")
-    signs = ASCII if is_ascii(console) else {}
-    room = BAR if columns <= FEW else BAR // 2
-    for number, row in enumerate(rows):
-        if table.total and number == len(table.rows) - 1:
-            grid.add_section()
-        cells = [plain(cell).translate(signs) for cell in row[:columns]]
-        cells += [plain(told[number])] if told is not None else []
-        cells += ["#" * ceil(room * table.bars[number])] if table.bars else []
-        grid.add_row(*cells)
-    return grid
+def _pairs_of(table: Table, headings: Sequence[str], row: tuple[str, ...]) -> str:
+    """The other columns of a row that is told as a paragraph."""
+    pairs = [(name, value) for name, value in zip(headings, row, strict=False) if value]
+    return ", ".join(f"{name} {value}".strip() for at, (name, value) in enumerate(pairs) if at != table.label)

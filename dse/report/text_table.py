@@ -1,23 +1,131 @@
-"""Tables and texts that any terminal can show."""
+"""Tables and texts that any terminal can show: no cell loses a letter, no line ends in blanks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
-from rich import box
+from rich.cells import cell_len
 from rich.console import Console
-from rich.table import Table
 
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
 
+GAP = 2
+"""Blanks between two columns of a table."""
+BAR = (10, 40)
+"""The least and the greatest length of the longest bar beside the rows of a table."""
+MOST_LINES = 6
+"""Headings in more lines are as high as they are."""
+LEAST = 16
+"""A column of text is not wrapped into less than this, if its text is longer: the rows become paragraphs then."""
 
-def plain_table(console: Console, title: str = "") -> Table:
-    """An empty table that stays readable without UTF-8; the title is markup."""
-    return Table(title=title or None, title_justify="left", box=box.ASCII2 if is_ascii(console) else box.SIMPLE_HEAD)
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of a table as text of one line each; `numbers` are the columns that align right."""
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numbers: tuple[int, ...] = ()
+
+    def least(self, at: int, *, wrapped: bool) -> int:
+        """How wide a column is at least: its longest cell (`wrapped`: word), and the longest word of its heading.
+
+        Cells of up to `LEAST` letters, such as a number with its unit, stay in one line.
+        """
+        cells = [row[at] for row in self.rows]
+        widest = max(map(cell_len, cells), default=0)
+        words = max((cell_len(word) for cell in cells for word in cell.split()), default=0)
+        body = min(widest, max(words, LEAST)) if wrapped else widest
+        return max([body, *(cell_len(part) for part, _ in _parts(self.headings[at]))])
+
+    def most(self, at: int) -> int:
+        """How wide a column is where nothing is wrapped."""
+        return max(map(cell_len, [self.headings[at], *(row[at] for row in self.rows)]))
+
+    def widths(self, room: int, *, wrapped: bool = False) -> list[int] | None:
+        """The widths of the columns in a line of `room` letters; None where they do not fit.
+
+        Headings are wrapped at spaces; cells too where they may be `wrapped`.
+        """
+        columns = range(len(self.headings))
+        found = [self.least(at, wrapped=wrapped) for at in columns]
+        rest = room - sum(found) - GAP * (len(found) - 1)
+        if rest < 0:
+            return None
+        whole = [self.least(at, wrapped=False) for at in columns]
+        # cells in one line first: the narrowest column grows until all are equally wide
+        while rest and (short := [at for at in columns if found[at] < whole[at]]):
+            found[min(short, key=lambda at: found[at])] += 1
+            rest -= 1
+        for height in range(1, MOST_LINES):  # then all headings in as few lines as there is room for
+            wide = [max(found[at], _width_of(self.headings[at], height)) for at in columns]
+            if sum(wide) - sum(found) <= rest:
+                return wide
+        return found
+
+    def lines(self, widths: Sequence[int]) -> tuple[list[str], list[list[str]]]:
+        """The lines of the headings, and those of each row."""
+        return self._set(self.headings, widths, is_head=True), [self._set(row, widths) for row in self.rows]
+
+    def _set(self, cells: Sequence[str], widths: Sequence[int], *, is_head: bool = False) -> list[str]:
+        parts = [_wrapped(cell, width, is_head=is_head) for cell, width in zip(cells, widths, strict=True)]
+        height = max(map(len, parts))
+        lines = []
+        for number in range(height):
+            line = ""
+            for at, (part, width) in enumerate(zip(parts, widths, strict=True)):
+                above = height - len(part) if is_head else 0  # headings stand on the rows
+                cell = part[number - above] if 0 <= number - above < len(part) else ""
+                space = " " * (width - cell_len(cell))
+                line += (" " * GAP if at else "") + (space + cell if at in self.numbers else cell + space)
+            lines.append(line.rstrip())
+        return lines
+
+    def only(self, columns: Sequence[int]) -> Grid:
+        """Some of the columns."""
+        rows = tuple(tuple(row[at] for at in columns) for row in self.rows)
+        numbers = tuple(number for number, at in enumerate(columns) if at in self.numbers)
+        return Grid(tuple(self.headings[at] for at in columns), rows, numbers)
+
+
+def _parts(heading: str) -> list[tuple[str, str]]:
+    """The parts of a heading that stay whole, each with what joins it to the one before: a blank, or nothing.
+
+    >>> _parts("nav.period [ms]")
+    [('nav.', ''), ('period', ''), ('[ms]', ' ')]
+    """
+    found = [(part, "") for part in re.split(r"(?<=\.)(?=[^\s.])", heading)]
+    return [(word, join if at == 0 else " ") for part, join in found for at, word in enumerate(part.split())]
+
+
+def _wrapped(cell: str, width: int, *, is_head: bool = False) -> list[str]:
+    """A cell in lines of at most `width` columns of a terminal: broken at spaces alone, a heading also after points.
+
+    >>> _wrapped("utilisation of computer", 11)
+    ['utilisation', 'of computer']
+    """
+    if cell_len(cell) <= width:
+        return [cell]
+    lines: list[str] = []
+    for word, join in _parts(cell) if is_head else [(word, " ") for word in cell.split()]:
+        if lines and cell_len(f"{lines[-1]}{join}{word}") <= width:
+            lines[-1] += f"{join}{word}"
+        else:
+            lines.append(word)
+    return lines or [""]
+
+
+def _width_of(heading: str, height: int) -> int:
+    """The least width in which a heading has at most `height` lines."""
+    least = max((cell_len(part) for part, _ in _parts(heading)), default=0)
+    widths = range(least, cell_len(heading) + 1)
+    return next((width for width in widths if len(_wrapped(heading, width, is_head=True)) <= height), least)
 
 
 def is_ascii(console: Console) -> bool:
@@ -48,15 +156,25 @@ def basis_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(found)
 
 
-def plain(text: str) -> str:
-    """Text of one line in which square brackets are no markup."""
-    return text.replace("[", r"\[").replace("\n", r"\n").replace("\t", r"\t")
+def shown_text(console: Console, text: str) -> str:
+    """The text in one line as the console prints it: what steers a terminal as escapes."""
+    line = text.replace("\n", r"\n").replace("\t", r"\t")
+    return console.render_str(line, markup=False, highlight=False, emoji=False).plain
 
 
-def print_hanging(console: Console, text: str, indent: str = "  ") -> None:
-    """A paragraph whose further lines are indented more than its first."""
-    lines = wrap(text, console.width, initial_indent=indent, subsequent_indent=indent + "    ", break_on_hyphens=False)
-    console.print("\n".join(lines), markup=False)
+def print_line(console: Console, line: str, style: str = "") -> None:
+    """A line as it is, however long."""
+    console.print(line, style=style, markup=False, highlight=False, soft_wrap=True)
+
+
+def print_hanging(console: Console, text: str, indent: str = "  ", style: str = "", hang: str = "    ") -> None:
+    """A paragraph whose further lines are indented more than its first, by `hang`."""
+    shown = console.render_str(text, markup=False, highlight=False, emoji=False).plain
+    for part in shown.split("\n"):
+        further = indent + hang
+        lines = wrap(part, console.width, initial_indent=indent, subsequent_indent=further, break_on_hyphens=False)
+        for line in lines or [""]:
+            print_line(console, line, style)
 
 
 PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."

@@ -10,6 +10,7 @@ import inspect
 import math
 import operator
 import os
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import timedelta
@@ -118,9 +119,20 @@ class Word:
         """The word."""
         if not isinstance(value, str):
             refuse(name, ", ".join(self.words), value)
-        if value not in self.words:
+        word = str(respelt(value, self.words))
+        if word not in self.words:
             raise UsageError(f"{name}: expected {', '.join(self.words)}; got {value!r}{hint(value, self.words)}")
-        return value
+        return word
+
+
+def respelt(value: Any, words: Collection[str]) -> Any:
+    """A text as one of the words has it, which may be written with hyphens or spaces; anything else as it is.
+
+    >>> respelt("response-time", ("execution_time", "response_time")), respelt("any", ("first_fit",))
+    ('response_time', 'any')
+    """
+    plain = re.sub(r"[-_ ]", "_", value) if isinstance(value, str) else value
+    return next((word for word in words if re.sub(r"[-_ ]", "_", word) == plain), value)
 
 
 def hint(text: str, words: Collection[str]) -> str:

@@ -420,6 +420,7 @@ def test_where_first_fit_chooses_cores_the_fullest_is_told_beside_the_mean(tmp_p
         + "requirements: [utilisation of p <= 90 %]\n",
         encoding="utf-8",
     )
-    shown = CliRunner().invoke(cli, ["analyse", str(file)], env={"COLUMNS": "200"}).output
+    shown = CliRunner().invoke(cli, ["analyse", str(file), "--all"], env={"COLUMNS": "200"}).output
+    assert "core 1 of p 80 % 90 % 11.1 % holds" in " ".join(shown.split())
     row = "utilisation of p <= 90 % 130 % 180 % 50 % holds (90 % of each of 2 cores; core 1 has 80 % by first-fit)"
     assert row in " ".join(shown.split())

@@ -90,14 +90,14 @@ def test_there_is_nothing_to_tell_of_no_decisions(single: str, capsys: pytest.Ca
 
 
 def test_counts_agree_with_their_nouns(single: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "at most 1 design;" in said(["solve", single], 0, capsys)
+    assert "at most 1 design\n" in said(["solve", single], 0, capsys)
     double = tmp_path / "double.yaml"
     text = SINGLE.replace("type: small}", "type: [small, large]}").replace("10 EUR}", "10 EUR}, large: {price: 5 EUR}")
     text = re.sub("uncertainty: .*", "", text).replace(
         "compute_execution_time: 1 ms", "compute_execution_time: {small: 1 ms, large: 2 ms}"
     )
     double.write_text(text.replace("[minimise price]", "[minimise price, minimise latency of f]"))
-    assert "both designs keep" in said(["solve", str(double)], 0, capsys)
+    assert "With waiting for the CPU both meet every limit." in said(["solve", str(double)], 0, capsys)
 
 
 def test_what_is_drawn_is_said_only_where_it_is_drawn(single: str, capsys: pytest.CaptureFixture[str]) -> None:

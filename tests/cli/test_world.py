@@ -93,7 +93,7 @@ def test_a_full_disk_loses_neither_the_answer_nor_the_old_file(tmp_path: Path) -
     path.write_text("old", encoding="utf-8")
     done = dse("solve", str(PUMP), "--json", str(path), preexec_fn=limited(1000))
     assert done.returncode == 2
-    assert "Pareto front, proved complete: 4 non-dominated designs" in done.stdout
+    assert "Front    complete, proved: 4 designs" in done.stdout
     assert done.stderr.splitlines()[-1] == f"dse: {path}: File too large"
     assert [item.name for item in tmp_path.iterdir()] == ["result.json"]
     assert path.read_text(encoding="utf-8") == "old"

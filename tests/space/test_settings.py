@@ -14,7 +14,7 @@ import dse
 from dse.cli.main import cli
 from dse.cli.options import Words
 from dse.questions.problem import changed, loads, restated
-from dse.questions.question import Changes
+from dse.questions.question import Changes, changes_of
 from dse.space.model.space import Space
 from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, settings_of
 from dse.spec.schema.json_schema import json_schema
@@ -76,9 +76,21 @@ def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str,
         assert asked[name] == value
 
 
-def test_both_spellings_are_taken() -> None:
-    for word in ("response-time", "response_time"):
-        assert Words(["response-time"]).convert(word, None, None) == "response_time"
+@pytest.mark.parametrize(("name", "value"), EVERY)
+@pytest.mark.parametrize("mark", ["-", "_", " "])
+def test_every_spelling_is_taken_in_files_options_and_keywords(name: str, value: str, mark: str) -> None:
+    """``response-time`` is ``response_time``, wherever it is written."""
+    word = value.replace("_", mark) if "osate" not in value else value
+    assert getattr(loads(f"{PROBLEM.lstrip()}{name}: {word}\n").loaded.spec, name) == value
+    assert changes_of({name: word}).settings[name] == value
+    if mark != " ":
+        assert Words([value.replace("_", "-")]).convert(word, None, None).replace("-", "_") == value.replace("-", "_")
+
+
+def test_words_of_threads_are_taken_with_hyphens() -> None:
+    said = PROBLEM.replace("period: 20 ms,", "period: 20 ms, core: first-fit, priority: deadline monotonic,")
+    thread = loads(said).loaded.spec.threads["b"]
+    assert (thread.core, thread.priority) == (("first_fit",), ("deadline_monotonic",))
 
 
 def test_a_result_of_an_older_meaning_is_refused_by_name() -> None:

@@ -12,6 +12,7 @@ from functools import cached_property
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.rows import Row
+from dse.analysis.limits import Comparison as LimitComparison
 from dse.analysis.limits import Limit, comparisons
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable, analyse_design
@@ -143,7 +144,7 @@ class Reasoner:
             above=None if above is None else self.against(point, above),
             neighbour=None if neighbour is None else self.against(point, neighbour),
             variants=tuple(self._variants(point)),
-            margins=tuple(self._margins(point)),
+            margins=tuple(self.margins(point)),
             dominants=tuple(dominants(analysis)),
             improvements=tuple(self._improvements(position)),
             spared=tuple(self._spared(point, analysis)),
@@ -235,7 +236,7 @@ class Reasoner:
         pairs = zip(self._losses[position], self._losses[other], strict=True)
         return sum((max(b - a, Fraction(0)) for a, b in pairs), Fraction(0))
 
-    def _margins(self, point: Point) -> list[Margin]:
+    def margins(self, point: Point) -> list[Margin]:
         """The room that each requirement leaves, least first, as a share of its limit."""
         view = View(point.design)
         found = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
@@ -245,7 +246,8 @@ class Reasoner:
 def margins_of(limit: Limit, view: View) -> list[Margin]:
     """The margin of a limit, and that of the fullest core where each core must keep one.
 
-    Where cores are open it is that of the busiest thread.
+    Where cores are open it is the fullest core of the partition that is reported, or the busiest thread where there is
+    none.
 
     An equality has none: there is no side on which the value may move.
     """
@@ -255,12 +257,21 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
     bound = limit.bound(view)
     found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
     if limit.cores is not None and limit.cores.most != bound:
-        alone = [item for item in comparisons(limit, view) if item.thread or (item.spread and not item.spread.is_open)]
-        fullest = max(alone, key=lambda item: (item.value, item.core), default=None)
+        alone = [
+            item
+            for item in comparisons(limit, view)
+            if item.thread or (item.spread is not None and item.spread.status != "undecided")
+        ]
+        fullest = max(alone, key=lambda item: (item.value, _stated_core(item)), default=None)
         if fullest is not None:
             who = fullest.thread or f"core {fullest.core}"
             found.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
     return found
+
+
+def _stated_core(item: LimitComparison) -> int:
+    """The number of a core that is stated or decided; 0 for a thread, and for a core of a partition."""
+    return 0 if item.spread is None or item.spread.is_open else item.core
 
 
 def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:

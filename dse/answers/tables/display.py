@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, cast
 
@@ -141,6 +141,24 @@ def counted(value: Fraction | int, unit: str, currency: str = "EUR", digits: int
     return readable(amount, base, currency, digits)
 
 
+def column(values: Sequence[int | Fraction], unit: str, currency: str = "EUR") -> tuple[str, list[str]]:
+    """The unit that engineers read, and values in it with equally many decimals: 3, or for money 2 or none.
+
+    Where a value that is not 0 would be shown as 0 there are more.
+
+    >>> column([14_530_000, 11_977_000], "ns"), column([104_000, 29_000], "ct")
+    (('ms', ['14.530', '11.977']), ('EUR', ['1 040', '290']))
+    """
+    factor, name = display_unit(unit, currency)
+    shown = [value if is_unbounded(value) else Fraction(value) / factor for value in values]
+    bounded = [value for value in shown if not is_unbounded(value)]
+    is_whole = all(Fraction(value).denominator == 1 for value in bounded)
+    digits = (0 if is_whole else 2) if scaled_unit(unit)[1] == "ct" or (not name and is_whole) else 3
+    while digits < MOST_DIGITS and any(value and not round(Fraction(value), digits) for value in bounded):
+        digits += 1
+    return name, [NO_BOUND if is_unbounded(value) else _rounded(Fraction(value), digits, keep=True) for value in shown]
+
+
 def each_core_words(limit: Fraction, whole: Fraction) -> str:
     """What a limit of the sum of several cores, `whole` together, is for each of them; all in ppm of one core.
 
@@ -162,5 +180,6 @@ def of_cores(capacity: Fraction) -> str:
 
 def _rounded(value: Fraction, digits: int, keep: bool = False) -> str:
     """Decimal text with at most `digits` decimals (half to even), without trailing zeros unless `keep`."""
-    text = f"{round(value, digits).__float__():,.{digits}f}".replace(",", " ") if digits else str(round(value))
+    text = f"{round(value, digits).__float__():,.{digits}f}" if digits else f"{round(value):,}"
+    text = text.replace(",", " ")
     return text if keep or "." not in text else text.rstrip("0").rstrip(".")

@@ -37,6 +37,7 @@ from dse.space.question.settings import settings_of
 from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.timelimit import OutOfTime, TimeLimit, until
+from dse.support.units.text import count_words
 from dse.verification.prover import Method
 
 
@@ -74,7 +75,16 @@ def verify_with(
         left_open=tuple(bench.left_open),
         remarks=tuple(bench.remarks),
         wall_s=round(time.monotonic() - started, 3),
+        claim=_claim(data),
     )
+
+
+def _claim(data: Mapping[str, Any]) -> str:
+    """What a result claims: ``incomplete: 65 designs, 6 open regions``."""
+    designs, regions = len(data["front"]), len(data.get("unexplored", ()))
+    said = [count_words(designs, "design")] if designs or data["status"] != "infeasible" else ["no design"]
+    said += [count_words(regions, "open region")] if regions else []
+    return f"{data['status']}: {', '.join(said)}"
 
 
 @dataclass(frozen=True)

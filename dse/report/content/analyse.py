@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
 from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis, FlowTable, Usage
-from dse.answers.tables.display import counted, each_core_words, of_cores, readable
+from dse.answers.tables.display import column, counted, each_core_words, of_cores, readable
 from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
@@ -69,15 +68,22 @@ def analysis_page(analysis: Analysis) -> Page:
     if not analysis.breaches:
         sections += [
             Section("overview", "Where it stands", tuple(_overview(analysis))),
-            Section("flows", "Latencies", tuple(_flows(analysis)), is_detail=bool(analysis.responses)),
+            Section("flows", "Latencies", tuple(_flows(analysis))),
             Section("responses", "Response times", tuple(_responses(analysis))),
             Section("notes", "What is counted", tuple(_notes(analysis))),
             Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
             Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
             Section("usage", "Who uses processors and buses", tuple(_usage(analysis)), is_detail=True),
-            Section("metrics", "Every metric", (metric_table(analysis),), is_detail=True),
+            Section("metrics", "Every metric", tuple(_every_figure(analysis)), is_detail=True),
         ]
     return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
+
+
+def _every_figure(analysis: Analysis) -> Iterator[Block]:
+    """Requirements as they are stated, and metrics."""
+    if analysis.verdicts:
+        yield verdict_table(analysis)
+    yield metric_table(analysis)
 
 
 def _verdict_words(analysis: Analysis) -> str:
@@ -90,14 +96,14 @@ def _verdict_words(analysis: Analysis) -> str:
         if unchecked:
             return f"Verdict: unknown. {left}."
         return "Verdict: meets every requirement." if analysis.verdicts else ""
-    what = f"breaks {len(broken)} of {count_words(known, 'requirement')}"
+    what = f"violates {len(broken)} of {count_words(known, 'requirement')}"
     return f"Verdict: {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
     """What is asked of the design, and how full processors and buses are."""
     if analysis.verdicts:
-        yield replace(verdict_table(analysis, tightest_first=True), brief=FEW_REQUIREMENTS)
+        yield margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
     used += [(_fullness(usage), _bus_words(usage)) for usage in analysis.buses if _is_used(usage)]
     if used:
@@ -112,7 +118,7 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
         if name.partition(" of ")[0] not in OF_COMPONENTS
     ]
     if others:
-        yield Text(f"Beside: {'; '.join(others)}.", brief=f"Beside: {few(others, MANY, 'metrics')}.")
+        yield Text(f"Other metrics: {'; '.join(others)}.", brief=f"Other metrics: {few(others, MANY, 'metrics')}.")
     missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
     yield from listing(analysis.warnings, "warning", 0, brief=1)
@@ -130,14 +136,14 @@ def _flows(analysis: Analysis) -> Iterator[Table]:
     """A row for each flow: its latency, its jitter, and what takes the most of it."""
     rows = []
     for flow in analysis.flows:
-        ends = [counted(value, "ns", digits=6) for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
+        ends = [column([value], "ns")[1][0] for value in (flow.min_ns, flow.max_ns, flow.jitter_ns)]
         most = max(flow.rows, key=lambda row: row.max_ns, default=None)
         said = ""
         if most is not None and flow.max_ns and not is_unbounded(flow.max_ns):
             share = readable(Fraction(most.max_ns) / flow.max_ns * PPM, "ppm", digits=1)
             said = f"{most.contributor}, {most.max_method} ({share})"
         rows.append((flow.name, *ends, said))
-    headings = ("flow", "least latency", "greatest", "jitter", "the most of it")
+    headings = ("flow", "best [ms]", "worst [ms]", "jitter [ms]", "largest contribution")
     if rows:
         yield Table("Latencies", headings, tuple(rows), (1, 2, 3), brief=FEW_FLOWS, rest="and {} more flows (--all)")
 
@@ -294,20 +300,52 @@ def _share(share: Fraction, usage: Usage) -> str:
     return readable(share / usage.capacity * 10**6, "ppm", digits=2) if usage.capacity else NOTHING
 
 
-def verdict_table(analysis: Analysis, *, tightest_first: bool = False) -> Table:
-    """How the design meets each requirement, in the order of the file, or what is broken and what is nearest first."""
-    verdicts = sorted(analysis.verdicts, key=partial(_closeness, analysis)) if tightest_first else analysis.verdicts
-    rows = tuple(_verdict_row(analysis, verdict) for verdict in verdicts)
-    caption = "Requirements, the tightest first" if tightest_first and len(rows) > 1 else "Requirements"
-    return Table(
-        caption, ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3), rest=MORE_REQUIREMENTS
-    )
+def verdict_table(analysis: Analysis) -> Table:
+    """How the design meets each requirement, in the order of the file."""
+    rows = tuple(_verdict_row(analysis, verdict) for verdict in analysis.verdicts)
+    return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3))
 
 
-def _closeness(analysis: Analysis, verdict: Verdict) -> tuple[bool, bool, Fraction]:
-    """What is broken, then by the share of the limit that is left; what limits nothing here last."""
-    share = Fraction(1) if not verdict.limit or is_unbounded(verdict.slack) else verdict.slack / abs(verdict.limit)
-    return verdict.holds, analysis.limits_empty_slot(verdict), share
+def margin_table(analysis: Analysis) -> Table:
+    """What each requirement leaves, as a share of its limit: what is violated and what is nearest first.
+
+    Where each core has a limit the row is about the fullest one, of threads without a core in the partition shown.
+    """
+    rows = sorted((_nearest(analysis, verdict) for verdict in analysis.verdicts), key=lambda row: row[0])
+    headings = ("requirement", "value", "limit", "slack", "verdict")
+    caption = "Requirements, the nearest limit first" if len(rows) > 1 else "Requirement"
+    shown = tuple(row for _, row in rows)
+    return Table(caption, headings, shown, (1, 2, 3), brief=FEW_REQUIREMENTS, rest=MORE_REQUIREMENTS)
+
+
+def _nearest(analysis: Analysis, verdict: Verdict) -> tuple[tuple[bool, bool, Fraction], tuple[str, ...]]:
+    """The order of a requirement, and its row."""
+    requirement, currency = verdict.requirement, analysis.space.currency
+    name, value, limit, slack, unit = requirement.metric.name, verdict.value, verdict.limit, verdict.slack, verdict.unit
+    if requirement.operator != "<=" or requirement.metric.key == "deadline":
+        name = requirement.text
+    name += " (implied)" if requirement.implied else ""
+    empty = analysis.limits_empty_slot(verdict)
+    if empty:
+        said = OTHER_TYPE if analysis.is_of_other_type(verdict) else EMPTY_SLOT
+        return (True, True, Fraction(1)), (name, NOTHING, NOTHING, NOTHING, said)
+    spread, processor = verdict.spread, name.removeprefix("utilisation of ")
+    if verdict.worst_core:
+        name = f"{verdict.who} of {processor}"
+    elif verdict.who:
+        name = f"{name} ({verdict.who})"
+    elif spread is not None and spread.status == "found" and (whole := _summed_cores(analysis, verdict)):
+        core, each = spread.loads[spread.fullest - 1] * PPM, verdict.limit * PPM / whole
+        if each - core < slack * each / (limit or 1):
+            name, value, limit, slack = f"core {spread.fullest} of {processor}", core, each, each - core
+    bandwidth = _shared_bandwidth(analysis, verdict)
+    if bandwidth:
+        value, limit, slack, unit = value * PPM / bandwidth, limit * PPM / bandwidth, slack * PPM / bandwidth, "ppm"
+    share = Fraction(1) if not limit or is_unbounded(slack) else slack / abs(limit)
+    of = f" of {readable(whole, 'ppm')}" if (whole := _summed_cores(analysis, verdict)) and "core " not in name else ""
+    left = NOTHING if is_unbounded(slack) else readable(share * PPM, "ppm", digits=1) if limit else NOTHING
+    row = (name, readable(value, unit, currency), f"{readable(limit, unit, currency)}{of}", left)
+    return (verdict.holds, False, share), (*row, "holds" if verdict.holds else "VIOLATED")
 
 
 def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from dse.analysis.binding import bus_stack, message_sizes
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
-from dse.answers.analysis import FlowTable
+from dse.answers.analysis import Analysis, FlowTable
 from dse.answers.designs import Point
 from dse.answers.ranking.changes import changes_between
 from dse.answers.ranking.reasons import Reasoner
@@ -100,6 +100,7 @@ class Alternative:
     """Everything that is shown about one point of the front."""
 
     point: Point
+    analysis: Analysis
     rank: str
     figures: tuple[tuple[str, str], ...]
     sentences: tuple[Sentence, ...]
@@ -316,6 +317,7 @@ class Document:
         analysis = reasons.analysis
         return Alternative(
             point=reasons.point,
+            analysis=analysis,
             rank=rank_text(self.result, reasons.point.rank),
             figures=tuple(self._figures(reasons.point.objectives)),
             sentences=tuple(sentences(self.result, reasons)),

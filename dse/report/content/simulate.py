@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 from dse.answers.simulation import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
-from dse.answers.tables.display import counted, readable
-from dse.report.page import Block, Page, Plot, Section, Table, Text, few, listing, texts
+from dse.answers.tables.display import column, counted, readable
+from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
 from dse.report.text_table import basis_words
@@ -95,17 +94,29 @@ def _ms(value_ns: Exact) -> str:
 
 
 def _flow_table(simulation: Simulation) -> Table:
+    """What was observed of each flow against its bounds; those with waiting for the CPU must hold where they are."""
+    flows = sorted(simulation.flows, key=lambda flow: not flow.is_contradiction)
+    is_scheduled = any(flow.scheduled_ns is not None for flow in flows)
     rows = []
-    for flow in sorted(simulation.flows, key=lambda flow: not flow.is_contradiction):
-        seen = ["-"] * 3
+    for flow in flows:
+        seen = [NOTHING] * 3
         if flow.latencies and flow.mean_ns is not None:
-            seen = [counted(value, "ns") for value in (min(flow.latencies), round(flow.mean_ns), max(flow.latencies))]
-        scheduled = "" if flow.scheduled_ns is None else counted(flow.scheduled_ns[1], "ns")
-        bounds = [counted(value, "ns") for value in flow.bounds_ns]
-        rows.append((flow.name, str(flow.count), *seen, *bounds, scheduled, _verdict(flow)))
-    headings = ("flow", "data", "observed min", "mean", "max", "analysed min", "max", "with response times", "verdict")
-    more: dict[str, Any] = {"brief": MOST, "rest": "and {} more flows (--all)", "wide": 8, "told": 0}
-    return Table("Latencies, observed and analysed", headings, tuple(rows), tuple(range(1, 8)), **more)
+            seen = [_in_ms(value) for value in (min(flow.latencies), round(flow.mean_ns), max(flow.latencies))]
+        bounds = [_in_ms(value) for value in flow.bounds_ns]
+        if is_scheduled:
+            bounds.append(NOTHING if flow.scheduled_ns is None else _in_ms(flow.scheduled_ns[1]))
+        rows.append((flow.name, *seen, *bounds, _verdict(flow), str(flow.count)))
+    headings = ("flow", "observed min", "mean", "max", "bound min", "max")
+    headings += (*(("max with waiting",) if is_scheduled else ()), "verdict", "data")
+    numbers = tuple(at for at in range(1, len(headings)) if headings[at] != "verdict")
+    rest, spare = "and {} more flows (--all)", (len(headings) - 1,)
+    caption = "Latencies [ms], observed and analysed"
+    return Table(caption, headings, tuple(rows), numbers, brief=MOST, rest=rest, spare=spare)
+
+
+def _in_ms(value_ns: Exact) -> str:
+    """A time without its unit, which the caption has."""
+    return column([value_ns], "ns")[1][0]
 
 
 def _verdict(flow: FlowObservation) -> str:
@@ -167,7 +178,7 @@ def _task_table(simulation: Simulation) -> Table:
         bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
         said = _of_task(task)
         rows.append((task.name, _ms(task.observed_ns), bound, said))
-    headings = ("thread", "observed", "analysed", "verdict")
+    headings = ("thread", "observed", "bound", "verdict")
     rest = "and {} more threads (--all)"
     return Table("Response times, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
 

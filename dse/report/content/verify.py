@@ -22,4 +22,9 @@ def verification_page(found: Verification) -> Page:
         *texts(f"{found.result} against {found.problem}, {found.wall_s:.2f} s"),
     ]
     section = Section("verification", "What was checked", tuple(blocks))
-    return Page(f"{found.result}: {found.status}", WORDS[found.status], (section,))
+    lead = WORDS[found.status]
+    if found.claim.startswith("incomplete"):
+        lead += f" The result is {found.claim.replace('incomplete', 'INCOMPLETE', 1)}: better designs may be missing."
+    elif found.claim:
+        lead += f" The result is {found.claim}."
+    return Page(f"{found.result}: {found.status}", lead, (section,), is_amiss=found.status == "rejected")

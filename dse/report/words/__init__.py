@@ -2,6 +2,7 @@
 
 Read `reasons.py` first.
 
+* `headline.py`, `choice.py`: the first lines of an answer; the recommendation, in words that tell designs apart.
 * `reasons.py`: the reasons for an alternative.
 * `contention.py`, `scheduling.py`, `lateness.py`: CPU contention; response-time tables and Gantt charts; late threads
   and overloads.

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from dse.answers.ranking.optimality_gap import Outlook, outlooks_of
 from dse.answers.result import Result
-from dse.answers.tables.display import counted, without_stand_in
+from dse.answers.tables.display import column, counted, titled, without_stand_in
 from dse.report.amounts import amount_words, listed
+from dse.report.page import NOTHING, Block, Table
 from dse.space.model.criteria import Objective
 from dse.space.model.space import Space
 from dse.support.units import is_unbounded
@@ -51,3 +52,23 @@ def _outlook(item: Outlook, currency: str) -> str:
         return f"{bound}, instead of {counted(item.best, item.unit, currency)}, the best found"
     gain = amount_words(item.possible_gain, item.unit, currency)
     return f"{bound}, {gain} {word} than the best found"
+
+
+def outlook_table(result: Result) -> list[Block]:
+    """For each objective of a stopped search the best value found, the bound on missing designs, and the gap."""
+    outlooks = outlooks_of(result)
+    if not outlooks:
+        return []
+    pairs = zip(outlooks, result.space.objectives, strict=True)
+    found = [_without_stand_ins(item, objective, result.space) for item, objective in pairs]
+    headings, columns = [""], [["best found", "bound, designs missing", "gap"]]
+    for item in found:
+        best = item.bound if item.best is None else item.best
+        unit, cells = column([best, item.bound, item.possible_gain], item.unit, result.space.currency)
+        is_known = item.best is not None
+        if is_unbounded(best) or is_unbounded(item.bound):
+            cells[2] = NOTHING
+        headings.append(titled(item.name, unit))
+        columns.append(cells if is_known else [NOTHING, cells[1], NOTHING])
+    rows = tuple(zip(*columns, strict=True))
+    return [Table("", tuple(headings), rows, tuple(range(1, len(headings))))]

@@ -127,7 +127,7 @@ def baseline_words(reasoner: Reasoner) -> str:
         return "The baseline is not a valid design of this problem: there is nothing to compare with."
     analysis, objectives = baseline
     broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
-    said = f"breaks {'; '.join(broken)}" if broken else "meets every requirement"
+    said = f"violates {'; '.join(broken)}" if broken else "meets every requirement"
     return f"Baseline: {figures_words(result, objectives)}; it {said}."
 
 
@@ -391,9 +391,9 @@ def _capital(text: str) -> str:
 
 
 def effort_words(result: Result) -> str:
-    """What the search took, of how many designs, and who looked at its points."""
+    """What the search took, and of how many designs."""
     search = result.search
     spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s, at most"
     if not search.solver_calls and result.status == "incomplete":
         spent = "The time was over before the first solver call, as making the model comes first. At most"
-    return f"{spent} {count_words(search.space_size, 'design')}; every point recomputed without the solver."
+    return f"{spent} {count_words(search.space_size, 'design')}"

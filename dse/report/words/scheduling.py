@@ -38,8 +38,7 @@ def response_table(processor: str, responses: Sequence[Response]) -> Table:
     numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
     bars = tuple(map(_share, responses)) if any(item.deadline_ns for item in responses) else ()
     named = kept.index(NAMED)
-    wide = kept.index(ALWAYS - 1) + 1
-    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, wide=wide, label=named, bars=bars)
+    return Table(caption, tuple(HEADINGS[at] for at in kept), shown, numbers, label=named, bars=bars)
 
 
 def _share(item: Response) -> float:
@@ -57,7 +56,9 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
             what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
-            table = replace(table, brief=rows, rest=f"and {{}} more {what}, and what each waits for (--all)", told=0)
+            spare = tuple(at for at, name in enumerate(table.headings) if name in HEADINGS[ALWAYS:])[::-1]
+            rest = f"and {{}} more {what}, and what each waits for (--all)"
+            table = replace(table, brief=rows, rest=rest, spare=spare)
         yield table
 
 

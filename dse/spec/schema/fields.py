@@ -6,7 +6,7 @@ Values are integers or exact fractions from here on; `dse.support.units` knows t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args
 
 from pydantic import (
     BeforeValidator,
@@ -21,6 +21,7 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, cor
 from dse.importers.ros2.messages import LONGEST
 from dse.spec.schema.parts import Reads
 from dse.support import units
+from dse.support.arguments import respelt
 from dse.support.units import Kind
 
 T = TypeVar("T")
@@ -122,6 +123,16 @@ Reference: TypeAlias = Annotated[str, Reads(_reference), _NAME_SCHEMA]
 Carrier: TypeAlias = Annotated[str, Reads(_carrier), _NAME_SCHEMA]
 """The name of a bus that a connection may take."""
 
+
+class Respelt:
+    """Annotation of some words: hyphens and spaces do for their underscores, as in the options of the command line."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """What pydantic is to do with a value."""
+        words = get_args(source)
+        return core_schema.no_info_before_validator_function(lambda value: respelt(value, words), handler(source))
+
+
 # --- numbers ------------------------------------------------------------------------------------------------------
 
 
@@ -148,7 +159,7 @@ def _count(least: int, most: int | None = None) -> Callable[[Any], int]:
 
 def _core(value: Any) -> int | str:
     if isinstance(value, str):
-        return value
+        return str(respelt(value, CORE_RULES))
     if not isinstance(value, int) or isinstance(value, bool) or value < 1:
         hint = "a core from 1 or a group of cores, a list of these, any (the search decides) or first_fit"
         raise field_error(f"expected a core, got {describe(value)}", hint)
@@ -156,6 +167,7 @@ def _core(value: Any) -> int | str:
 
 
 def _priority(value: Any) -> int | str:
+    value = respelt(value, PRIORITY_RULES)
     if value == ANY_PRIORITY or value in PRIORITY_RULES:
         return str(value)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:

@@ -21,6 +21,7 @@ from dse.spec.schema.fields import (
     Priority,
     QueueSize,
     Reference,
+    Respelt,
     Setting,
     SlotType,
     SomeItems,
@@ -55,14 +56,14 @@ from dse.spec.schema.resources import Partition as Partition
 from dse.spec.schema.resources import ResourceBudget as ResourceBudget
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
-Communication: TypeAlias = Literal["implicit", "at_dispatch", "let"]
-Category: TypeAlias = Literal[
+ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set"], Respelt()]
+Communication: TypeAlias = Annotated[Literal["implicit", "at_dispatch", "let"], Respelt()]
+Category: TypeAlias = Annotated[Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
-]  # fmt: skip
+], Respelt()]  # fmt: skip
 Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
-Port: TypeAlias = Literal["event_data", "event", "data", "feature"]
+Port: TypeAlias = Annotated[Literal["event_data", "event", "data", "feature"], Respelt()]
 
 WITH_FIGURES = " with figures "
 
@@ -379,14 +380,14 @@ class Spec(Catalogue):
     imported: Imported | None = None
     unread: dict[Name, UnreadFlow] = {}
     profile: Literal["dse", "osate-2.2", "osate-2.19"] = "dse"
-    worst_case: Literal["execution_time", "deadline"] = "execution_time"
+    worst_case: Annotated[Literal["execution_time", "deadline"], Respelt()] = "execution_time"
     system: Literal["asynchronous", "synchronous"] = "asynchronous"
-    partition_output: Literal["major_frame", "partition_end"] = "major_frame"
-    best_case: Literal["empty_queue", "full_queue"] = "empty_queue"
-    bus_queuing: Literal["counted", "not_counted"] = "counted"
-    processing: Literal["execution_time", "response_time"] = "execution_time"
+    partition_output: Annotated[Literal["major_frame", "partition_end"], Respelt()] = "major_frame"
+    best_case: Annotated[Literal["empty_queue", "full_queue"], Respelt()] = "empty_queue"
+    bus_queuing: Annotated[Literal["counted", "not_counted"], Respelt()] = "counted"
+    processing: Annotated[Literal["execution_time", "response_time"], Respelt()] = "execution_time"
     deadlines: Deadlines | None = None
-    priorities: Literal["rate_monotonic", "deadline_monotonic", "any"] = "rate_monotonic"
+    priorities: Annotated[Literal["rate_monotonic", "deadline_monotonic", "any"], Respelt()] = "rate_monotonic"
     overload: Literal["forbidden", "allowed"] = "forbidden"
     offset_grid: Period | None = None
     messages: Messages | None = None

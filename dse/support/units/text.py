@@ -139,15 +139,15 @@ def format_count(count: int) -> str:
     """A count: in full, or from a million billions on by its power of ten.
 
     >>> format_count(9600), format_count(3 * 10**20)
-    ('9,600', 'about 10^20')
+    ('9 600', 'about 10^20')
     """
-    return f"{count:,}" if count < 10**15 else f"about 10^{len(str(count)) - 1}"
+    return f"{count:,}".replace(",", " ") if count < 10**15 else f"about 10^{len(str(count)) - 1}"
 
 
 def count_words(count: int, noun: str) -> str:
     """A count and what is counted.
 
     >>> count_words(9600, "design"), count_words(1, "design")
-    ('9,600 designs', '1 design')
+    ('9 600 designs', '1 design')
     """
     return f"{format_count(count)} {noun}{'' if count == 1 else 's'}"

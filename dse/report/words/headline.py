@@ -1,0 +1,209 @@
+"""The first lines of an answer: what was asked, what changes the decision, what was found, and what is counted."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses
+from dse.analysis.latency.rows import counts_responses
+from dse.analysis.terms import PPM
+from dse.answers.analysis import Analysis
+from dse.answers.contention_verdicts import Broken, Contended
+from dse.answers.ranking.kinds import Kinds
+from dse.answers.ranking.optimality_gap import is_proved
+from dse.answers.result import Result
+from dse.answers.tables.display import readable
+from dse.report.amounts import listed
+from dse.report.text_table import basis_words
+from dse.report.words.contention import asks_for_responses, core_words, uncounted_words
+from dse.space.model.criteria import Requirement
+from dse.space.model.metric_kinds import KINDS, flows_in
+from dse.space.question.settings import ORIGIN
+from dse.support.units import format_duration, is_unbounded
+from dse.support.units.text import count_words, format_count
+
+LINE = 80
+"""Letters of the first line."""
+MOST_IDS = 6
+"""The greatest number of designs that a warning lists."""
+
+
+def title_words(result: Result) -> str:
+    """The problem's name and the limits that were asked for, as far as a line goes: the caller's, else the file's."""
+    stated = [item for item in result.space.requirements if not item.implied]
+    asked = [item for item in stated if item.origin == ORIGIN] or stated
+    limits = list(dict.fromkeys(_limit_words(item) for item in asked))
+    if result.space.overload == "allowed":
+        limits.insert(0, "overload allowed")
+    for told in range(len(limits), -1, -1):
+        more = len(limits) - told
+        noun = f"{'more ' if told else ''}limit{'s' if more > 1 else ''}"
+        rest = [f"{more} {noun}"] if more else []
+        title = f"{result.problem.name}: {', '.join([*limits[:told], *rest])}"
+        if len(title) <= LINE:
+            break
+    return title if limits else result.problem.name
+
+
+def _limit_words(item: Requirement) -> str:
+    """A requirement; one that is stated for all flows, processors or buses with a word that says so.
+
+    >>> _limit_words(Requirement("jitter of f <= 5 ms", None, "<=", None, stated="jitter <= 5 ms"))
+    'jitter of every flow <= 5 ms'
+    """
+    for word in sorted(KINDS, key=len, reverse=True):
+        if item.stated.startswith(f"{word} ") and KINDS[word].of:
+            return item.stated.replace(word, f"{word} of every {KINDS[word].of}", 1)
+    return item.stated or item.text
+
+
+def found_words(result: Result, kinds: Kinds) -> tuple[str, str, str]:
+    """The status as a word, what it means, and the tone in which it is said."""
+    count = count_words(len(result.front), "design")
+    if 1 < len(kinds.kinds) < len(result.front):
+        count += f" of {len(kinds.kinds)} kinds"
+    if result.status == "infeasible":
+        return "INFEASIBLE", "proved: no design meets every requirement and rule.", "wrong"
+    if result.status == "complete":
+        grid = result.space.offset_grid_ns
+        on_the_grid = f", offsets on a grid of {format_duration(grid)}" if grid else ""
+        return "Front", f"complete, proved: {count}{on_the_grid}", "good"
+    if not result.front:
+        return "INCOMPLETE", f"stopped {_stopped(result)} before a design was found.", "doubtful"
+    if any(not is_proved(result, point) for point in result.front):
+        return "INCOMPLETE", "the first design found: it meets every limit; better ones may be missing.", "doubtful"
+    regions = count_words(len(result.unexplored), "region")
+    return "INCOMPLETE", f"stopped {_stopped(result)}: {count}; {regions} of the objective space open.", "doubtful"
+
+
+def _stopped(result: Result) -> str:
+    return "by Ctrl-C" if result.interrupted else "by the time limit"
+
+
+def counted_words(result: Result) -> tuple[str, str]:
+    """What latencies and response times count, then what they do not; two empty texts where none is asked for."""
+    space = result.space
+    asked = [item.metric for item in (*space.requirements, *space.objectives)]
+    if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
+        return "", ""
+    is_counted = counts_responses(space)
+    counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
+    left = [] if is_counted else ["waiting for the CPU"]
+    left += ["bus arbitration"] if leaves_out_buses(space) else []
+    said = f"{', '.join(counted)}."
+    if left:
+        said += f" Not {', not '.join(left)}."
+    told = ("profile dse", "processing by execution time", "processing by response time", "overload allowed")
+    rules = ", ".join(part for part in basis_words(result.problem.effective).split(", ") if part not in told)
+    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + ".", uncounted_words(space)
+
+
+class Waiting:
+    """What the designs of a front keep when threads wait for the CPU, where the search left that out."""
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        left = result.leaves_out_contention and any(not item.implied for item in result.space.requirements)
+        self.checked: dict[int, Contended] = {
+            point.id: result.contended[str(point.id)]
+            for point in (result.front if left else ())
+            if str(point.id) in result.contended
+        }
+        self.kept = [number for number, item in self.checked.items() if not item.broken]
+        self.is_asked = left
+
+    def warning(self) -> str:
+        """That designs violate limits with waiting: all that were checked, or the first; "" where it need not be said.
+
+        How many of them do, the limit, and the least excess.
+        """
+        first = self.result.front[0].id if self.result.front else 0
+        if not self.checked or (self.kept and first in self.kept) or (self.kept and first not in self.checked):
+            return ""
+        cores = f"Threads {core_words(self.result.space)}."
+        if self.kept:
+            broken = self.checked[first].broken
+            more = f" and {count_words(len(broken) - 1, 'more limit')}" if len(broken) > 1 else ""
+            keeps = f"; #{self.kept[0]} is the first that meets every limit" if is_left_out(self.result.space) else ""
+            said = f"#{first} violates {self._violated(broken[0])}{more}{keeps}"
+            return f"With waiting for the CPU, {said}. {cores}"
+        count, every = len(self.checked), len(self.result.front)
+        rest = "" if count == every else f" ({count_words(every - count, 'design')} not checked)"
+        who = f"all {format_count(count)} designs violate" if count > 1 else "the only design violates"
+        if count < every:
+            who = f"{'all' if count > 1 else 'the'} {count_words(count, 'design')} checked violate{'s'[count - 1 :]}"
+        return f"With waiting for the CPU, {who} {self._common()}{rest}. {cores}"
+
+    def _violated(self, item: Broken) -> str:
+        """``jitter of f <= 20 ms (29.294 ms)``."""
+        value = "unbounded" if item.value is None else readable(item.value, item.unit, self.result.space.currency)
+        return f"{item.requirement} ({value})"
+
+    def _common(self) -> str:
+        """The limit that most of the designs violate, and its least value; else that it is one or another."""
+        found: dict[str, list[tuple[Fraction | None, int, Broken]]] = {}
+        for number, item in self.checked.items():
+            for broken in item.broken:
+                found.setdefault(broken.requirement, []).append((broken.value, number, broken))
+        text, rows = max(found.items(), key=lambda pair: len(pair[1]))
+        if len(rows) < len(self.checked):
+            return "one or more limits"
+        bounded = [(value, number, broken) for value, number, broken in rows if value is not None]
+        if not bounded:
+            return f"{text}: unbounded"
+        is_upper = any(sign in text for sign in ("<", "≤", "deadline"))
+        value, number, broken = (min if is_upper else max)(bounded, key=lambda row: row[0])
+        word = "" if len(self.checked) == 1 else "least " if is_upper else "greatest "
+        who = "" if len(self.checked) == 1 else f" (#{number})"
+        return f"{text}; {word}{readable(value, broken.unit, self.result.space.currency)}{who}"
+
+    def note(self) -> str:
+        """What designs keep with waiting, where no warning says so."""
+        if not self.result.leaves_out_contention or not self.result.front or self.warning():
+            return ""
+        if not self.is_asked:
+            return "Nothing is required that waiting for the CPU could violate."
+        if not self.checked:
+            return "With waiting for the CPU no design was checked in the time that there was."
+        count, kept, every = len(self.checked), len(self.kept), len(self.result.front)
+        rest = f"; {count_words(every - count, 'design')} not checked" if count < every else ""
+        if kept == count:
+            who = "the design meets" if count == 1 else f"{'both' if count == 2 else f'all {count}'} meet"
+            return f"With waiting for the CPU {who} every limit{rest}."
+        shown = [f"#{number}" for number in self.kept[:MOST_IDS]]
+        shown += [f"{kept - MOST_IDS} more"] if kept > MOST_IDS else []
+        verb = "meet" if kept > 1 else "meets"
+        return f"With waiting for the CPU {kept} of {count} {verb} every limit ({listed(shown)}){rest}."
+
+
+def overload_words(analysis: Analysis) -> list[str]:
+    """Which processors, cores and buses a design uses beyond what they have."""
+    said = []
+    for usage in analysis.processors:
+        if not usage.capacity:
+            continue
+        loads: dict[int, Fraction] = {}
+        for who, core in usage.cores.items():
+            loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
+        fullest = max(loads, key=lambda core: loads[core], default=None)
+        if usage.total > usage.capacity:
+            said.append(f"{usage.name} is overloaded: {_share(usage.total)} of {_share(usage.capacity)}.")
+        elif fullest is not None and loads[fullest] > PPM:
+            said.append(f"core {fullest} of {usage.name} is overloaded: {_share(loads[fullest])} of 100 %.")
+    for bus in analysis.buses:
+        if bus.capacity and bus.total > bus.capacity:
+            said.append(f"{bus.name} is overloaded: {_share(bus.total / bus.capacity * PPM)} of 100 %.")
+        elif bus.busy_total is not None and bus.busy_total > PPM:
+            said.append(f"{bus.name} is busy for {_share(bus.busy_total)} of 100 %.")
+    return said
+
+
+def unbounded_words(result: Result) -> list[str]:
+    """Which objectives of the first design have no bound."""
+    first = result.front[0].objectives
+    found = [info.name for info in result.objectives if is_unbounded(first[info.name])]
+    return [f"{name[:1].upper()}{name[1:]} is unbounded." for name in found]
+
+
+def _share(value: Fraction) -> str:
+    return readable(value, "ppm")
