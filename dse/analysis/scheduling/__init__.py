@@ -8,8 +8,7 @@ Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then
 * `policies/`: how cores, executors, reservations and accelerators serve jobs.
 * `fixed_point.py`, `growth.py`: all response times together; linear growth followed in one step.
 * `responses.py`, `subsets.py`: the response times of a design or of groups of threads, remembered.
-* `parts.py`, `waits.py`, `timelines.py`: what a response time is made of; in a table, in words, as a Gantt chart.
-* `what_if.py`: the same system with a shorter time.
+* `parts.py`, `waits.py`: what a response time is made of.
 
 Not allowed here: a look at the space or the decisions outside of resolving and `responses.py`, offsets between threads
 used to advantage, bounds below the worst case. A response time is exact or a safe bound, in ns; None without a bound.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.views import View
+from dse.analysis.views import Noting, View
 from dse.space.model.space import Space
 from dse.support.units import Exact
 
@@ -22,21 +22,6 @@ Known: TypeAlias = dict[TaskKey, Exact | None]
 Options: TypeAlias = tuple[int, ...]
 Answers: TypeAlias = dict[tuple[Options, ...], dict[Options, dict[Options, Known]]]
 Groups: TypeAlias = Sequence[Sequence[int]]
-
-
-class Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at."""
-
-    def __init__(self, design: Sequence[int]) -> None:
-        self.design = design
-        self.seen: dict[int, int] = {}
-
-    def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        self.seen[decision] = self.design[decision]
-        return self.design[decision]
-
-    def __len__(self) -> int:
-        return len(self.design)
 
 
 class Subsets:

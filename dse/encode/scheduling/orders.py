@@ -17,9 +17,8 @@ from dse.analysis.placement.priority_assignment import best_options, groups_of, 
 from dse.analysis.rates import is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.responses import counted_ns
-from dse.analysis.scheduling.subsets import Noting
 from dse.analysis.scheduling.tasks import work_ns
-from dse.analysis.views import View
+from dse.analysis.views import Noting, View
 from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason
 from dse.space.model.space import Design, OpenPriority, Space

@@ -19,9 +19,8 @@ from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.responses import counted_ns, subset_responses
-from dse.analysis.scheduling.subsets import Noting
 from dse.analysis.scheduling.tasks import work_ns
-from dse.analysis.views import View
+from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.model.space import Space

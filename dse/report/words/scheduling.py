@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from dse.analysis.diagnosis.timelines import SECTION, BusyPeriod, worst_busy_period
 from dse.analysis.scheduling.responses import Response
-from dse.analysis.scheduling.timelines import SECTION, BusyPeriod, worst_busy_period
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Lane, Table, Timeline

@@ -20,8 +20,7 @@ from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
-from dse.analysis.scheduling.subsets import Noting
-from dse.analysis.views import CyclicActivation, View
+from dse.analysis.views import CyclicActivation, Noting, View
 from dse.space.model.space import Component, Design, OpenPriority, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.space.question.open_cores import decided_cores

@@ -14,10 +14,10 @@ import pytest
 from rich.console import Console
 
 import dse
+from dse.analysis.diagnosis.timelines import SECTION, played, worst_busy_period
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.scheduling.busy_window import Stream, Task, most_jobs, response_time_ns, worst_job_ns
 from dse.analysis.scheduling.responses import processor_responses
-from dse.analysis.scheduling.timelines import SECTION, played, worst_busy_period
 from dse.analysis.views import View
 from dse.cli.main import run
 from dse.report.content.analyse import analysis_page
