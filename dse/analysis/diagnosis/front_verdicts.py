@@ -18,8 +18,6 @@ from dse.analysis.memo import Recall
 from dse.analysis.placement.first_fit import placement
 from dse.analysis.placement.heuristics import placed
 from dse.analysis.placement.partition import Spread
-from dse.analysis.scheduling.order import Turn
-from dse.analysis.scheduling.order import cores_of as turns_on
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.architecture.carriers import carriers
@@ -27,9 +25,6 @@ from dse.space.model.space import EMPTY, Component, Design, Space
 from dse.space.model.trees import at, leaves
 from dse.space.question.open_cores import is_scheduled, with_open_cores
 from dse.support.timelimit import in_time
-
-SHARED = 256
-"""The number of plans of a processor that are shared by designs in which it has the same threads at the same rates."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +76,6 @@ class ContentionReferee:
         """
         self.space, self.of_fronts = counted, of_fronts
         self._limits = self._limits_of(counted)
-        self._turns: Recall[list[list[Turn]]] = Recall(SHARED)
 
     def judge(self, design: Design) -> Judged:
         """What a valid design keeps and breaks, in the order of the requirements.
@@ -112,8 +106,6 @@ class ContentionReferee:
 
     def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
         view = View(design)  # one for all: response times are found together, once for a view
-        for number in range(len(space.processors)):
-            view.memo["turns", number] = self._turns.recall(space, number, view, turns_on)
         verdicts = [judge(item, view, flow_figure_ns(space, item.requirement.metric, view)) for item in in_time(limits)]
         return tuple(
             Miss(verdict, unbounded_in(space, verdict.requirement.metric, view))

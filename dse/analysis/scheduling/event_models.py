@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from functools import lru_cache
 from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
@@ -24,8 +25,9 @@ Streams: TypeAlias = tuple[Stream, ...] | None
 class EventModels:
     """The releases of the stages of a system, as response times are known by now."""
 
-    def __init__(self, stages: Mapping[TaskKey, Stage], ends: Ends) -> None:
-        self.stages, self.ends = stages, ends
+    def __init__(self, stages: Mapping[TaskKey, Stage], ends: Ends, *, is_plain: bool = False) -> None:
+        """With `is_plain` all times are mere numbers: equal releases of a stage make the same task, one object."""
+        self.stages, self.ends, self.is_plain = stages, ends, is_plain
         self._streams: dict[TaskKey, Streams] = {}
         self._followers: dict[TaskKey, list[TaskKey]] | None = None
 
@@ -76,7 +78,9 @@ class EventModels:
     def bounded_task(self, key: TaskKey) -> Task | None:
         """The stage as what a busy window counts, of a piece as if its thread had a bound."""
         stage, streams = self.stages[key], self.streams(key)
-        return late_task(stage) if streams is None else task_of(stage, streams)
+        if streams is None:
+            return late_task(stage)
+        return _shared_task(stage, streams) if self.is_plain else task_of(stage, streams)
 
     def has_no_bound(self, key: TaskKey) -> bool:
         """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
@@ -121,6 +125,11 @@ class EventModels:
 def task_of(stage: Stage, streams: tuple[Stream, ...]) -> Task:
     """A stage that these streams release, with what it costs to switch to it and back."""
     return Task(stage.name, stage.cost_ns, streams, stage.separation_ns, stage.key)
+
+
+@lru_cache(16384)
+def _shared_task(stage: Stage, streams: tuple[Stream, ...]) -> Task:
+    return task_of(stage, streams)
 
 
 def late_task(stage: Stage) -> Task | None:

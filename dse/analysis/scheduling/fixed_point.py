@@ -117,10 +117,11 @@ class Rounds:
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
-        self._begin()
+        self._begin(is_plain=system.is_plain)
 
-    def _begin(self) -> None:
-        self.events = EventModels(self.system.stages, self.ends)
+    def _begin(self, *, is_plain: bool) -> None:
+        self.is_plain = is_plain
+        self.events = EventModels(self.system.stages, self.ends, is_plain=is_plain)
         self.segments = Segments(self.events, self.system.resources, self.spans)
         self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
 
@@ -139,8 +140,9 @@ class Rounds:
                 self._before[number] = earlier
                 continue  # as in the round before
             succession = Succession(self.events, resource)
+            together = _remembered(resource, tasks) if self.is_plain else None
             for position, entry in enumerate(resource.entries):
-                found = self._end_of(resource, position, tasks, succession)
+                found = self._end_of(resource, position, tasks, succession) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
                     found = found if found == self.ends[entry.key] else None
                 if self.ends[entry.key] is not None and found != self.ends[entry.key]:
@@ -185,7 +187,7 @@ class Rounds:
         for key, more in grown.items():
             kept, item = (self.spans, key[1]) if key[0] == "span" else (self.ends, key)  # type: ignore[index]
             kept[item] += steps * more  # type: ignore[index, operator]
-        self.events = EventModels(self.system.stages, self.ends)
+        self.events = EventModels(self.system.stages, self.ends, is_plain=self.is_plain)
         self.segments.events = self.events
         return steps * rounds
 
@@ -195,7 +197,7 @@ class Rounds:
         other.ends = {key: state[key] for key in self.ends}
         other.spans = {key: state["span", key] for key in self.spans}
         other.losses = {}
-        other._begin()
+        other._begin(is_plain=False)
         for _ in range(rounds):
             other.next()
         return other.state()
@@ -225,6 +227,29 @@ def response_alone_ns(system: System, key: TaskKey) -> Exact | None:
     tasks = [work.events.bounded_task(entry.key) for entry in resource.entries]
     window = window_of(resource, position, tasks, Succession(work.events, resource), work.segments)
     return None if window is None else window.response_ns()
+
+
+KEPT = 4096
+"""The number of resources, each with its releases, whose response times are remembered."""
+_KEPT: dict[tuple[int, ...], tuple[Resource, Sequence[Task | None], list[Exact | None]]] = {}
+
+
+def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None] | None:
+    """The response times of a resource where priorities alone decide them; None of others.
+
+    Designs share resources and tasks, so that the same objects tell that they agree (decision record 28).
+    """
+    key = (id(resource), *map(id, tasks))
+    if (kept := _KEPT.get(key)) is not None:  # once: another thread may empty it
+        return kept[2]
+    if not resource.is_plain:
+        return None
+    windows = [preemptive.window_of(resource, position, tasks) for position in range(len(tasks))]
+    found = [None if window is None else window.response_ns() for window in windows]
+    if len(_KEPT) >= KEPT:
+        _KEPT.clear()
+    _KEPT[key] = resource, tasks, found  # which keeps alive whatever the key names
+    return found
 
 
 def _is_same(one: Task | None, other: Task | None) -> bool:

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.busy_window import Stream, Task, is_plain
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact
@@ -63,6 +63,8 @@ class Stage:
         where there are others, a timer, a separation, or a time for which what is sent waits.
     has_section
         whether nothing interrupts it for a part of its time.
+    is_plain
+        whether all of its times are mere numbers, not numbers that remember how they were made.
     """
 
     key: TaskKey
@@ -77,6 +79,7 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
+    is_plain: bool = True
 
     @property
     def first(self) -> TaskKey:
@@ -179,6 +182,12 @@ class System:
     stages: Mapping[TaskKey, Stage]
     resources: tuple[Resource, ...]
     horizon_ns: int
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether all of its times are mere numbers, so that what is computed of them may be remembered."""
+        interrupts = (item for resource in self.resources for item in resource.interrupts)
+        return all(stage.is_plain for stage in self.stages.values()) and all(map(is_plain, interrupts))
 
     def place(self, key: TaskKey) -> tuple[Resource, int] | None:
         """The resource of a stage and its position there; None where it runs on none of these."""

@@ -7,6 +7,7 @@ for decisions; what is computed of the model does neither.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
@@ -35,8 +36,13 @@ def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -
     Undecided
         when it leaves a decision open that is asked for.
     """
-    schedule = Schedule(space, view)
-    return system_of(space, schedule.all_cores() if wanted is None else schedule.needed(wanted), view)
+    if wanted is not None:
+        return system_of(space, Schedule(space, view).needed(wanted), view)
+    if type(view) is View and not _is_traced(space):
+        processors = range(len(space.processors))
+        resources = [item for number in processors for item in _RESOURCES.recall(space, number, view, _resources_on)]
+        return _system(space, resources, view)
+    return system_of(space, Schedule(space, view).all_cores(), view)
 
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
@@ -46,9 +52,12 @@ def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
 
 def system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
     """The system of these resources: processor, core and the order of the tasks of each."""
-    resources = tuple(resource_of(space, *core, view) for core in cores)
+    return _system(space, [resource_of(space, *core, view) for core in cores], view)
+
+
+def _system(space: Space, resources: Sequence[Resource], view: View) -> System:
     keys = [entry.key for resource in resources for entry in resource.entries]
-    return System(with_senders(keys, reader(space, view)), resources, horizon_ns(space))
+    return System(with_senders(keys, reader(space, view)), tuple(resources), horizon_ns(space))
 
 
 def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
@@ -71,14 +80,18 @@ _TRACED: list[Space] = []
 """The space that was found last to have numbers that remember how they were made: nothing of it is remembered."""
 
 
+def _is_traced(space: Space) -> bool:
+    return any(space is item for item in _TRACED)
+
+
 def reader(space: Space, view: View) -> Read:
     """Reads stages: of whole designs that agree in what a stage depends on each is one object."""
-    if type(view) is not View or any(space is item for item in _TRACED):
+    if type(view) is not View or _is_traced(space):
         return lambda key: stage_of(space, key, view)
 
     def read(key: TaskKey) -> Stage:
         stage = _STAGES.recall(space, key, view, stage_of)
-        if not is_plain(stage):
+        if not stage.is_plain:
             _TRACED[:] = [space]
         return stage
 
@@ -102,7 +115,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
     is_on_core = component.processor is not None and at(component.processor, view) is not None
     found = arrivals(component, view)
     pieces = () if component.pieces is None else component.pieces.members
-    return Stage(
+    stage = Stage(
         key,
         task_name(component, part),
         best,
@@ -113,9 +126,10 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         tuple((item, "thread") for item in pieces),
         elapsed_ns(space, number, view) if part == "thread" else (best, worst),
         bool(pieces) and component.executor is not None,
-        _follows(space, component, view) if part == "thread" else None,
+        _follows(space, component, view) if part == "thread" and space.executors else None,
         bool(component.section_ns),
     )
+    return stage if is_plain(stage) else replace(stage, is_plain=False)
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
@@ -154,6 +168,14 @@ def _follows(space: Space, component: Component, view: View) -> Release | None:
 
 
 # --- resources --------------------------------------------------------------------------------------------------------
+
+_RESOURCES: Recall[tuple[Resource, ...]] = Recall(256)
+
+
+def _resources_on(space: Space, processor: int, view: View) -> tuple[Resource, ...]:
+    """The cores of a processor: of whole designs that agree in what decides their order each is one object."""
+    cores = Schedule(space, view).cores(processor)
+    return tuple(resource_of(space, processor, core, turns, view) for core, turns in enumerate(cores))
 
 
 def resource_of(space: Space, processor: int, core: int, turns: Sequence[Turn], view: View) -> Resource:
