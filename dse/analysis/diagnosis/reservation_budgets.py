@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from dse.analysis.scheduling.fixed_point import Windows
 from dse.analysis.scheduling.policies.reservations import is_served
 from dse.analysis.scheduling.responses import response_of, solution_of
 from dse.analysis.views import View
@@ -69,7 +68,7 @@ def _is_served(space: Space, view: View, number: int) -> bool:
     place = solution.system.place((number, "thread"))
     assert place is not None
     resource, position = place
-    return is_served(resource, resource.entries[position], Windows(solution.system, solution.ends).tasks(resource))
+    return is_served(resource, resource.entries[position], solution.windows.tasks(resource))
 
 
 def least(is_enough: Callable[[int], bool], most: int) -> int:

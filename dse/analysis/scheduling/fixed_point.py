@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Task, is_plain
@@ -77,6 +77,11 @@ class Solution:
         before = upstream(stages, entry.key, loss.ends)
         missing += [key for key in before if key[0] not in members and loss.ends.get(key, 0) is None]
         return tuple(dict.fromkeys(missing))
+
+    @cached_property
+    def windows(self) -> Windows:
+        """What decides the response times."""
+        return Windows(self.system, self.ends, self.spans)
 
     def loss_of(self, key: TaskKey) -> Loss | None:
         """How it turned out that the thread of a stage has no bound; None where it has one."""

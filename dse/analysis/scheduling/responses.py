@@ -9,15 +9,15 @@ advantage (docs/semantics.md, section 4.3).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.fixed_point import Rounds, Solution, Window, Windows, solve, window_of
-from dse.analysis.scheduling.order import Schedule, upstream
+from dse.analysis.scheduling.fixed_point import Rounds, Solution, Window, solve, window_of
+from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -135,21 +135,19 @@ class Response:
         return self.blocking_name if self.blocked_ns else ""
 
 
-_RECALLED: Recall[tuple[Response, ...]] = Recall()
-
-
 def processor_responses(space: Space, processor: int, view: View) -> tuple[Response, ...]:
-    """Everything that runs on a processor, by core and priority."""
-    return _RECALLED.recall(space, processor, view, _responses_on)
+    """Everything that runs on a processor in a whole design, by core and priority."""
+    resources = [item for item in solution_of(space, view).system.resources if item.processor == processor]
+    return tuple(_responses(space, [entry.key for item in resources for entry in item.entries], view))
 
 
 def response_of(space: Space, component: int, part: Part, view: View) -> Response | None:
-    """The response of one task; None when it runs on no processor, or has nothing to execute there."""
-    found = view.memo.get(("response", component, part))
-    if found is None:
-        found = _RECALLED.recall(space, (component, part), view, _response_to)
-        view.memo["response", component, part] = found
-    return found[0] if found else None
+    """The response of one task in a whole design; None when it runs on no processor, or executes nothing there."""
+    key = (component, part)
+    found: Response | None = view.memo.get(("response", key))
+    if found is None and solution_of(space, view).system.place(key) is not None:
+        found = view.memo["response", key] = next(_responses(space, [key], view))
+    return found
 
 
 def all_responses(space: Space, view: View) -> Mapping[TaskKey, Exact | None]:
@@ -211,15 +209,14 @@ def is_released_alone(space: Space, number: int, view: View) -> bool:
     return all(at(space.components[key[0]].processor, view) is None for key in keys)
 
 
-def _responses_on(space: Space, processor: int, view: View) -> tuple[Response, ...]:
-    schedule = Schedule(space, view)
-    return _responses(schedule, [turn.key for core in schedule.cores(processor) for turn in core])
+_ENDS: Recall[tuple[Exact | None, ...]] = Recall()
 
 
-def _response_to(space: Space, key: TaskKey, view: View) -> tuple[Response, ...]:
+def _end_of(space: Space, key: TaskKey, view: View) -> tuple[Exact | None, ...]:
+    """The response time of a task in ns, None without a bound; nothing when it runs on no processor."""
     if at(space.components[key[0]].processor, view) is None or key not in task_keys(space, key[0], view):
         return ()
-    return _responses(Schedule(space, view), [key])
+    return (solve(resolve(space, view, [key])).ends[key],)
 
 
 def bounded_response_ns(space: Space, component: int, part: Part, view: View) -> Exact:
@@ -235,10 +232,12 @@ def bounded_response_ns(space: Space, component: int, part: Part, view: View) ->
         if response is ABSENT:
             return alone
     else:
-        found = response_of(space, component, part, view)
-        if found is None:
+        key = ("end", component, part)
+        if key not in view.memo:
+            view.memo[key] = _ENDS.recall(space, (component, part), view, _end_of)
+        if not view.memo[key]:
             return alone
-        response = found.response_ns
+        (response,) = view.memo[key]
     longest: Exact = picked("max", alone, counted_ns(response))
     return longest
 
@@ -255,11 +254,10 @@ def counted_ns(response_ns: Exact | None) -> Exact:
     return NO_BOUND if response_ns is None or response_ns >= UNBOUNDED_NS else response_ns
 
 
-def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response, ...]:
-    space, view = schedule.space, schedule.view
-    solution = solve(resolve(space, view, wanted))
-    windows = Windows(solution.system, solution.ends, solution.spans)
-    found = []
+def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[Response]:
+    """The responses of tasks of a whole design, each with its names."""
+    solution = solution_of(space, view)
+    windows = solution.windows
     for key in wanted:
         place = solution.system.place(key)
         assert place is not None
@@ -270,26 +268,23 @@ def _responses(schedule: Schedule, wanted: Sequence[TaskKey]) -> tuple[Response,
         task, (before_ns, whole) = windows.tasks(resource)[place[1]], windows.so_far(*place)
         loss = solution.loss_of(key)
         because = () if loss is None else solution.because(loss)
-        found.append(
-            Response(
-                *key,
-                resource.core + 1,
-                entry.rank + 1,
-                task or Task(stage.name, stage.worst_ns, ()),
-                stage.elapsed_ns[0] if stage.pieces else stage.best_ns,
-                solution.ends[key],
-                deadline_ns(component, view) if is_whole else None,
-                stage.worst_ns,
-                "" if executor is None else space.executors[executor].name,
-                "" if reservation is None else space.reservations[reservation].name,
-                bool(stage.pieces),
-                at(space.processors[resource.processor].serves, view) is not None,
-                windows.of(*place),
-                whole,
-                before_ns,
-                tuple(dict.fromkeys(space.components[number].stated_as for number, _ in because)),
-                entry.blocking_ns,
-                blocking_name(space, entry) if entry.blocking_ns else "",
-            )
+        yield Response(
+            *key,
+            resource.core + 1,
+            entry.rank + 1,
+            task or Task(stage.name, stage.worst_ns, ()),
+            stage.elapsed_ns[0] if stage.pieces else stage.best_ns,
+            solution.ends[key],
+            deadline_ns(component, view) if is_whole else None,
+            stage.worst_ns,
+            "" if executor is None else space.executors[executor].name,
+            "" if reservation is None else space.reservations[reservation].name,
+            bool(stage.pieces),
+            at(space.processors[resource.processor].serves, view) is not None,
+            windows.of(*place),
+            whole,
+            before_ns,
+            tuple(dict.fromkeys(space.components[number].stated_as for number, _ in because)),
+            entry.blocking_ns,
+            blocking_name(space, entry) if entry.blocking_ns else "",
         )
-    return tuple(found)
