@@ -13,8 +13,7 @@ from dse.encode.scheduling import contention, waiting_forms
 from dse.questions.problem import Problem, changed, loads
 from dse.questions.question import Changes
 from dse.search.front import SearchLimits, search_front
-from dse.search.solver import bounding
-from dse.search.solver import solver as subproblem
+from dse.search.solver import bounding, strategy
 from dse.search.solver.settings import BARE, CLOSING_RANGE, NARROWING, Settings
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.helpers.effort import cases, count
@@ -107,17 +106,17 @@ def test_bounds_from_below_and_limits_from_above_meet(
     tune(monkeypatch, bounding={"least_quick": least_quick})
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
     monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
-    monkeypatch.setattr(subproblem, "WAYS_WITH_WAITING", (NARROWING, BARE))
+    monkeypatch.setattr(strategy, "WAYS_WITH_WAITING", (NARROWING, BARE))
     monkeypatch.setattr(bounding, "_counts_one", lambda _: True)
     apply = Settings.apply
     limits = []
-    run = subproblem.Solver.run
+    run = strategy.Strategy.run
 
     def hasty(self: Settings, parameters: Any, work: float) -> None:
         apply(self, parameters, work)
         parameters.stop_after_first_solution = self.from_below
 
-    def watched(self: subproblem.Solver, settings: Settings, work: float, *further: Any) -> Answer:
+    def watched(self: strategy.Strategy, settings: Settings, work: float, *further: Any) -> Answer:
         answer = run(self, settings, work, *further)
         if self.encoded.is_loose and isinstance(answer, Unfinished) and answer.best is not None:
             assert self.encoded.weigh(answer.best.design) == answer.best.point, "what is known has its own figures"
@@ -126,7 +125,7 @@ def test_bounds_from_below_and_limits_from_above_meet(
         return answer
 
     monkeypatch.setattr(Settings, "apply", hasty)
-    monkeypatch.setattr(subproblem.Solver, "run", watched)
+    monkeypatch.setattr(strategy.Strategy, "run", watched)
     for kind, seed in product(KINDS, cases(5, 4 * SEEDS)):
         system = draw(seed, kind=kind)
         text = text_of(system).replace("deadlines: all", "deadlines: all\nprocessing: response_time")

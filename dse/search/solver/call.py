@@ -1,7 +1,8 @@
 """One call of the solver: a model, what is asked of it, limits on time and work, and what its solutions say.
 
 A `Call` knows settings, not heuristics. Where the analysis refuses a solution it asks two hooks, which a strategy
-overrides (`dse.search.solver.solver`): for the design on other cores, and for one with the objectives of the solution.
+overrides (`dse.search.solver.strategy`): for the design on other cores, and for one with the objectives of the
+solution.
 """
 
 from __future__ import annotations

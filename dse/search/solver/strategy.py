@@ -1,6 +1,6 @@
 """The strategy: which settings and heuristics a question is asked with, and what earlier questions have shown.
 
-Every question the search asks goes through `Solver.minimise`, which answers with a design, a refutation, or neither.
+Every question the search asks goes through `Strategy.minimise`, which answers with a design, a refutation, or neither.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from dse.search.tuning import Tuning
 from dse.space.model.space import Design
 
 
-class Solver(Call):
-    """The calls of one model, with what is known of the settings for it.
+class Strategy(Call):
+    """A call of one model, with the heuristics that decide its settings and what earlier questions have shown.
 
-    `calls` counts the questions asked. Several solvers share what is known of the `parts` of the space. Between
+    `calls` counts the questions asked. Several strategies share what is known of the `parts` of the space. Between
     questions the model may only become stricter, by `exclude`.
     """
 
