@@ -162,7 +162,7 @@ class Verdict:
     @property
     def slack(self) -> Annotated[Fraction, NULL]:
         """How far the value is from the limit; negative where it is missed, null where the value is unbounded."""
-        return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
+        return self.limit - self.value if self.requirement.is_upper else self.value - self.limit
 
 
 def build_limit(space: Space, requirement: Requirement, *, counted: bool = True, is_asked: bool = True) -> Limit:
@@ -184,7 +184,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
     if metric.kind == "utilisation":
         number, per_core = metric.index or 0, quantity.value * PPM
         slot = space.processors[number]
-        upper = requirement.operator in ("<=", "<")
+        upper = requirement.is_upper
         return Limit(
             requirement,
             measure,

@@ -321,7 +321,7 @@ class _Builder:
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        upper = operator in ("<=", "<") and not limit.measure.rounded
+        upper = limit.requirement.is_upper and not limit.measure.rounded
         parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
         self.loose += [limit] if parts.is_loose else []
         found = []

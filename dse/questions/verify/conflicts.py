@@ -286,7 +286,7 @@ def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction)
             [_limit(space, member, ">=", closest - off), _limit(space, member, "<=", closest + off)],
             [_limit(space, member, ">", own - miss), _limit(space, member, "<", own + miss)],
         )
-    operators: tuple[Operator, Operator] = ("<=", "<") if member.operator in ("<=", "<") else (">=", ">")
+    operators: tuple[Operator, Operator] = ("<=", "<") if member.is_upper else (">=", ">")
     off = off if operators[0] == "<=" else -off
     return [_limit(space, member, operators[0], closest + off)], [_limit(space, member, operators[1], closest - off)]
 

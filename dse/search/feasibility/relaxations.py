@@ -103,7 +103,7 @@ def _extreme(
     of_total: bool = False,
 ) -> Closest | None:
     """The least limit of all requirements for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
-    is_upper = requirements[0].operator in ("<=", "<")
+    is_upper = requirements[0].is_upper
     strictly: Operator = "<" if is_upper else ">"
     space, build = oracle.space, _total if of_total else _built
     best: Closest | None = None
