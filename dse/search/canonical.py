@@ -16,7 +16,7 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.search.regions import Bound
-from dse.search.solver.settings import BRIEF, Settings, ways_to_any
+from dse.search.solver.settings import BRIEF, SolverSettings, ways_to_any
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.space.model.space import Design
@@ -26,9 +26,9 @@ from dse.space.model.space import Design
 class InOrder:
     """How depth-first searches in the order of the file went, from point to point, each with its settings."""
 
-    missed: Counter[Settings] = field(default_factory=Counter)  # how often in a row
-    found: Counter[Settings] = field(default_factory=Counter)
-    spent: dict[Settings, float] = field(default_factory=dict)  # work, in vain or not
+    missed: Counter[SolverSettings] = field(default_factory=Counter)  # how often in a row
+    found: Counter[SolverSettings] = field(default_factory=Counter)
+    spent: dict[SolverSettings, float] = field(default_factory=dict)  # work, in vain or not
 
     def elsewhere(self) -> InOrder:
         """What this says of points that are not near: what designs cost, and which relaxations are in vain."""
@@ -55,7 +55,7 @@ class InOrder:
             self.missed[settings] += 1
         return Unfinished()
 
-    def _promising(self, strategy: Strategy) -> list[tuple[Settings, float]]:
+    def _promising(self, strategy: Strategy) -> list[tuple[SolverSettings, float]]:
         """Settings and work of the attempts that are worth it."""
         tuning = strategy.tuning.first_designs
         is_large = len(strategy.encoded.model.proto.variables) > tuning.few_variables
@@ -66,7 +66,7 @@ class InOrder:
         ]
         return sorted(attempts, key=self._price)
 
-    def _price(self, attempt: tuple[Settings, float]) -> float:
+    def _price(self, attempt: tuple[SolverSettings, float]) -> float:
         """The work that a design has taken with some settings, as if they had found one for all their work before."""
         settings, work = attempt
         return (self.spent.get(settings, 0.0) + work) / (self.found[settings] + 1)

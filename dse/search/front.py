@@ -19,7 +19,7 @@ from dse.analysis.validity import canonical
 from dse.encode.model import EncodedSpace, encode
 from dse.search import tuning as tuned
 from dse.search.canonical import InOrder, canonical_design
-from dse.search.certificate import ANYTHING, Frame, FrontSearch
+from dse.search.certificate import ANYTHING, FrontSearch, ObjectiveScale
 from dse.search.lexicographic import claimed_by, counted, minimise_in, signed
 from dse.search.referee import accepted, checked, confirmed, may_refuse
 from dse.search.regions import (
@@ -133,10 +133,10 @@ class _State:
         return Progress(len(self.designs), len(self.regions.open), self.calls_before + self.pool.calls, elapsed)
 
     @cached_property
-    def frame(self) -> Frame:
+    def frame(self) -> ObjectiveScale:
         """How the search counts."""
         objectives = self.encoded.objectives
-        return Frame(
+        return ObjectiveScale(
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
         )
 

@@ -22,7 +22,7 @@ from dse.cli.main import run
 from dse.encode.model import encode
 from dse.questions.robust.robust import solve_robust
 from dse.questions.sensitivity.sensitivity import sensitivity
-from dse.search.solver.settings import BARE_IN_ORDER, Settings
+from dse.search.solver.settings import BARE_IN_ORDER, SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, Unfinished
 
@@ -202,7 +202,7 @@ def test_canonical_designs_need_no_search_for_the_value_of_an_extreme(monkeypatc
     answers: list[Answer] = []
     run_once = Strategy.run
 
-    def watched(self: Strategy, settings: Settings, work: float) -> Answer:
+    def watched(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         answers.append(run_once(self, settings, work))
         return answers[-1]
 

@@ -15,7 +15,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import contributors, metrics
 from dse.report.words.reasons import proof_words
 from dse.search.front import SearchLimits, search_front
-from dse.search.solver.settings import Settings
+from dse.search.solver.settings import SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer
 from tests.clocks import let
@@ -89,7 +89,7 @@ def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: py
     whole = dse.solve(problem)
     stop, solve, asked = rng.randint(1, 4), Strategy._solve_whole, list[bool]()
 
-    def stopping(self: Strategy, settings: Settings, work: float) -> Answer:
+    def stopping(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         asked.append(True)
         if len(asked) >= stop:
             self.stop()

@@ -13,7 +13,7 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import Result
-from dse.search.solver.settings import Settings
+from dse.search.solver.settings import SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer
 from dse.support.errors import ProblemError
@@ -153,7 +153,7 @@ def test_a_resumed_front_is_that_of_the_enumeration(seed: int, tmp_path: Path, m
     left = [1 + seed % 4]
     solve = Strategy._solve_whole
 
-    def failing(self: Strategy, settings: Settings, work: float) -> Answer:
+    def failing(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         left[0] -= 1
         if left[0] < 0:
             self.stop()

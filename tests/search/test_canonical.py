@@ -13,7 +13,7 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.search.canonical import InOrder
-from dse.search.solver.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, Settings
+from dse.search.solver.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.helpers.effort import cases
@@ -41,16 +41,16 @@ STARTER = Path(__file__).parents[2] / "problems" / "starter.yaml"
 class Answering(Strategy):
     """A solver that finds a design with some settings only, each with so much work."""
 
-    def __init__(self, able: dict[Settings, float]) -> None:
+    def __init__(self, able: dict[SolverSettings, float]) -> None:
         super().__init__(encode(Evaluator(space_of(CROWD))))
-        self.able, self.asked = able, list[Settings]()
+        self.able, self.asked = able, list[SolverSettings]()
 
-    def run(self, settings: Settings, work: float, *_: Any) -> Answer:
+    def run(self, settings: SolverSettings, work: float, *_: Any) -> Answer:
         self.asked.append(settings)
         self.work += min(work, self.able.get(settings, work))
         return Found((0,), ()) if self.able.get(settings, ENDLESS) <= work else Unfinished()
 
-    def asked_by(self, order: InOrder, points: int) -> list[Settings]:
+    def asked_by(self, order: InOrder, points: int) -> list[SolverSettings]:
         """The settings asked for so many points."""
         self.asked = []
         for _ in range(points):
@@ -66,7 +66,7 @@ def test_relaxations_that_miss_once_are_not_asked_again_and_bare_settings_after_
 
 
 @pytest.mark.parametrize("able", [BARE_IN_ORDER, RELAXED_IN_ORDER, CUTTING_IN_ORDER])
-def test_in_the_end_the_settings_that_find_a_design_are_asked_alone(able: Settings) -> None:
+def test_in_the_end_the_settings_that_find_a_design_are_asked_alone(able: SolverSettings) -> None:
     order, strategy = InOrder(), Answering({able: 0.008})
     assert strategy.asked_by(order, 2)[-1] is able
     assert strategy.asked_by(order, 3) == [able] * 3
@@ -129,7 +129,7 @@ def waiting(seed: int) -> str:
 @pytest.mark.parametrize("settings", [RELAXED_IN_ORDER, CUTTING_IN_ORDER])
 @pytest.mark.parametrize("seed", [11, *cases(20, 100)])
 def test_first_designs_by_relaxation_where_threads_wait(
-    seed: int, settings: Settings, monkeypatch: pytest.MonkeyPatch
+    seed: int, settings: SolverSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rows that a solution teaches change nothing of the order: threads are not moved to whatever cores will do."""
     tune(monkeypatch, first_designs={"ways": ((settings, 5.0, 99),)})

@@ -10,7 +10,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
 from dse.search.front import _in_time
-from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, Settings
+from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.support.timelimit import OutOfTime
@@ -21,7 +21,7 @@ from tests.helpers.thread_systems import draw, text_of
 
 @pytest.mark.parametrize(("settings", "begins"), [(CUTTING_IN_ORDER, False), (CUTTING, True)])
 def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
-    settings: Settings, begins: bool, monkeypatch: pytest.MonkeyPatch
+    settings: SolverSettings, begins: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A hint is tried before the order of the file: the design that it leads to was taken for the first one."""
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)

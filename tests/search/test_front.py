@@ -19,7 +19,7 @@ from dse.encode.model import encode
 from dse.search import canonical, front, lexicographic, workers
 from dse.search.canonical import InOrder, canonical_design
 from dse.search.front import FrontSearch, Progress, SearchLimits, Watch, search_front
-from dse.search.solver.settings import CUTTING, Settings
+from dse.search.solver.settings import CUTTING, SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.space.model.space import Space
@@ -325,7 +325,7 @@ def failing(monkeypatch: pytest.MonkeyPatch, first: int, calls: Iterator[int]) -
     """Every solver run from the one with number `first` on is stopped before it can tell."""
     solve = Strategy._solve_whole
 
-    def stopped(self: Strategy, settings: Settings, work: float) -> Answer:
+    def stopped(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         if next(calls) >= first:
             self.stop()
             return Unfinished()
@@ -385,7 +385,7 @@ def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeyp
     expected = search_front(evaluator)
     solve = Strategy._solve_whole
 
-    def only_heavy(self: Strategy, settings: Settings, work: float) -> Answer:
+    def only_heavy(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         return solve(self, settings, work) if settings is CUTTING and work > 1 else Unfinished()
 
     monkeypatch.setattr(Strategy, "_solve_whole", only_heavy)
@@ -430,7 +430,7 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     run = Strategy.run
 
-    def lie(self: Strategy, settings: Settings, work: float, *further: Any) -> Answer:
+    def lie(self: Strategy, settings: SolverSettings, work: float, *further: Any) -> Answer:
         answer = run(self, settings, work, *further)
         if not isinstance(answer, Found):
             return answer

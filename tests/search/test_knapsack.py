@@ -14,9 +14,9 @@ from dse.search import tuning
 from dse.search.canonical import any_solution
 from dse.search.front import search_front
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
-from dse.search.solver.settings import CUTTING, RELAXED, Settings
+from dse.search.solver.settings import CUTTING, RELAXED, SolverSettings
 from dse.search.solver.strategy import Strategy
-from dse.search.solver.subspaces import Parts
+from dse.search.solver.subspaces import AllSubspaces
 from dse.search.solver_answer import Answer, Found, Unfinished
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front, space_of
@@ -87,7 +87,7 @@ def test_tables_bound_every_design(monkeypatch: pytest.MonkeyPatch) -> None:
     for seed in cases(50):
         evaluator = Evaluator(space_of(drawn(seed)))
         encoded = encode(evaluator)
-        divided = Parts(encoded, tuning.DEFAULT)
+        divided = AllSubspaces(encoded, tuning.DEFAULT)
         tables = divided.knapsacks
         if tables is None:
             continue
@@ -193,7 +193,7 @@ def test_another_relaxation_has_its_turn_before_one_is_asked_for_long(monkeypatc
     assert isinstance(answer, Found)
     run, asked = Strategy.run, []
 
-    def missing(self: Strategy, settings: Settings, work: float) -> Answer:
+    def missing(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         asked.append((settings, work))
         return run(self, settings, work) if settings is RELAXED else Unfinished()
 

@@ -24,9 +24,9 @@ from dse.search.solver import strategy, subspaces
 from dse.search.solver.bounding import lowest
 from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory
-from dse.search.solver.settings import BARE, CUTTING, LOWEST, Settings
+from dse.search.solver.settings import BARE, CUTTING, LOWEST, SolverSettings
 from dse.search.solver.strategy import Strategy
-from dse.search.solver.subspaces import Apart, Parts, Subspace
+from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace
 from dse.search.solver.value_grid import EVERY, Grid, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from tests.benchmarks.cases import nearly_full
@@ -41,7 +41,7 @@ Point = tuple[int, ...]
 def evaluator_with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Evaluator:
     tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(load_space(BY_NAME[name]))
-    assert len(Parts(encode(evaluator), tuning.DEFAULT)) > 1
+    assert len(AllSubspaces(encode(evaluator), tuning.DEFAULT)) > 1
     return evaluator
 
 
@@ -59,7 +59,7 @@ def test_the_front_is_the_same_part_by_part(
     expected = search_front(evaluator)
     within, asked = Strategy.run_within, []
 
-    def part(self: Strategy, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
+    def part(self: Strategy, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
         asked.append(part)
         answer = within(self, part, settings, work, least)
         if is_brief_too_short and settings is BARE and work < 1:
@@ -114,11 +114,11 @@ def test_an_excluded_design_is_not_an_answer(monkeypatch: pytest.MonkeyPatch) ->
     assert len(designs) == len(set(designs)) > 1
 
 
-def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
-    runs: list[Settings] = []
+def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[SolverSettings]:
+    runs: list[SolverSettings] = []
     run = Strategy.run
 
-    def counted(self: Strategy, settings: Settings, work: float, *further: Any) -> Answer:
+    def counted(self: Strategy, settings: SolverSettings, work: float, *further: Any) -> Answer:
         runs.append(settings)
         return run(self, settings, work, *further)
 
@@ -266,17 +266,17 @@ def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
     any_design, run = Strategy.any_design, Strategy.run
     had_objective: list[bool] = []
 
-    def failing_once(self: Strategy, settings: Settings, work: float) -> Answer:
+    def failing_once(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         return whole(self, settings, work) if looked else Unfinished()
 
-    def looking(self: Strategy, ways: Sequence[tuple[Settings, float]]) -> Answer:
+    def looking(self: Strategy, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
         with monkeypatch.context() as inside:
             inside.setattr(Strategy, "run", running)
             looked.append(any_design(self, ways))
         assert self.encoded.model.has_objective()
         return looked[-1]
 
-    def running(self: Strategy, settings: Settings, work: float) -> Answer:
+    def running(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         had_objective.append(self.encoded.model.has_objective())
         return run(self, settings, work)
 
@@ -315,7 +315,7 @@ def test_what_a_design_has_is_on_the_grid_of_its_part(monkeypatch: pytest.Monkey
     tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(loads(STEPS).space)
     encoded = encode(evaluator)
-    parts, seen = Parts(encoded, tuning.DEFAULT).all, set()
+    parts, seen = AllSubspaces(encoded, tuning.DEFAULT).all, set()
     for options in product(*(range(len(item.options)) for item in evaluator.space.decisions)):
         found = evaluator.evaluate(options)
         if not found.is_feasible:
@@ -356,10 +356,10 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
 @pytest.mark.parametrize("shares_cores", [False, True])
 def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(shares_cores: bool) -> None:
     """Though relaxation takes longer than what makes a part cheap; not where threads share cores."""
-    asked: list[Settings] = []
+    asked: list[SolverSettings] = []
 
     class Stub(SimpleNamespace):
-        def solve_part(self, part: Subspace, attempt: tuple[Settings, float], *_: Any) -> Answer:
+        def solve_part(self, part: Subspace, attempt: tuple[SolverSettings, float], *_: Any) -> Answer:
             asked.append(attempt[0])
             self.work += 2 * tuning.Subspaces.cheap
             return Unfinished() if attempt[0] is BARE else Found((0,), (0,))

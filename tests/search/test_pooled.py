@@ -17,7 +17,7 @@ from dse.search.front import search_front
 from dse.search.solver import bounding, pooled_cores
 from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory, Pools
-from dse.search.solver.settings import BARE, RELAXED, Settings, sound_solver
+from dse.search.solver.settings import BARE, RELAXED, SolverSettings, sound_solver
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.benchmarks.cases import GRID_MS, SPEEDS, nearly_full
@@ -148,7 +148,7 @@ def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
     once, said = Strategy.once, []
 
     def hurried(
-        self: Strategy, settings: Settings, work: float, best: Found | None, most: int | None
+        self: Strategy, settings: SolverSettings, work: float, best: Found | None, most: int | None
     ) -> tuple[Answer | None, Found | None]:
         return (Unfinished(best=best), best) if work <= HURRIED else once(self, settings, work, best, most)
 

@@ -26,7 +26,7 @@ from dse.report.content.front import printed_page
 from dse.report.terminal import print_page
 from dse.report.words.missing import missing_words
 from dse.search import front
-from dse.search.solver.settings import Settings
+from dse.search.solver.settings import SolverSettings
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.support.errors import UsageError
@@ -57,7 +57,7 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
         asked: list[bool] = []
 
         def failing(
-            self: Strategy, settings: Settings, work: float, asked: list[bool] = asked, stop: int = stop
+            self: Strategy, settings: SolverSettings, work: float, asked: list[bool] = asked, stop: int = stop
         ) -> Answer:
             asked.append(True)
             if len(asked) >= stop:

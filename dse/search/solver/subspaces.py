@@ -16,7 +16,7 @@ from typing import Protocol
 from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, RefutedRegions, strictly_inside
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
-from dse.search.solver.settings import NARROWING, READING, Settings
+from dse.search.solver.settings import NARROWING, READING, SolverSettings
 from dse.search.solver.value_grid import EVERY, Grid, grids_of
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -86,7 +86,7 @@ def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Gr
     return bounds
 
 
-class Parts:
+class AllSubspaces:
     """All parts of a space, in the order of the file; one alone where nothing is shared."""
 
     def __init__(self, encoded: EncodedSpace, tuning: Tuning) -> None:
@@ -184,7 +184,7 @@ WHOLE = -1
 class Asks(Protocol):
     """What a question part by part needs of whoever asks the solver."""
 
-    parts: Parts
+    parts: AllSubspaces
     tuning: Tuning
     encoded: EncodedSpace
     work: float
@@ -195,14 +195,14 @@ class Asks(Protocol):
         """Whether there is no time left."""
         ...
 
-    def solve_in(self, regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
         """One attempt at a question as a whole."""
         ...
 
     def solve_part(
         self,
         part: Subspace,
-        way: tuple[Settings, float],
+        way: tuple[SolverSettings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
         best: Found | None,
@@ -305,7 +305,7 @@ class Apart:
         """Whether the model has rows of cores."""
         return self.strategy.encoded.contention is not None and bool(self.strategy.encoded.contention.known)
 
-    def _ways(self) -> Sequence[Settings]:
+    def _ways(self) -> Sequence[SolverSettings]:
         if self.strategy.encoded.contention is None:
             return self.tuning.ways
         return self.tuning.full_ways if self._is_full else self.tuning.sharing_ways
