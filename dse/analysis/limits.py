@@ -110,7 +110,7 @@ class Reading(Protocol):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedSum:
     """One comparison that a requirement makes in a design: of the sum, or of what `thread` or `core` uses alone.
 
     The core is the fullest one; where threads have no core yet, of the partition in `spread`. A partition that is
@@ -162,7 +162,7 @@ class Verdict:
     @property
     def slack(self) -> Annotated[Fraction, NULL]:
         """How far the value is from the limit; negative where it is missed, null where the value is unbounded."""
-        return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
+        return self.limit - self.value if self.requirement.is_upper else self.value - self.limit
 
 
 def build_limit(space: Space, requirement: Requirement, *, counted: bool = True, is_asked: bool = True) -> Limit:
@@ -184,7 +184,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
     if metric.kind == "utilisation":
         number, per_core = metric.index or 0, quantity.value * PPM
         slot = space.processors[number]
-        upper = requirement.operator in ("<=", "<")
+        upper = requirement.is_upper
         return Limit(
             requirement,
             measure,
@@ -270,7 +270,7 @@ def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
     return grouped
 
 
-def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
+def comparisons(limit: Limit, view: View) -> Iterator[ComparedSum]:
     """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
     loads = thread_values(limit, view)
     yield from sum_comparisons(limit, view, loads)
@@ -278,23 +278,23 @@ def comparisons(limit: Limit, view: View) -> Iterator[Comparison]:
         yield core_comparison(limit.cores, loads, view)
 
 
-def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | None = None) -> Iterator[Comparison]:
+def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | None = None) -> Iterator[ComparedSum]:
     """The sum, then each thread; `loads` are what `thread_values` finds, where that is known."""
     if limit.cores is None:
-        yield Comparison(limit.measure.value(view), limit.bound(view))
+        yield ComparedSum(limit.measure.value(view), limit.bound(view))
         return
     loads = thread_values(limit, view) if loads is None else loads
-    yield Comparison(exact_sum(loads.values()), limit.bound(view))
+    yield ComparedSum(exact_sum(loads.values()), limit.bound(view))
     for name, load in loads.items():
-        yield Comparison(load, limit.cores.most, thread=name)
+        yield ComparedSum(load, limit.cores.most, thread=name)
 
 
-def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) -> Comparison:
+def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) -> ComparedSum:
     """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it."""
     used = on_processor(cores.space, cores.processor, loads, view)
     found = spread(cores.space, cores.processor, used, view, cores.room)
     value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
-    return Comparison(value, cores.most, core=found.fullest, spread=found)
+    return ComparedSum(value, cores.most, core=found.fullest, spread=found)
 
 
 def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None) -> bool:
@@ -384,7 +384,7 @@ def judge(limit: Limit, view: View, value: Exact | None = None) -> Verdict:
     `value` is the sum where that is known, and no core is limited.
     """
     requirement, compare = limit.requirement, HOLDS[limit.requirement.operator]
-    known = [] if value is None else [Comparison(ZERO + value, limit.bound(view))]
+    known = [] if value is None else [ComparedSum(ZERO + value, limit.bound(view))]
     whole, *parts = known or comparisons(limit, view)
     broken = [item for item in (whole, *parts) if not compare(item.value, item.bound)]
     shown = broken or [whole, *(item for item in parts if item.core)]

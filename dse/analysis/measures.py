@@ -15,7 +15,17 @@ from dse.analysis.binding import bus_stack
 from dse.analysis.latency.metrics import flow_terms, input_terms, up_to
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import always_executes, elapsed_ns
-from dse.analysis.terms import PPM, SCALE_LIMIT, ZERO, Extreme, Measure, Term, exact_sum, extreme_term, scaled_term
+from dse.analysis.terms import (
+    PPM,
+    SCALE_LIMIT,
+    ZERO,
+    ExtremeOfSums,
+    Measure,
+    Term,
+    exact_sum,
+    extreme_term,
+    scaled_term,
+)
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, latency_scale, whole_time_scale
 from dse.analysis.usage import (
     busy_scale,
@@ -194,7 +204,7 @@ def _extreme(space: Space, metric: Metric) -> Measure:
     sums = tuple(measure.terms for measure in measures)
     scale = lcm(*(measure.scale if not measure.rounded else SCALE_LIMIT + 1 for measure in measures))
     kind: Literal["max", "min"] = "max" if metric.kind == "max" else "min"
-    term = extreme_term(metric.name, Extreme(kind, sums))
+    term = extreme_term(metric.name, ExtremeOfSums(kind, sums))
     return _scaled(metric, measures[0].unit, (term,) if len(sums) > 1 else sums[0], scale)
 
 

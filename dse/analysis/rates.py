@@ -75,7 +75,8 @@ def _summed_up(space: Space, key: RateKey, view: View) -> Fraction:
             if wanted in pending:
                 raise CyclicActivation
             pending[wanted] = _rate_hz(space, wanted, view)
-    return memo[key]
+    assert rate is not None
+    return rate
 
 
 def _rate_hz(space: Space, key: RateKey, view: View) -> Generator[RateKey, Fraction, Fraction]:

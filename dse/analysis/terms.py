@@ -49,7 +49,7 @@ class Term:
     """In which designs it waits, where only some: the figure is the lower end, and there as often as `waits` says."""
     grows: bool = False
     """Whether it is never less where some response time is longer; what `waits` is so, too."""
-    extreme: Extreme | None = None
+    extreme: ExtremeOfSums | None = None
     phased: Phased | None = None
     reads: Reads | None = None
     """What it is where response times are known, if it hangs on offsets and on these."""
@@ -176,7 +176,7 @@ Kind: TypeAlias = Literal["max", "min"]
 
 
 @dataclass(frozen=True)
-class Extreme:
+class ExtremeOfSums:
     """The greatest (`kind` ``max``) or the least (``min``) of several sums of terms."""
 
     kind: Kind
@@ -186,9 +186,9 @@ class Extreme:
         """The value that counts; traced numbers (`dse.questions.sensitivity`) remember how it was made, too."""
         return reduce(partial(picked, self.kind), values)
 
-    def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> Extreme:
+    def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> ExtremeOfSums:
         """The extreme with every term changed; of another kind where one is given."""
-        return Extreme(kind or self.kind, tuple(tuple(change(term) for term in terms) for terms in self.sums))
+        return ExtremeOfSums(kind or self.kind, tuple(tuple(change(term) for term in terms) for terms in self.sums))
 
 
 @dataclass(frozen=True)
@@ -286,7 +286,7 @@ def picked(kind: Kind, one: Any, other: Any) -> Any:
     return max(one, other) if kind == "max" else min(one, other)
 
 
-def extreme_term(label: str, extreme: Extreme) -> Term:
+def extreme_term(label: str, extreme: ExtremeOfSums) -> Term:
     """The greatest or least of several sums, as a summand."""
 
     def value(view: View) -> Fraction:

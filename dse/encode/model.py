@@ -251,7 +251,7 @@ class Demands:
 
     def add_limit(self, limit: Limit) -> cp_model.IntVar:
         """Encode a limit; returns its guard."""
-        metric, sign = limit.requirement.metric, int(limit.requirement.operator in ("<=", "<"))
+        metric, sign = limit.requirement.metric, int(limit.requirement.is_upper)
         if may_wait(limit.measure.terms) and not is_better_shorter(self.evaluator.space, metric, sign):
             self.is_upward = False
         return self._guarded(partial(add_limit, self.board, self.rates, limit))

@@ -20,7 +20,7 @@ from dse.fitting.judging import (
     spread_remarks,
 )
 from dse.fitting.lines import (
-    Line,
+    LinearModel,
     Method,
     Points,
     below_upper,
@@ -31,7 +31,7 @@ from dse.fitting.lines import (
     quantile_parts,
     squares_parts,
 )
-from dse.fitting.measurements import Group, Measurements, Summary, read_measurements
+from dse.fitting.measurements import MeasuredGroup, Measurements, Summary, read_measurements
 from dse.support.errors import Diagnostic, ProblemError, UsageError
 from dse.support.timelimit import in_time
 from dse.support.units import format_duration
@@ -50,7 +50,7 @@ Sizes = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Options:
+class FitOptions:
     """How measurements become figures; see `fit_measurements`."""
 
     method: Method = "ols"
@@ -65,7 +65,7 @@ class Options:
     platforms: Mapping[str, str] = field(default_factory=dict)
 
 
-def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
+def fit_measurements(paths: Sequence[Path], options: FitOptions) -> Fit:
     """Read files of measurements and make figures of them.
 
     Parameters
@@ -113,10 +113,10 @@ def fit_measurements(paths: Sequence[Path], options: Options) -> Fit:
 
 
 def _transports(
-    measured: Measurements, summaries: Sequence[Summary], options: Options, is_round_trip: bool
+    measured: Measurements, summaries: Sequence[Summary], options: FitOptions, is_round_trip: bool
 ) -> list[Transport]:
     name = options.name or Path(measured.files[0]).stem
-    groups: dict[Group, list[Summary]] = {}
+    groups: dict[MeasuredGroup, list[Summary]] = {}
     for item in summaries:
         groups.setdefault(item.group, []).append(item)
     return [
@@ -130,7 +130,7 @@ def _size(item: Summary) -> int:
 
 
 def _transport(
-    group: Group, name: str, summaries: Sequence[Summary], options: Options, is_round_trip: bool
+    group: MeasuredGroup, name: str, summaries: Sequence[Summary], options: FitOptions, is_round_trip: bool
 ) -> Transport:
     used = [item for item in summaries if _is_used(item.size_bytes or 0, options)]
     if len(used) < 2:
@@ -165,7 +165,7 @@ def _transport(
     )
 
 
-def _is_used(size: int, options: Options) -> bool:
+def _is_used(size: int, options: FitOptions) -> bool:
     inside = options.sizes is None or options.sizes[0] <= size <= options.sizes[1]
     return inside and not any(low <= size <= high for low, high in options.without)
 
@@ -174,7 +174,7 @@ def _points(summaries: Sequence[Summary], *, upper: bool) -> Points:
     return [(item.size_bytes or 0, item.max_ns if upper else item.min_ns) for item in summaries]
 
 
-def _lines(used: Sequence[Summary], options: Options) -> tuple[Line, Line, list[Remark]]:
+def _lines(used: Sequence[Summary], options: FitOptions) -> tuple[LinearModel, LinearModel, list[Remark]]:
     """Both lines, the lower one with no part above that of the upper, and a remark where that changed it."""
     lows, highs = _points(used, upper=False), _points(used, upper=True)
     if options.method == "ols":
@@ -211,7 +211,7 @@ def _general(used: Sequence[Summary], is_round_trip: bool) -> list[Remark]:
     return found
 
 
-def _line_remarks(which: str, points: Points, line: Line, options: Options) -> list[Remark]:
+def _line_remarks(which: str, points: Points, line: LinearModel, options: FitOptions) -> list[Remark]:
     found = []
     upper = which == "upper"
     if line.free is not None:
@@ -236,7 +236,7 @@ def _line_remarks(which: str, points: Points, line: Line, options: Options) -> l
     return found
 
 
-def _poor(which: str, points: Points, line: Line) -> list[Remark]:
+def _poor(which: str, points: Points, line: LinearModel) -> list[Remark]:
     off, size = max((abs(time - line.at(size)) / time if time else Fraction(0), size) for size, time in points)
     if off <= OFF:
         return []
@@ -244,7 +244,7 @@ def _poor(which: str, points: Points, line: Line) -> list[Remark]:
     return [Remark("poor fit", text)]
 
 
-def _figures(low: Line, high: Line) -> list[tuple[Fraction, Fraction]]:
+def _figures(low: LinearModel, high: LinearModel) -> list[tuple[Fraction, Fraction]]:
     """The ranges of the fixed part and of the time per byte, rounded outwards."""
     ends = (low.fixed_ns, high.fixed_ns), (low.per_byte_ns, high.per_byte_ns)
     return [(outwards(least, Rounding.DOWN), outwards(most, Rounding.UP)) for least, most in ends]
@@ -262,7 +262,7 @@ def outwards(value: Fraction, rounding: Rounding) -> Fraction:
     return round_to_int(value / step, rounding) * step
 
 
-def _execution(item: Summary, options: Options) -> Execution:
+def _execution(item: Summary, options: FitOptions) -> Execution:
     name = "_".join(part for part in (item.group.component, item.group.thread) if part)
     remarks = []
     if item.is_single:

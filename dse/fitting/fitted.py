@@ -14,7 +14,7 @@ from dse.answers.tables.display import exact
 from dse.answers.tables.frames import unit_frame
 from dse.fitting.extremes import Tail
 from dse.fitting.judging import Goodness, Remark
-from dse.fitting.lines import Line, Method
+from dse.fitting.lines import LinearModel, Method
 from dse.fitting.measurements import Summary
 from dse.spec.loading.writing import block_text
 from dse.support.json_fields import Json, Of
@@ -38,7 +38,7 @@ class FittedLine:
         *("fit.r_squared", "fit.rms_ns", "fit.beyond", "fit.most_beyond_ns", "fit.at_bytes"),
     )
 
-    line: Line
+    line: LinearModel
     fit: Goodness
 
 
@@ -59,8 +59,8 @@ class Transport:
     platform: Annotated[str, "The processor type; empty where the files do not say it."]
     summaries: Annotated[tuple[Summary, ...], "What was fitted, by size.", Json("sizes")]
     left_out: Annotated[tuple[int, ...], "Sizes that were not used."]
-    low: Line
-    high: Line
+    low: LinearModel
+    high: LinearModel
     low_fit: Goodness
     high_fit: Goodness
     fixed_ns: Annotated[

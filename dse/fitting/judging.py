@@ -10,7 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
-from dse.fitting.lines import Floats, Line, Points
+from dse.fitting.lines import Floats, LinearModel, Points
 from dse.fitting.measurements import Summary
 from dse.support.json_fields import Json
 from dse.support.timelimit import in_time
@@ -57,7 +57,7 @@ class Goodness:
     at_bytes: Annotated[int | None, "At which size that is; null where nothing lies beyond."]
 
 
-def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
+def goodness(points: Points, line: LinearModel, *, upper: bool) -> Goodness:
     """How well a line fits points."""
     residuals = [time - line.at(size) for size, time in points]
     mean = sum((time for _, time in points), Fraction(0)) / len(points)
@@ -74,7 +74,7 @@ def goodness(points: Points, line: Line, *, upper: bool) -> Goodness:
     )
 
 
-def bend(points: Points, line: Line) -> int | None:
+def bend(points: Points, line: LinearModel) -> int | None:
     """The size at which a line with one bend fits much better than a straight one; None where none does.
 
     Much better: significantly (F test of two parameters, one per cent) with a quarter of the squared residuals, and

@@ -26,7 +26,7 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Line:
+class LinearModel:
     """``fixed_ns + per_byte_ns * size``; `free` is the line that the method gives where parts may be negative."""
 
     fixed_ns: Annotated[Fraction, "The time of an empty message."]
@@ -38,15 +38,15 @@ class Line:
         return self.fixed_ns + self.per_byte_ns * size_bytes
 
 
-def least_squares(points: Points) -> Line:
+def least_squares(points: Points) -> LinearModel:
     """The line with the least sum of squared differences, exactly; each size counts alike.
 
     Where one part were negative it is 0, and the other is the best under that (the sum is convex).
 
     >>> least_squares([(0, Fraction(1)), (1, Fraction(2)), (2, Fraction(6))])
-    Line(fixed_ns=Fraction(1, 2), per_byte_ns=Fraction(5, 2), free=None)
+    LinearModel(fixed_ns=Fraction(1, 2), per_byte_ns=Fraction(5, 2), free=None)
     >>> least_squares([(1, Fraction(0)), (2, Fraction(6))])
-    Line(fixed_ns=Fraction(0, 1), per_byte_ns=Fraction(12, 5), free=(Fraction(-6, 1), Fraction(6, 1)))
+    LinearModel(fixed_ns=Fraction(0, 1), per_byte_ns=Fraction(12, 5), free=(Fraction(-6, 1), Fraction(6, 1)))
     """
     count = len(points)
     sizes, times = sum(size for size, _ in points), sum((time for _, time in points), Fraction(0))
@@ -55,20 +55,20 @@ def least_squares(points: Points) -> Line:
     slope = (count * products - sizes * times) / (count * squares - sizes * sizes)
     fixed = (times - slope * sizes) / count
     if slope < 0:
-        return Line(times / count, Fraction(0), (fixed, slope))
+        return LinearModel(times / count, Fraction(0), (fixed, slope))
     if fixed < 0:
-        return Line(Fraction(0), products / squares, (fixed, slope))
-    return Line(fixed, slope)
+        return LinearModel(Fraction(0), products / squares, (fixed, slope))
+    return LinearModel(fixed, slope)
 
 
-def envelope(points: Points, *, upper: bool) -> Line:
+def envelope(points: Points, *, upper: bool) -> LinearModel:
     """The closest line that no point lies beyond: above (`upper`) or below.
 
     The closest is the one with the least sum of distances at the measured sizes, each counting alike. That sum is
     ``n * line(mean size)`` less a constant, so the line is the edge of the convex hull that lies over the mean size.
 
     >>> envelope([(0, Fraction(2)), (10, Fraction(1)), (20, Fraction(5))], upper=True)
-    Line(fixed_ns=Fraction(2, 1), per_byte_ns=Fraction(3, 20), free=None)
+    LinearModel(fixed_ns=Fraction(2, 1), per_byte_ns=Fraction(3, 20), free=None)
     """
     sign = 1 if upper else -1
     hull: list[tuple[int, Fraction]] = []
@@ -82,17 +82,17 @@ def envelope(points: Points, *, upper: bool) -> Line:
     fixed = left[1] - slope * left[0]
     extreme = max if upper else min
     if slope < 0:
-        return Line(extreme(time for _, time in points), Fraction(0), (fixed, slope))
+        return LinearModel(extreme(time for _, time in points), Fraction(0), (fixed, slope))
     if fixed < 0:
-        return Line(Fraction(0), extreme(time / size for size, time in points if size), (fixed, slope))
-    return Line(fixed, slope)
+        return LinearModel(Fraction(0), extreme(time / size for size, time in points if size), (fixed, slope))
+    return LinearModel(fixed, slope)
 
 
 Part: TypeAlias = Callable[[Fraction], Fraction]
 """The best of one part of a line where the other is given."""
 
 
-def below_upper(low: Line, high: Line, best_fixed: Part, best_slope: Part) -> Line:
+def below_upper(low: LinearModel, high: LinearModel, best_fixed: Part, best_slope: Part) -> LinearModel:
     """The lower line with no part above that of the upper one: the part that is is the same, the other the best then.
 
     Parameters
@@ -104,10 +104,10 @@ def below_upper(low: Line, high: Line, best_fixed: Part, best_slope: Part) -> Li
     """
     found = low
     if found.per_byte_ns > high.per_byte_ns:
-        found = Line(best_fixed(high.per_byte_ns), high.per_byte_ns)
+        found = LinearModel(best_fixed(high.per_byte_ns), high.per_byte_ns)
     if not 0 <= found.fixed_ns <= high.fixed_ns:
         fixed = min(max(found.fixed_ns, Fraction(0)), high.fixed_ns)
-        found = Line(fixed, min(max(best_slope(fixed), Fraction(0)), high.per_byte_ns))
+        found = LinearModel(fixed, min(max(best_slope(fixed), Fraction(0)), high.per_byte_ns))
     return found
 
 
@@ -149,7 +149,7 @@ def _turn(one: tuple[int, Fraction], two: tuple[int, Fraction], three: tuple[int
     return (two[0] - one[0]) * (three[1] - one[1]) - (two[1] - one[1]) * (three[0] - one[0])
 
 
-def quantile_line(samples: Iterable[tuple[int, Floats]], share: Fraction) -> Line:
+def quantile_line(samples: Iterable[tuple[int, Floats]], share: Fraction) -> LinearModel:
     """The line with a share of the samples below it: that with the least sum of tilted distances.
 
     Koenker and Bassett, Regression quantiles, Econometrica 46 (1978): a linear program, solved here as its dual, whose
@@ -176,7 +176,7 @@ def quantile_line(samples: Iterable[tuple[int, Floats]], share: Fraction) -> Lin
     look_at_the_clock()
     assert solved.status == 0, solved.message  # always feasible (all zero) and bounded
     fixed, slope = (max(0.0, -float(value)) for value in solved.ineqlin.marginals)
-    return Line(Fraction(fixed * scale_time), Fraction(slope * scale_time / scale_size))
+    return LinearModel(Fraction(fixed * scale_time), Fraction(slope * scale_time / scale_size))
 
 
 def _weighted(samples: Iterable[tuple[int, Floats]]) -> tuple[Floats, Floats, Floats]:

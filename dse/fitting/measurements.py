@@ -28,7 +28,7 @@ MOST_MISTAKES = 20
 _PLAIN = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+([eE][+-]?[0-9]{1,2})?")
 
 
-class Group(NamedTuple):
+class MeasuredGroup(NamedTuple):
     """What was measured together: a transport, a platform, a component, a thread; "" where the file does not say."""
 
     transport: str = ""
@@ -43,7 +43,7 @@ class Summary:
 
     JSON_NAME = "Measured"
 
-    group: Group
+    group: MeasuredGroup
     size_bytes: Annotated[int | None, "The size of the messages; null for execution times."]
     min_ns: Annotated[Fraction, "The least sample."]
     max_ns: Annotated[Fraction, "The greatest sample."]
@@ -113,7 +113,7 @@ def read_measurements(
     UsageError
         when a column, a unit or a platform is named that there is not.
     """
-    readers = [_Reader(path, columns or {}, units or {}, platforms or {}) for path in paths]
+    readers = [_SampleReader(path, columns or {}, units or {}, platforms or {}) for path in paths]
     _check_units(units or {}, [column for reader in readers for column in reader.columns.values()])
     mistakes = [mistake for reader in readers for mistake in reader.mistakes]
     if mistakes:
@@ -123,7 +123,7 @@ def read_measurements(
         if name not in named:
             there = f"platforms: {', '.join(dict.fromkeys(named))}" if named else "no column names platforms"
             raise UsageError(f"--platform {name}={kind}: no row is of the platform {name!r} ({there})")
-    summaries: dict[tuple[Group, int | None], Summary] = {}
+    summaries: dict[tuple[MeasuredGroup, int | None], Summary] = {}
     for reader in readers:
         for item in reader.summaries():
             key = (item.group, item.size_bytes)
@@ -159,7 +159,7 @@ def _words(item: Summary) -> str:
     return " of ".join(part for part in (size, names) if part) or "the same"
 
 
-class _Reader:
+class _SampleReader:
     """Reads one file; collects its mistakes."""
 
     def __init__(
@@ -170,8 +170,8 @@ class _Reader:
         self.columns: dict[str, Column] = {}
         self.unused: list[str] = []
         self.rows: list[tuple[Summary, int]] = []
-        self.samples: dict[tuple[Group, int | None], list[Fraction | float]] = {}
-        self.extremes: dict[tuple[Group, int | None], tuple[Fraction, Fraction, int]] = {}
+        self.samples: dict[tuple[MeasuredGroup, int | None], list[Fraction | float]] = {}
+        self.extremes: dict[tuple[MeasuredGroup, int | None], tuple[Fraction, Fraction, int]] = {}
         self.known: dict[tuple[str, str], Fraction] = {}
         self.named: dict[str, None] = {}
         text = self._text(path)
@@ -241,7 +241,7 @@ class _Reader:
 
     def _row(self, cells: Sequence[str]) -> None:
         before = len(self.mistakes)
-        group = Group(**{role: self._name(cells, role) for role in Group._fields})
+        group = MeasuredGroup(**{role: self._name(cells, role) for role in MeasuredGroup._fields})
         size = self._figure(cells, "size")
         size_bytes = None if size is None else ceil(size)
         times = {role: self._figure(cells, role) for role in TIMES if role in self.columns}
@@ -372,4 +372,4 @@ def joined_rows(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
         yield start, "\n".join(waiting)
 
 
-__all__ = ["NAMES", "Group", "Measurements", "Summary", "read_measurements"]
+__all__ = ["NAMES", "MeasuredGroup", "Measurements", "Summary", "read_measurements"]

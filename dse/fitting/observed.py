@@ -127,7 +127,7 @@ def read_observed(paths: Sequence[Path]) -> tuple[list[Observed], list[str]]:
     unused: dict[str, None] = {}
     mistakes: list[Diagnostic] = []
     for path in paths:
-        reader = _Reader(str(path), found)
+        reader = _ObservedReader(str(path), found)
         reader.read(path)
         mistakes += reader.mistakes
         unused |= dict.fromkeys(reader.unused)
@@ -144,7 +144,7 @@ class _Column:
     unit: str = ""
 
 
-class _Reader:
+class _ObservedReader:
     """Reads one file into what was found so far."""
 
     def __init__(self, file: str, found: dict[tuple[str, str], Observed]) -> None:

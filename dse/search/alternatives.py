@@ -20,7 +20,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
 from dse.search.referee import accepted
 from dse.search.regions import Bound
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.search.workers import heard
 from dse.space.model.space import Design
@@ -48,7 +48,7 @@ class Finder:
         self.seed = seed
         self.deadline = deadline
         self.stopped = False
-        self._running: Solver | None = None
+        self._running: Strategy | None = None
 
     def stop(self) -> None:
         """End the running question soon; it and all that follow answer that they were stopped."""
@@ -81,19 +81,19 @@ class Finder:
         encoded = self.encoded.copy()
         upper = self._upper(objectives, within)
         lower = upper if not within else (0,) * len(upper)
-        self._running = solver = Solver(encoded, seed=self.seed, deadline=self.deadline)
+        self._running = strategy = Strategy(encoded, seed=self.seed, deadline=self.deadline)
         if self.stopped:
-            solver.stop()
+            strategy.stop()
         for known in (design, *besides):
-            solver.exclude(known)
+            strategy.exclude(known)
         spread = _Spread(encoded, [design])
         found: list[tuple[Design, tuple[int, ...]]] = []
         while True:
-            solver.set_box(lower, upper)
+            strategy.set_box(lower, upper)
             encoded.model.clear_objective()
             encoded.model.maximize(spread.goal())
             try:
-                answer = heard(solver, self._weighed(solver))
+                answer = heard(strategy, self._weighed(strategy))
             except OutOfTime:
                 answer = Unfinished()
             if isinstance(answer, NoSuchDesign):
@@ -101,7 +101,7 @@ class Finder:
             if not isinstance(answer, Found):
                 return Neighbourhood(tuple(found), more=None)
             evaluation = accepted(self.evaluator, answer.design)
-            solver.exclude(answer.design)
+            strategy.exclude(answer.design)
             if evaluation is None:
                 continue
             if not self._is_near(evaluation.objectives, objectives, within):
@@ -111,11 +111,11 @@ class Finder:
             found.append((evaluation.design, evaluation.objectives))
             spread.add(evaluation.design)
 
-    def _weighed(self, solver: Solver) -> Callable[[], Answer]:
+    def _weighed(self, strategy: Strategy) -> Callable[[], Answer]:
         """A question that finds, with a design, all its figures, for as long as there is time."""
 
         def ask() -> Answer:
-            answer = solver.ask()
+            answer = strategy.ask()
             if isinstance(answer, Found):
                 self.evaluator.weigh(answer.design)
             return answer

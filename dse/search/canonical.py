@@ -16,8 +16,8 @@ from ortools.sat.python import cp_model
 
 from dse.encode.linear import EXACT_LIMIT, set_domain
 from dse.search.regions import Bound
-from dse.search.solver.settings import BRIEF, Settings, ways_to_any
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import BRIEF, SolverSettings, ways_to_any
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.space.model.space import Design
 
@@ -26,28 +26,28 @@ from dse.space.model.space import Design
 class InOrder:
     """How depth-first searches in the order of the file went, from point to point, each with its settings."""
 
-    missed: Counter[Settings] = field(default_factory=Counter)  # how often in a row
-    found: Counter[Settings] = field(default_factory=Counter)
-    spent: dict[Settings, float] = field(default_factory=dict)  # work, in vain or not
+    missed: Counter[SolverSettings] = field(default_factory=Counter)  # how often in a row
+    found: Counter[SolverSettings] = field(default_factory=Counter)
+    spent: dict[SolverSettings, float] = field(default_factory=dict)  # work, in vain or not
 
     def elsewhere(self) -> InOrder:
         """What this says of points that are not near: what designs cost, and which relaxations are in vain."""
         missed = Counter({settings: times for settings, times in self.missed.items() if settings.linearization_level})
         return InOrder(missed, self.found.copy(), self.spent.copy())
 
-    def first(self, solver: Solver, *, to_the_end: bool) -> Answer:
+    def first(self, strategy: Strategy, *, to_the_end: bool) -> Answer:
         """The first solution in the order of the model's decision strategy; unfinished when that takes too long.
 
         The strategy is followed strictly (fixed search), linear relaxation only refutes branches; `to_the_end` tries
         longer. The settings with which a design has cost least come first; those that missed too often in a row are not
         tried any more.
         """
-        attempts = list(solver.tuning.first_designs.ways_to_the_end) if to_the_end else self._promising(solver)
-        solver.calls += bool(attempts)
+        attempts = list(strategy.tuning.first_designs.ways_to_the_end) if to_the_end else self._promising(strategy)
+        strategy.calls += bool(attempts)
         for settings, work in attempts:
-            before = solver.work
-            answer = solver.run(settings, work)
-            self.spent[settings] = self.spent.get(settings, 0.0) + solver.work - before
+            before = strategy.work
+            answer = strategy.run(settings, work)
+            self.spent[settings] = self.spent.get(settings, 0.0) + strategy.work - before
             if not isinstance(answer, Unfinished):
                 self.found[settings] += 1
                 self.missed[settings] = 0
@@ -55,10 +55,10 @@ class InOrder:
             self.missed[settings] += 1
         return Unfinished()
 
-    def _promising(self, solver: Solver) -> list[tuple[Settings, float]]:
+    def _promising(self, strategy: Strategy) -> list[tuple[SolverSettings, float]]:
         """Settings and work of the attempts that are worth it."""
-        tuning = solver.tuning.first_designs
-        is_large = len(solver.encoded.model.proto.variables) > tuning.few_variables
+        tuning = strategy.tuning.first_designs
+        is_large = len(strategy.encoded.model.proto.variables) > tuning.few_variables
         attempts = [
             (settings, work)
             for settings, work, most_missed in tuning.ways
@@ -66,14 +66,14 @@ class InOrder:
         ]
         return sorted(attempts, key=self._price)
 
-    def _price(self, attempt: tuple[Settings, float]) -> float:
+    def _price(self, attempt: tuple[SolverSettings, float]) -> float:
         """The work that a design has taken with some settings, as if they had found one for all their work before."""
         settings, work = attempt
         return (self.spent.get(settings, 0.0) + work) / (self.found[settings] + 1)
 
 
 def canonical_design(
-    solver: Solver, known: Found, near: Design | None, order: InOrder, *, strictly: bool = False
+    strategy: Strategy, known: Found, near: Design | None, order: InOrder, *, strictly: bool = False
 ) -> tuple[Design, bool] | None:
     """A design with the point of a known one, and whether it is the first of them; None when stopped.
 
@@ -83,133 +83,133 @@ def canonical_design(
     the lexicographically smallest, inactive before every option, however long it takes; for models that the search has
     changed.
     """
-    first = solver.parts.first(known.point)
+    first = strategy.parts.first(known.point)
     if first is not None:
         return first, True
-    contention = solver.encoded.contention
+    contention = strategy.encoded.contention
     if contention is None:
-        return _canonical(solver, known, near, order, strictly=strictly)
+        return _canonical(strategy, known, near, order, strictly=strictly)
     contention.seek_first(patient=strictly)
     try:
-        found = _canonical(solver, known, near, order, strictly=strictly)
+        found = _canonical(strategy, known, near, order, strictly=strictly)
         return None if found is None else (found[0], found[1] and contention.is_first)
     finally:
         contention.seek_any()
 
 
 def _canonical(
-    solver: Solver, known: Found, near: Design | None, order: InOrder, *, strictly: bool
+    strategy: Strategy, known: Found, near: Design | None, order: InOrder, *, strictly: bool
 ) -> tuple[Design, bool] | None:
-    model = solver.encoded.model
-    solver.set_point(known.point)
+    model = strategy.encoded.model
+    strategy.set_point(known.point)
     model.clear_objective()
     model.clear_hints()
-    answer = order.first(solver, to_the_end=strictly)
+    answer = order.first(strategy, to_the_end=strictly)
     if isinstance(answer, Found):
         return answer.design, True
     if strictly:
-        by_digits = _by_digits(solver, known)
+        by_digits = _by_digits(strategy, known)
         return None if by_digits is None else (by_digits, True)
-    if solver.encoded.contention is not None:
-        solver.encoded.contention.seek_any()
-    solver.hint(near)
-    answer = any_solution(solver, known.point)
+    if strategy.encoded.contention is not None:
+        strategy.encoded.contention.seek_any()
+    strategy.hint(near)
+    answer = any_solution(strategy, known.point)
     return (answer.design, False) if isinstance(answer, Found) else None
 
 
-def any_solution(solver: Solver, point: Bound) -> Answer:
-    """A solution with the point that `Solver.set_point` fixed, the same one whatever was asked before.
+def any_solution(strategy: Strategy, point: Bound) -> Answer:
+    """A solution with the point that `Call.set_point` fixed, the same one whatever was asked before.
 
     What is hard as a whole is asked part by part, in their order; those proved not to have it are left out.
     """
-    solver.calls += 1
-    answer = solver.run(*BRIEF)
+    strategy.calls += 1
+    answer = strategy.run(*BRIEF)
     if not isinstance(answer, Unfinished):
         return answer
-    attempts = ways_to_any(waits=solver.encoded.is_loose, shares=solver.encoded.contention is not None)
+    attempts = ways_to_any(waits=strategy.encoded.is_loose, shares=strategy.encoded.contention is not None)
     region = tuple(value + 1 for value in point)
-    for part in solver.parts.all:
+    for part in strategy.parts.all:
         if part.open([region]):
-            for attempt in attempts if len(solver.parts) > 1 else attempts[1:]:
-                answer = solver.run_within(part, *attempt)
-                if isinstance(answer, Found) or solver.out_of_time():
+            for attempt in attempts if len(strategy.parts) > 1 else attempts[1:]:
+                answer = strategy.run_within(part, *attempt)
+                if isinstance(answer, Found) or strategy.out_of_time():
                     return answer
                 if isinstance(answer, NoSuchDesign):
                     break
     return NoSuchDesign()
 
 
-def _by_digits(solver: Solver, known: Found) -> Design | None:
+def _by_digits(strategy: Strategy, known: Found) -> Design | None:
     """The same where the depth-first search is hopeless: options minimised as the digits of numbers.
 
     Several decisions go to a call as far as the number stays exact.
     """
-    encoded, model = solver.encoded, solver.encoded.model
+    encoded, model = strategy.encoded, strategy.encoded.model
     restore: list[int] = []
     design = known.design
     try:
-        for digits in _chunks(solver):
-            solver.set_point(known.point)
+        for digits in _chunks(strategy):
+            strategy.set_point(known.point)
             model.clear_objective()
-            model.minimize(sum(_digit(solver, index) * weight for index, weight in digits))
-            solver.hint(design)
-            answer = solver.ask()
+            model.minimize(sum(_digit(strategy, index) * weight for index, weight in digits))
+            strategy.hint(design)
+            answer = strategy.ask()
             if not isinstance(answer, Found):
                 return None
             design = answer.design
-            restore += _fix(solver, design, [index for index, _ in digits])
+            restore += _fix(strategy, design, [index for index, _ in digits])
     finally:
         for variable in restore:
             set_domain(encoded.model.proto.variables[variable], 0, 1)
     return design
 
 
-def _open(solver: Solver) -> list[int]:
-    return [index for index, literals in enumerate(solver.encoded.options) if len(literals) > 1]
+def _open(strategy: Strategy) -> list[int]:
+    return [index for index, literals in enumerate(strategy.encoded.options) if len(literals) > 1]
 
 
-def _base(solver: Solver, index: int) -> int:
-    return len(solver.encoded.options[index]) + (solver.encoded.inactive[index] is not None)
+def _base(strategy: Strategy, index: int) -> int:
+    return len(strategy.encoded.options[index]) + (strategy.encoded.inactive[index] is not None)
 
 
-def _chunks(solver: Solver) -> list[list[tuple[int, int]]]:
+def _chunks(strategy: Strategy) -> list[list[tuple[int, int]]]:
     """The open decisions in order, cut into groups whose digits make an exact number; with their place values."""
     groups: list[list[int]] = [[]]
     size = 1
-    for index in _open(solver):
-        if size * _base(solver, index) >= EXACT_LIMIT >> 4:
+    for index in _open(strategy):
+        if size * _base(strategy, index) >= EXACT_LIMIT >> 4:
             groups.append([])
             size = 1
         groups[-1].append(index)
-        size *= _base(solver, index)
+        size *= _base(strategy, index)
     chunks = []
     for group in groups:
         weight, digits = 1, []
         for index in reversed(group):
             digits.append((index, weight))
-            weight *= _base(solver, index)
+            weight *= _base(strategy, index)
         if digits:
             chunks.append(digits[::-1])
     return chunks
 
 
-def _digit(solver: Solver, index: int) -> Any:
+def _digit(strategy: Strategy, index: int) -> Any:
     """The option's number as an expression: 0 for inactive where that is possible."""
-    literals = solver.encoded.options[index]
-    shift = solver.encoded.inactive[index] is not None
+    literals = strategy.encoded.options[index]
+    shift = strategy.encoded.inactive[index] is not None
     return cp_model.LinearExpr.weighted_sum(list(literals), [number + shift for number in range(len(literals))])
 
 
-def _fix(solver: Solver, design: Design, indices: list[int]) -> list[int]:
+def _fix(strategy: Strategy, design: Design, indices: list[int]) -> list[int]:
     """Fix decisions at the design's options; returns the variables to set free again."""
     fixed = []
     for index in indices:
-        inactive = solver.encoded.inactive[index]
-        pairs = [(literal, number == design[index]) for number, literal in enumerate(solver.encoded.options[index])]
+        inactive = strategy.encoded.inactive[index]
+        pairs = [(literal, number == design[index]) for number, literal in enumerate(strategy.encoded.options[index])]
         if inactive is not None:
             pairs.append((inactive, design[index] < 0))
         for literal, value in pairs:
-            variable = solver.encoded.model.proto.variables[literal.index]
+            variable = strategy.encoded.model.proto.variables[literal.index]
             if list(variable.domain) == [0, 1]:
                 set_domain(variable, int(value), int(value))
                 fixed.append(literal.index)

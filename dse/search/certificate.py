@@ -14,7 +14,7 @@ ANYTHING = 2**62
 
 
 @dataclass(frozen=True)
-class Frame:
+class ObjectiveScale:
     """How a search counts: each objective in steps above an offset; `everywhere` is the bound of all, in steps."""
 
     everywhere: Bound
@@ -47,7 +47,7 @@ class Frame:
         A bound is rounded up to the next value that there is here: the region holds the same designs as before. One
         that is below all values leaves nothing of its region.
 
-        >>> Frame((3, 6), (10, 0), (5, 1)).held([(12, 99), (10, 4), (15, 3)])
+        >>> ObjectiveScale((3, 6), (10, 0), (5, 1)).held([(12, 99), (10, 4), (15, 3)])
         [(1, 6)]
         """
         found: list[Bound] = []
@@ -78,7 +78,7 @@ class FrontSearch:
     floors: tuple[Bound, ...] = ()
     not_first: frozenset[tuple[int, ...]] = frozenset()
     interrupted: bool = False
-    frame: Frame | None = None
+    frame: ObjectiveScale | None = None
 
     @property
     def is_complete(self) -> bool:

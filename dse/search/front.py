@@ -19,7 +19,7 @@ from dse.analysis.validity import canonical
 from dse.encode.model import EncodedSpace, encode
 from dse.search import tuning as tuned
 from dse.search.canonical import InOrder, canonical_design
-from dse.search.certificate import ANYTHING, Frame, FrontSearch
+from dse.search.certificate import ANYTHING, FrontSearch, ObjectiveScale
 from dse.search.lexicographic import claimed_by, counted, minimise_in, signed
 from dse.search.referee import accepted, checked, confirmed, may_refuse
 from dse.search.regions import (
@@ -32,10 +32,10 @@ from dse.search.regions import (
     strictly_inside,
 )
 from dse.search.solver.bounding import waiting_axes
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.search.tuning import Tuning
-from dse.search.workers import Pace, SolverPool, stop_on_interrupt
+from dse.search.workers import Pace, StrategyPool, stop_on_interrupt
 from dse.space.model.space import Design
 from dse.support.timelimit import NEVER, OutOfTime, TimeLimit, until
 
@@ -89,7 +89,7 @@ class _State:
     regions: SearchRegions
     started: float
     limit: TimeLimit
-    pool: SolverPool[Question, Answer] = field(default_factory=SolverPool)
+    pool: StrategyPool[Question, Answer] = field(default_factory=StrategyPool)
     designs: dict[Bound, Design] = field(default_factory=dict)
     first: set[Bound] = field(default_factory=set)
     bare: dict[Design, Design] = field(default_factory=dict)
@@ -133,10 +133,10 @@ class _State:
         return Progress(len(self.designs), len(self.regions.open), self.calls_before + self.pool.calls, elapsed)
 
     @cached_property
-    def frame(self) -> Frame:
+    def frame(self) -> ObjectiveScale:
         """How the search counts."""
         objectives = self.encoded.objectives
-        return Frame(
+        return ObjectiveScale(
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
         )
 
@@ -149,7 +149,7 @@ class _State:
         """A design that meets what is required, while nothing better is known."""
         known = [
             self.incumbent,
-            *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.solvers)),
+            *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.strategies)),
         ]
         return next((found for found in known if found is not None), None)
 
@@ -231,7 +231,7 @@ def search_front(
             state.start_from(start)
     if earlier is not None:
         _restore(state, earlier)
-    state.pool.solvers.append(Solver(encoded, seed=budget.seed, deadline=budget.limit.deadline, tuning=tuning))
+    state.pool.strategies.append(Strategy(encoded, seed=budget.seed, deadline=budget.limit.deadline, tuning=tuning))
     keep = _keeping(state, watch)
     with stop_on_interrupt(state.interrupt):
         _explore(state, budget, watch, keep)
@@ -257,13 +257,13 @@ def _explore(state: _State, budget: SearchLimits, watch: Watch, keep: Callable[[
     pool, search = state.pool, state.regions
     while search.open and not pool.stopped:
         now = time.monotonic()
-        if len(pool.solvers) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
-            pool.solvers += [_another(pool.solvers[0]) for _ in range(budget.workers - 1)]  # while it is idle
-        for solver in pool.idle:
-            question = search.next_question(list(pool.busy.values()), solver.most_regions, state.waiting_axes)
+        if len(pool.strategies) == 1 < budget.workers and now - state.started > HELP_AFTER_S:
+            pool.strategies += [_another(pool.strategies[0]) for _ in range(budget.workers - 1)]  # while it is idle
+        for strategy in pool.idle:
+            question = search.next_question(list(pool.busy.values()), strategy.most_regions, state.waiting_axes)
             if question is not None:
-                job = partial(minimise_in, solver, state.evaluator, *question, state.hint)
-                pool.start(solver, question, partial(_in_time, state, solver, job))
+                job = partial(minimise_in, strategy, state.evaluator, *question, state.hint)
+                pool.start(strategy, question, partial(_in_time, state, strategy, job))
         keep()
         question, answer = pool.wait(keep)
         if isinstance(answer, Unfinished):
@@ -277,7 +277,7 @@ def _explore(state: _State, budget: SearchLimits, watch: Watch, keep: Callable[[
         state.take(question, answer)
 
 
-def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer:
+def _in_time(state: _State, strategy: Strategy, job: Callable[[], Answer]) -> Answer:
     """The answer to a question, with all figures of the design where they are slow to find: all before time is up.
 
     Whatever the time ends, what was come across is not lost.
@@ -288,13 +288,17 @@ def _in_time(state: _State, solver: Solver, job: Callable[[], Answer]) -> Answer
             state.evaluator.weigh(answer.design)
         return answer
     except OutOfTime:
-        return Unfinished(best=solver.incumbent)
+        return Unfinished(best=strategy.incumbent)
 
 
-def _another(solver: Solver) -> Solver:
-    """A solver of the same model, as it stands, that shares what is known of its parts."""
-    return Solver(
-        solver.encoded.copy(), seed=solver.seed, deadline=solver.deadline, parts=solver.parts, tuning=solver.tuning
+def _another(strategy: Strategy) -> Strategy:
+    """A strategy for a copy of the model as it stands; both share what is known of the parts of the space."""
+    return Strategy(
+        strategy.encoded.copy(),
+        seed=strategy.seed,
+        deadline=strategy.deadline,
+        parts=strategy.parts,
+        tuning=strategy.tuning,
     )
 
 
@@ -302,22 +306,22 @@ def _make_canonical(state: _State, keep: Callable[[], None]) -> None:
     """Replace each design by the canonical one of its point, unless the search was stopped."""
     if state.regions.open:
         return
-    pool: SolverPool[list[Bound], list[tuple[Design, bool]]] = SolverPool(state.pool.solvers)
+    pool: StrategyPool[list[Bound], list[tuple[Design, bool]]] = StrategyPool(state.pool.strategies)
     limit = state.limit.for_the_last_steps()  # the front is proved; what is left makes the result reproducible
-    for solver in pool.solvers:
-        solver.deadline = limit.deadline
+    for strategy in pool.strategies:
+        strategy.deadline = limit.deadline
     points = sorted(state.designs)
     waiting = [points[start : start + CHAIN] for start in range(0, len(points), CHAIN)][::-1]
     order, is_known = InOrder(), False  # how it goes with the first chain, which the others wait for
     while waiting or pool.busy:
-        for solver in pool.idle:
+        for strategy in pool.idle:
             if waiting and (is_known or not pool.busy):
                 chain = waiting.pop()
                 known = [Found(point, state.designs[point]) for point in chain]
                 if state.untaught is not None:  # what a search has learnt depends on its way
-                    solver.encoded = state.untaught.copy()
+                    strategy.encoded = state.untaught.copy()
                 way = order.elsewhere() if is_known else order
-                pool.start(solver, chain, partial(_canonical_designs, solver, state.evaluator, known, way))
+                pool.start(strategy, chain, partial(_canonical_designs, strategy, state.evaluator, known, way))
         keep()
         chain, designs = pool.wait(keep)
         is_known = True
@@ -328,7 +332,7 @@ def _make_canonical(state: _State, keep: Callable[[], None]) -> None:
 
 
 def _canonical_designs(
-    solver: Solver, evaluator: Evaluator, chain: list[Found], order: InOrder
+    strategy: Strategy, evaluator: Evaluator, chain: list[Found], order: InOrder
 ) -> list[tuple[Design, bool]]:
     """The canonical design of each point, and whether it is the first; each is looked for near the one before.
 
@@ -337,7 +341,7 @@ def _canonical_designs(
     designs: list[tuple[Design, bool]] = []
     for known in chain:
         try:
-            found = _first_accepted(solver, evaluator, known, designs[-1][0] if designs else None, order)
+            found = _first_accepted(strategy, evaluator, known, designs[-1][0] if designs else None, order)
             if evaluator.is_slow:
                 evaluator.weigh(found[0])
         except OutOfTime:
@@ -383,7 +387,7 @@ def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
 
 
 def _first_accepted(
-    solver: Solver, evaluator: Evaluator, known: Found, near: Design | None, order: InOrder
+    strategy: Strategy, evaluator: Evaluator, known: Found, near: Design | None, order: InOrder
 ) -> tuple[Design, bool]:
     """The canonical design of a point among those that exact comparison accepts; the known one when stopped.
 
@@ -392,14 +396,14 @@ def _first_accepted(
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
     is_refereed = may_refuse(evaluator)
-    strictly = _is_strict(evaluator, solver.encoded)
+    strictly = _is_strict(evaluator, strategy.encoded)
     while True:
-        found = canonical_design(solver, known, near, order, strictly=strictly)
+        found = canonical_design(strategy, known, near, order, strictly=strictly)
         if found is None:
             return known.design, False
-        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, solver.encoded, known.point)):
+        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, strategy.encoded, known.point)):
             return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
-        solver.exclude(found[0])
+        strategy.exclude(found[0])
 
 
 # What is known where the time was up before anything was searched: a design to start from, and bounds.

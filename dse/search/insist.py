@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import EncodedSpace, encode
-from dse.search.certificate import Frame, narrowed
+from dse.search.certificate import ObjectiveScale, narrowed
 from dse.search.front import FrontSearch, SearchLimits, search_front
 from dse.space.model.space import INACTIVE, Design
 from dse.support.errors import RefereeError
@@ -31,7 +31,7 @@ class Insistence:
         objectives = self._encoded.objectives
         offsets, steps = (tuple(getattr(item, name) for item in objectives) for name in ("offset", "step"))
         points = {vector: evaluator.evaluate(design).design for vector, design in whole.points.items()}
-        self.whole = replace(whole, points=points, frame=Frame(self._encoded.everywhere, offsets, steps))
+        self.whole = replace(whole, points=points, frame=ObjectiveScale(self._encoded.everywhere, offsets, steps))
 
     def known(self, decision: int, option: int) -> FrontSearch:
         """What of the whole front is the front with an option, and what is left to search.

@@ -13,7 +13,7 @@ from dse.search.regions import (
     capped,
     strictly_inside,
 )
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.space.model.space import Design
 from dse.support.errors import RefereeError
@@ -36,7 +36,7 @@ def claimed_by(evaluator: Evaluator, encoded: EncodedSpace, steps: Bound) -> tup
 
 
 def minimise_in(
-    solver: Solver, evaluator: Evaluator, regions: tuple[Bound, ...], axis: int, hint: Design | None
+    strategy: Strategy, evaluator: Evaluator, regions: tuple[Bound, ...], axis: int, hint: Design | None
 ) -> Answer:
     """The best point in some regions: the least of objective `axis`, then of the sum of the others.
 
@@ -50,38 +50,40 @@ def minimise_in(
     """
     is_refereed = may_refuse(evaluator)
     while True:
-        answer = _lexicographic(solver, regions, axis, hint)
+        answer = _lexicographic(strategy, regions, axis, hint)
         if isinstance(answer, Unfinished) and answer.best is not None and is_refereed:
-            if accepted(evaluator, answer.best.design, claimed_by(evaluator, solver.encoded, answer.best.point)):
+            if accepted(evaluator, answer.best.design, claimed_by(evaluator, strategy.encoded, answer.best.point)):
                 return answer
-            solver.exclude(answer.best.design)
+            strategy.exclude(answer.best.design)
             return Unfinished(answer.bound)
         if not isinstance(answer, Found):
             return answer
         if not any(strictly_inside(answer.point, region) for region in regions):
             raise RefereeError(f"the solver's point {answer.point} is not within {' or '.join(map(str, regions))}")
-        if not is_refereed or accepted(evaluator, answer.design, claimed_by(evaluator, solver.encoded, answer.point)):
+        if not is_refereed or accepted(evaluator, answer.design, claimed_by(evaluator, strategy.encoded, answer.point)):
             return answer
-        solver.exclude(answer.design)
+        strategy.exclude(answer.design)
 
 
-def _lexicographic(solver: Solver, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
+def _lexicographic(strategy: Strategy, regions: tuple[Bound, ...], axis: int, hint: Design | None) -> Answer:
     """One call with a weight that puts `axis` first; where that leaves exact arithmetic two calls, or one an axis."""
     most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
     if not most:
-        return solver.minimise([], regions, hint=hint)
+        return strategy.minimise([], regions, hint=hint)
     others = sum(most) - most[axis]
     weight = others + 1
     if weight * most[axis] + others < EXACT_LIMIT:
-        return solver.minimise([weight if position == axis else 1 for position in range(len(most))], regions, hint=hint)
+        return strategy.minimise(
+            [weight if position == axis else 1 for position in range(len(most))], regions, hint=hint
+        )
     tightened: Sequence[Bound] = regions
     rest = [position for position in range(len(most)) if position != axis]
     for first in (axis, *rest) if others >= EXACT_LIMIT else (axis,):
-        answer = solver.minimise([int(position == first) for position in range(len(most))], tightened, hint=hint)
+        answer = strategy.minimise([int(position == first) for position in range(len(most))], tightened, hint=hint)
         if not isinstance(answer, Found):
             return answer
         least, hint = tuple(value + 1 for value in answer.point), answer.design
         tightened = [capped(region, first, least) for region in tightened]
     if others >= EXACT_LIMIT:
         return answer
-    return solver.minimise([int(position != axis) for position in range(len(most))], tightened, hint=hint)
+    return strategy.minimise([int(position != axis) for position in range(len(most))], tightened, hint=hint)

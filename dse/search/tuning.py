@@ -23,10 +23,10 @@ from dse.search.solver.settings import (
     POOLING,
     RELAXED,
     RELAXED_IN_ORDER,
-    Settings,
+    SolverSettings,
 )
 
-Way: TypeAlias = tuple[Settings, float]
+Way: TypeAlias = tuple[SolverSettings, float]
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,11 @@ class Subspaces:
     """Work at the first question as a whole, before its subspaces are asked."""
     brief: Way = (BARE, 0.05)
     """First attempt at a subspace; what is left needs a linear relaxation."""
-    ways: tuple[Settings, ...] = (CUTTING, RELAXED, BARE)
+    ways: tuple[SolverSettings, ...] = (CUTTING, RELAXED, BARE)
     """Settings of the further attempts, in turn."""
-    sharing_ways: tuple[Settings, ...] = (CUTTING, LOWEST, RELAXED)
+    sharing_ways: tuple[SolverSettings, ...] = (CUTTING, LOWEST, RELAXED)
     """Settings of the further attempts where threads share cores."""
-    full_ways: tuple[Settings, ...] = (POOLING, OPTIONS_FIRST)
+    full_ways: tuple[SolverSettings, ...] = (POOLING, OPTIONS_FIRST)
     """Settings where the model has rows of full cores, whose bounds are good, and designs are missing."""
     work: float = 1.5
     """Work of each attempt in the first round; twice as much in each further one."""
@@ -234,7 +234,7 @@ class FirstDesigns:
     No switch: which design stands for a point depends on it.
     """
 
-    ways: tuple[tuple[Settings, float, int], ...] = (
+    ways: tuple[tuple[SolverSettings, float, int], ...] = (
         (BARE_IN_ORDER, 0.01, 2),
         (RELAXED_IN_ORDER, 0.05, 1),
         (CUTTING_IN_ORDER, 0.05, 1),

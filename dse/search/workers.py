@@ -1,4 +1,4 @@
-"""Solvers at work on different regions at the same time, and Ctrl-C that loses nothing."""
+"""Strategies at work on different regions at the same time, and Ctrl-C that loses nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.support.timelimit import until
 
 Tag = TypeVar("Tag")
@@ -22,45 +22,45 @@ END_S = 5.0
 STEP_S = 0.2
 
 
-class SolverPool(Generic[Tag, Outcome]):
-    """Runs one job at a time on each solver, in daemon threads; the main thread waits in short steps.
+class StrategyPool(Generic[Tag, Outcome]):
+    """Runs one job at a time for each strategy, in daemon threads; the main thread waits in short steps.
 
     OR-tools' own signal handler can deadlock, and an interrupted join breaks on Python 3.11: hence the queue.
     """
 
-    def __init__(self, solvers: Sequence[Solver] = ()) -> None:
-        self.solvers = list(solvers)
-        self.busy: dict[Solver, Tag] = {}
+    def __init__(self, strategies: Sequence[Strategy] = ()) -> None:
+        self.strategies = list(strategies)
+        self.busy: dict[Strategy, Tag] = {}
         self._threads: list[threading.Thread] = []
-        self._answers: queue.Queue[tuple[Solver, Outcome | BaseException]] = queue.Queue()
+        self._answers: queue.Queue[tuple[Strategy, Outcome | BaseException]] = queue.Queue()
 
     @property
-    def idle(self) -> Sequence[Solver]:
-        """The solvers without a job."""
-        return [solver for solver in self.solvers if solver not in self.busy]
+    def idle(self) -> Sequence[Strategy]:
+        """The strategies without a job."""
+        return [strategy for strategy in self.strategies if strategy not in self.busy]
 
     @property
     def calls(self) -> int:
-        """How many questions the solvers were asked."""
-        return sum(solver.calls for solver in self.solvers)
+        """How many questions were asked."""
+        return sum(strategy.calls for strategy in self.strategies)
 
     @property
     def stopped(self) -> bool:
         """Whether the pool was told to stop."""
-        return any(solver.stopped for solver in self.solvers)
+        return any(strategy.stopped for strategy in self.strategies)
 
-    def start(self, solver: Solver, tag: Tag, job: Callable[[], Outcome]) -> None:
-        """Begin a job on an idle solver, whose deadline is in force around it."""
+    def start(self, strategy: Strategy, tag: Tag, job: Callable[[], Outcome]) -> None:
+        """Begin a job of an idle strategy, whose deadline is in force around it."""
 
         def work() -> None:
             try:
-                with until(solver.deadline):
+                with until(strategy.deadline):
                     answer = job()
-                self._answers.put((solver, answer))
+                self._answers.put((strategy, answer))
             except BaseException as error:  # noqa: BLE001 (handed to the waiting thread, which raises it)
-                self._answers.put((solver, error))
+                self._answers.put((strategy, error))
 
-        self.busy[solver] = tag
+        self.busy[strategy] = tag
         thread = threading.Thread(target=work, daemon=True)
         self._threads = [*(other for other in self._threads if other.is_alive()), thread]
         thread.start()
@@ -69,13 +69,13 @@ class SolverPool(Generic[Tag, Outcome]):
         """The next finished job; raises what it raised. Now and then `meanwhile` is called until there is one."""
         while True:
             try:
-                solver, answer = self._answers.get(timeout=STEP_S)
+                strategy, answer = self._answers.get(timeout=STEP_S)
             except queue.Empty:
                 if self.stopped:
                     self.stop()  # again, for a call that was about to begin the first time
                 meanwhile()
                 continue
-            tag = self.busy.pop(solver)
+            tag = self.busy.pop(strategy)
             if isinstance(answer, BaseException):
                 self.stop()
                 raise answer
@@ -83,8 +83,8 @@ class SolverPool(Generic[Tag, Outcome]):
 
     def stop(self) -> None:
         """End all running jobs soon; they answer that they are unfinished."""
-        for solver in self.solvers:
-            solver.stop()
+        for strategy in self.strategies:
+            strategy.stop()
 
     def end(self) -> None:
         """Stop, and wait until no job is inside the solver any more: Python, leaving, would end it there by abort."""
@@ -99,11 +99,11 @@ class SolverPool(Generic[Tag, Outcome]):
             yield self.wait()
 
 
-def heard(solver: Solver, question: Callable[[], Outcome]) -> Outcome:
-    """The answer to one question of a solver, in a thread of its own: Ctrl-C is heard at once and ends it."""
-    pool: SolverPool[None, Outcome] = SolverPool([solver])
+def heard(strategy: Strategy, question: Callable[[], Outcome]) -> Outcome:
+    """The answer to one question, in a thread of its own: Ctrl-C is heard at once and ends it."""
+    pool: StrategyPool[None, Outcome] = StrategyPool([strategy])
     try:
-        pool.start(solver, None, question)
+        pool.start(strategy, None, question)
         return pool.wait()[1]
     except KeyboardInterrupt:
         pool.end()

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import ClassVar, TypeAlias
 
-from dse.simulation.plan import Gap, Share, StepKey, Task
+from dse.simulation.plan import Gap, ReservationShare, SimulatedTask, StepKey
 from dse.support.units import Exact
 
 Births: TypeAlias = dict[StepKey, list[Exact]]
@@ -27,7 +27,7 @@ PUT_BACK = -1
 class Job:
     """A job of a task with the time that is left of it; between `holds` and `yields` left nothing preempts it."""
 
-    task: Task
+    task: SimulatedTask
     release: Exact
     left: Exact
     births: Births
@@ -46,7 +46,7 @@ class Job:
         return self.yields < self.left < self.holds
 
 
-class Entry:
+class InputQueue:
     """The door of an event-triggered task: one job in service, arrivals that wait."""
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class Server:
     It `is_listed` among what is ready on the core.
     """
 
-    share: Share
+    share: ReservationShare
     ready: list[tuple[int, int, Job | ExecutorQueue]] = field(default_factory=list)
     used: Exact = 0
     is_listed: bool = False
@@ -157,7 +157,7 @@ class Core:
             order, job = following[0]
             self._list(job.task, job.task.urgency, order, waiting)
 
-    def _list(self, task: Task, urgency: int, order: int, entry: Job | ExecutorQueue) -> None:
+    def _list(self, task: SimulatedTask, urgency: int, order: int, entry: Job | ExecutorQueue) -> None:
         """Something is ready, on the core or in the reservation of its task."""
         server = self.server_of(task)
         if server is None:
@@ -166,7 +166,7 @@ class Core:
             heappush(server.ready, (urgency, order, entry))
             self.offer(server, order)
 
-    def server_of(self, task: Task) -> Server | None:
+    def server_of(self, task: SimulatedTask) -> Server | None:
         """The reservation that a task is in."""
         if task.share is None:
             return None
@@ -201,9 +201,9 @@ class Core:
                 server.used += done
             self.since = now
 
-    def refill(self, of: Gap | Share, now: Exact, order: int) -> None:
+    def refill(self, of: Gap | ReservationShare, now: Exact, order: int) -> None:
         """A period of throttling or of a reservation begins; what was left of the budget is lost."""
-        server = self.servers.get(of.number) if isinstance(of, Share) else None
+        server = self.servers.get(of.number) if isinstance(of, ReservationShare) else None
         self.settle(now)
         if self.running is not None and (server is None or self.server_of(self.running.task) is server):
             self.put_back()

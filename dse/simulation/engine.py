@@ -22,9 +22,9 @@ from fractions import Fraction
 from heapq import heappop, heappush
 from math import lcm
 
-from dse.simulation.core import Births, Core, Entry, Job
+from dse.simulation.core import Births, Core, InputQueue, Job
 from dse.simulation.observing import Observation, Setting
-from dse.simulation.plan import Gap, Link, Plan, Share, StepKey, Task, TaskKey
+from dse.simulation.plan import Gap, Plan, ReservationShare, SimulatedConnection, SimulatedTask, StepKey, TaskKey
 from dse.simulation.readings import Range
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact, whole
@@ -40,7 +40,7 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
     OutOfTime
         when the limit of time in force is over.
     """
-    return _Run(plan, setting).run()
+    return _SimulationRun(plan, setting).run()
 
 
 END, ARRIVE, DISPATCH = 0, 1, 2
@@ -48,7 +48,7 @@ EVENTS_A_LOOK = 512
 """The number of events, some milliseconds, between two looks at the clock."""
 
 
-class _Run:
+class _SimulationRun:
     def __init__(self, plan: Plan, setting: Setting) -> None:
         self.plan, self.setting = plan, setting
         self.rng = random.Random(setting.seed)
@@ -56,7 +56,7 @@ class _Run:
         self.heap: list[tuple[Exact, int, int, tuple[object, ...]]] = []
         self.sequence = 0
         self.cores: dict[tuple[int, int], Core] = {}
-        self.entries: dict[TaskKey, Entry] = {}
+        self.entries: dict[TaskKey, InputQueue] = {}
         self.free: dict[TaskKey, Exact] = {}
         self.buffers: Births = {}
         self.newest: dict[StepKey, Exact] = {}
@@ -102,26 +102,26 @@ class _Run:
         drift = self.setting.drift_ppm.get(name, 0)
         return self.setting.offsets_ns.get(name, 0) + int(count * period * (MILLION + drift) / MILLION)  # type: ignore[operator]
 
-    def _next_tick(self, task: Task, count: int) -> None:
+    def _next_tick(self, task: SimulatedTask, count: int) -> None:
         self.at(self._time_of(task.name, task.period_ns, count), DISPATCH, "tick", task, count)
 
-    def _tick(self, task: Task, count: int) -> None:
+    def _tick(self, task: SimulatedTask, count: int) -> None:
         self._next_tick(task, count + 1)
         self._release(task, self.now, {})
 
-    def _next_send(self, number: int, link: Link, count: int) -> None:
+    def _next_send(self, number: int, link: SimulatedConnection, count: int) -> None:
         self.at(self._time_of(link.name, link.period_ns, count), DISPATCH, "send", number, link, count)
 
-    def _send_timer(self, number: int, link: Link, count: int) -> None:
+    def _send_timer(self, number: int, link: SimulatedConnection, count: int) -> None:
         self._next_send(number, link, count + 1)
         self._send(number, {})
 
-    def _next_refill(self, of: Gap | Share, core: Core, count: int) -> None:
+    def _next_refill(self, of: Gap | ReservationShare, core: Core, count: int) -> None:
         """Its clock is that of the core: it drifts from none."""
         time = self.setting.offsets_ns.get(of.name, 0) + count * of.period_ns
         self.at(time, DISPATCH, "refill", of, core, count)
 
-    def _refill(self, of: Gap | Share, core: Core, count: int) -> None:
+    def _refill(self, of: Gap | ReservationShare, core: Core, count: int) -> None:
         self._next_refill(of, core, count + 1)
         self.sequence += 1
         core.refill(of, self.now, self.sequence)
@@ -137,7 +137,7 @@ class _Run:
         scale = lcm(low.denominator, high.denominator)
         return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
-    def _release(self, task: Task, release: Exact, births: Births) -> None:
+    def _release(self, task: SimulatedTask, release: Exact, births: Births) -> None:
         """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then."""
         component, part = task.key
         if task.first == component:
@@ -341,7 +341,7 @@ class _Run:
             for key, born in onward.items():
                 self._store(key, born)
             return
-        entry = self.entries.setdefault(task.key, Entry())
+        entry = self.entries.setdefault(task.key, InputQueue())
         for key, born in onward.items() if task.key[1] == "thread" else ():
             self._note(key, born)
         room = link.capacity if link.capacity is not None and task.key[1] == "thread" else task.capacity
@@ -352,7 +352,7 @@ class _Run:
         entry.waiting.append((self.now, onward))
         self._serve(task)
 
-    def _serve(self, task: Task) -> None:
+    def _serve(self, task: SimulatedTask) -> None:
         """Dispatch the next arrival that waits, if the thread is free and its minimum separation has passed."""
         entry = self.entries[task.key]
         if entry.busy or not entry.waiting:

@@ -28,7 +28,7 @@ StepKey: TypeAlias = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Task:
+class SimulatedTask:
     """Something that runs jobs: a thread or device, or the callback of a hybrid thread.
 
     `period_ns` is that of its timer (None: each arrival dispatches it); `core` a core that it shares, or None;
@@ -53,12 +53,12 @@ class Task:
     logical_ns: int | None = None
     queue: Queue | None = None
     first: int | None = None
-    share: Share | None = None
+    share: ReservationShare | None = None
     reads_late: bool = False
 
 
 @dataclass(frozen=True)
-class Share:
+class ReservationShare:
     """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there."""
 
     number: int
@@ -88,7 +88,7 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Link:
+class SimulatedConnection:
     """A connection: the delays of its virtual carriers together, and of the physical bus that it occupies.
 
     At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer.
@@ -117,8 +117,8 @@ class Plan:
     steps at which a component reads what its disparity compares.
     """
 
-    tasks: Mapping[TaskKey, Task]
-    links: Sequence[Link]
+    tasks: Mapping[TaskKey, SimulatedTask]
+    links: Sequence[SimulatedConnection]
     places: Mapping[int, Sequence[StepKey]]
     starts: Mapping[int, Sequence[int]]
     link_starts: Mapping[int, Sequence[int]]
@@ -131,7 +131,7 @@ class Plan:
     meetings: Mapping[int, Sequence[StepKey]] = field(default_factory=dict)
 
     @property
-    def shares(self) -> list[Share]:
+    def shares(self) -> list[ReservationShare]:
         """The reservations of which some task runs."""
         found = {task.share.number: task.share for task in self.tasks.values() if task.share is not None}
         return list(found.values())
@@ -140,7 +140,7 @@ class Plan:
     def timers(self) -> dict[str, Fraction]:
         """Everything with an offset of its own: the period in ns, by name."""
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
-        budgets: list[Gap | Share] = [*self.gaps.values(), *self.shares]
+        budgets: list[Gap | ReservationShare] = [*self.gaps.values(), *self.shares]
         gaps = {item.name: Fraction(item.period_ns) for item in budgets}
         return tasks | {link.name: link.period_ns for link in self.links if link.period_ns is not None} | gaps
 
@@ -241,9 +241,9 @@ def _meetings(space: Space, places: Mapping[int, Sequence[StepKey]]) -> dict[int
     return found
 
 
-def _interrupts(space: Space, figures: PlanFigures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, Task]:
+def _interrupts(space: Space, figures: PlanFigures, cores: Sequence[tuple[int, int]]) -> dict[TaskKey, SimulatedTask]:
     """The interrupts of each core, as tasks of nobody that go before all others."""
-    found: dict[TaskKey, Task] = {}
+    found: dict[TaskKey, SimulatedTask] = {}
     for processor, core in cores:
         for item in figures.overheads[processor].interference:
             if item.is_throttling:
@@ -251,7 +251,7 @@ def _interrupts(space: Space, figures: PlanFigures, cores: Sequence[tuple[int, i
             name = f"{space.processors[processor].name} core {core + 1} {item.name}"
             key: TaskKey = (-1 - len(found), "thread")
             time, period = (item.worst_ns, item.worst_ns), Fraction(item.period_ns)
-            found[key] = Task(key, name, time, period, None, (processor, core), FIRST - len(found), True, 0)
+            found[key] = SimulatedTask(key, name, time, period, None, (processor, core), FIRST - len(found), True, 0)
     return found
 
 
@@ -263,7 +263,9 @@ def _gap(space: Space, figures: PlanFigures, place: tuple[int, int]) -> Gap | No
     return None
 
 
-def _guessed(space: Space, figures: PlanFigures, tasks: Mapping[TaskKey, Task], links: Sequence[Link]) -> list[str]:
+def _guessed(
+    space: Space, figures: PlanFigures, tasks: Mapping[TaskKey, SimulatedTask], links: Sequence[SimulatedConnection]
+) -> list[str]:
     """Follows the triggers downstream from whatever is dispatched at a rate that the problem does not state."""
     todo = [number for number, part in enumerate(figures.components) if part.period_ns is None and not part.rate_hz]
     todo += [
@@ -286,9 +288,9 @@ def _guessed(space: Space, figures: PlanFigures, tasks: Mapping[TaskKey, Task], 
     return [task.name for key, task in tasks.items() if key[0] in found and task.core is not None]
 
 
-def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: bool) -> dict[TaskKey, Task]:
+def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: bool) -> dict[TaskKey, SimulatedTask]:
     placed = figures.placed if contention else {}
-    found: dict[TaskKey, Task] = {}
+    found: dict[TaskKey, SimulatedTask] = {}
     for number, component in enumerate(space.components):
         part = figures.components[number]
         core, urgency = placed.get(number, (None, 0))
@@ -302,7 +304,7 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
             name = f"{component.name} (callback)"
             cost, section = _on_core(part, part.callback_ns, at_core)
             queue = _queue(space, figures, key)
-            found[key] = Task(
+            found[key] = SimulatedTask(
                 key, name, cost, None, None, at_core, 2 * urgency + bool(queue), True, wait, section, queue=queue,
                 share=share if at_core is not None else None,
             )  # fmt: skip
@@ -310,7 +312,7 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
         key = (number, "thread")
         at_core = core if part.executes and part.cost_ns[1] else None
         cost, section = _on_core(part, part.demand_ns if contention and at_core is not None else part.cost_ns, at_core)
-        found[key] = Task(
+        found[key] = SimulatedTask(
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
             None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
@@ -319,14 +321,14 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
     return found
 
 
-def _share(space: Space, figures: PlanFigures, number: int) -> Share | None:
+def _share(space: Space, figures: PlanFigures, number: int) -> ReservationShare | None:
     """The reservation of a thread that runs on a core."""
     found = figures.reserved.get(number)
     if found is None:
         return None
     core, rank = figures.placed[number]
     name = space.reservations[found.number].name
-    return Share(found.number, name, core, found.budget_ns, found.period_ns, 2 * rank + 1)
+    return ReservationShare(found.number, name, core, found.budget_ns, found.period_ns, 2 * rank + 1)
 
 
 def _queue(space: Space, figures: PlanFigures, key: TaskKey) -> Queue | None:
@@ -349,7 +351,7 @@ def _on_core(part: ComponentFigures, time: Range, core: tuple[int, int] | None) 
     return (time[0] + part.switching_ns, time[1] + part.switching_ns), int(min(part.section_ns, time[1]))
 
 
-def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Link]:
+def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[SimulatedConnection]:
     found = []
     for number, connection in enumerate(space.connections):
         part = figures.connections[number]
@@ -358,7 +360,7 @@ def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Link]:
         if connection.source is None:
             period = gap if gap is not None else Fraction(figures.probe_ns)
         found.append(
-            Link(
+            SimulatedConnection(
                 name=connection.name,
                 source=connection.source,
                 target=connection.target,

@@ -116,7 +116,7 @@ class PlanFigures:
 
 def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> PlanFigures:
     """The figures of a valid design; `cores` has the core, from 1, of each thread by number (else the first)."""
-    reader = _Reader(space, design)
+    reader = _DesignReader(space, design)
     components = [reader.component(number) for number in range(len(space.components))]
     connections = [reader.connection(item) for item in space.connections]
     periods = [int(item.period_ns) for item in components if item.period_ns is not None]
@@ -146,7 +146,7 @@ def _share(figures: ComponentFigures) -> Fraction:
     return max(figures.cost_ns[1] * figures.rate_hz, callback) / NS_PER_S
 
 
-class _Reader:
+class _DesignReader:
     """Reads a design; keeps the rates that it has found."""
 
     def __init__(self, space: Space, design: Design) -> None:

@@ -22,7 +22,7 @@ from dse.support.units import Exact
 
 
 @dataclass
-class Record:
+class Observations:
     """Everything observed over many runs: latencies by flow, responses by task, losses, and the extreme settings.
 
     `extremes` maps (flow, "max" or "min") to the latency in ns and the setting that showed it.
@@ -62,7 +62,7 @@ def random_offsets(plan: Plan, rng: random.Random) -> dict[str, int]:
     return plan.aligned({name: rng.randrange(max(1, int(period))) for name, period in plan.timers.items()})
 
 
-def search_flow(plan: Plan, flow: int, item: Flow, setting: Setting, runs: int, record: Record) -> None:
+def search_flow(plan: Plan, flow: int, item: Flow, setting: Setting, runs: int, record: Observations) -> None:
     """Search the longest and the shortest latency of a flow, half of `runs` each; every run goes into the record."""
     rng = random.Random(f"{setting.seed} {flow}")
     for goal in ("max", "min"):
@@ -73,7 +73,7 @@ def search_flow(plan: Plan, flow: int, item: Flow, setting: Setting, runs: int, 
             left -= _climb(plan, flow, item, start, goal, left, record)
 
 
-def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budget: int, record: Record) -> int:
+def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budget: int, record: Observations) -> int:
     """One start of the search; returns the number of runs that it took."""
     seen = _observe(plan, setting, record)
     best, used = _extreme(seen, flow, goal), 1
@@ -99,7 +99,7 @@ def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budge
     return used
 
 
-def _observe(plan: Plan, setting: Setting, record: Record) -> Observation:
+def _observe(plan: Plan, setting: Setting, record: Observations) -> Observation:
     seen = simulate_once(plan, setting)
     record.add(seen, setting)
     return seen

@@ -215,7 +215,7 @@ def lengths(name: str, value: Any) -> Mapping[str, int] | None:
 
 
 @dataclass(frozen=True)
-class Kind:
+class InstanceOf:
     """An object of one of some classes of dse, by their names; `called` is what a reader knows it as.
 
     `or_else` are further types that are accepted, None among them where it may be left out.
@@ -234,10 +234,10 @@ class Kind:
 
 
 PATHS = (str, os.PathLike)
-RESULT = Kind(("Result",), "a result, as dse.solve or dse.reopen return it")
-ANSWER = Kind(("Answer", "DataAnswer"), "the answer of a verb, such as that of dse.solve")
-STATED = Kind(("Result", "RobustResult"), "a result, its dictionary, or the path of its file", (Mapping, *PATHS))
-PROBLEM = Kind(("Problem",), "a problem or the path of its file", (*PATHS, type(None)))
+RESULT = InstanceOf(("Result",), "a result, as dse.solve or dse.reopen return it")
+ANSWER = InstanceOf(("Answer", "DataAnswer"), "the answer of a verb, such as that of dse.solve")
+STATED = InstanceOf(("Result", "RobustResult"), "a result, its dictionary, or the path of its file", (Mapping, *PATHS))
+PROBLEM = InstanceOf(("Problem",), "a problem or the path of its file", (*PATHS, type(None)))
 
 
 def call(name: str, value: Any) -> Callable[..., Any] | None:

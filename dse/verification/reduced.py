@@ -145,7 +145,7 @@ class ReducedRegion:
         self._lessons = 0
         self._attempts = 0
         self._model: cp_model.CpModel | None = None
-        self._options: Options | None = None
+        self._options: RemainingOptions | None = None
         self._has_solution = False
         self._parts: list[ReducedRegion] = []
         self._ways = BY_ROWS if levels is None else WAYS
@@ -328,11 +328,11 @@ def reduced_model(
     left: Sequence[Sequence[int]],
     levels: Levels | None = None,
     add: Callable[[cp_model.CpModel, Sequence[Mapping[Demand, Any]]], None] = add_levels,
-) -> tuple[cp_model.CpModel, Options]:
+) -> tuple[cp_model.CpModel, RemainingOptions]:
     """The rows with what is left: what one decision adds to a row is one figure. With what is added for `levels`."""
     model = cp_model.CpModel()
     small: dict[tuple[Any, ...], Diagram] = {}
-    options = Options(model, left)
+    options = RemainingOptions(model, left)
     for row in rows:
         look_at_the_clock()
         alone: dict[int, list[int]] = {}
@@ -383,7 +383,7 @@ def _add_in_steps(
         model.add(total + chosen <= most - low)
 
 
-class Options:
+class RemainingOptions:
     """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
 
     def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
@@ -433,7 +433,11 @@ class Options:
 
 
 def _uses(
-    levels: Levels, number: int, left: Sequence[Sequence[int]], known: dict[tuple[Any, ...], Diagram], options: Options
+    levels: Levels,
+    number: int,
+    left: Sequence[Sequence[int]],
+    known: dict[tuple[Any, ...], Diagram],
+    options: RemainingOptions,
 ) -> dict[Demand, Any]:
     """Whether a thread has each of its demands that are left: a sum of literals of which at most one is true."""
     listed, diagram = levels.demands[number], _restricted(levels.positions[number], left, known)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from ortools.sat.python import cp_model
 
 from dse.space.model.space import Design
-from dse.verification.solver_calls import Outcome, Way, Ways, ask, attempted
+from dse.verification.solver_calls import Outcome, SolverWay, Ways, ask, attempted
 
 MOVING = 0.1
 """Deterministic time for other cores of a solution whose threads wait longer than it says."""
@@ -25,7 +25,7 @@ class Favourite:
     """The way that answered the last hard question; it is tried first, the others for a quarter of its limit."""
 
     def __init__(self) -> None:
-        self.way: Way | None = None
+        self.way: SolverWay | None = None
 
     def turned(self, ways: Ways) -> Ways:
         """The ways, the favourite first."""

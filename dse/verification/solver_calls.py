@@ -30,7 +30,7 @@ MOST_STOPS = 500
 """So often a call is told to stop, each 10 ms."""
 
 
-class Way(NamedTuple):
+class SolverWay(NamedTuple):
     """How a solver branches, with how much linear relaxation, and whether with cuts.
 
     One that is `plain` does nothing before it branches, nor in between: where a question is easy that is most of it.
@@ -42,24 +42,24 @@ class Way(NamedTuple):
     plain: bool = False
 
 
-Ways: TypeAlias = Sequence[Way]
+Ways: TypeAlias = Sequence[SolverWay]
 """The attempts at a question take turns with these."""
 WAYS: Ways = (
-    Way(cp_model.AUTOMATIC_SEARCH, 0, 1),
-    Way(cp_model.AUTOMATIC_SEARCH, 1, 1),
-    Way(cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0, 1),
-    Way(cp_model.AUTOMATIC_SEARCH, 2, 1),
+    SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1),
+    SolverWay(cp_model.AUTOMATIC_SEARCH, 1, 1),
+    SolverWay(cp_model.PORTFOLIO_WITH_QUICK_RESTART_SEARCH, 0, 1),
+    SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1),
 )
-IN_ORDER: Ways = (Way(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
+IN_ORDER: Ways = (SolverWay(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
 """Those where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
-BY_ROWS: Ways = (Way(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True), *WAYS)
+BY_ROWS: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True), *WAYS)
 """Those where rows mostly refute a question at once."""
 WAITING: Ways = (
-    Way(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
-    Way(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),
+    SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
+    SolverWay(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),
 )
 """Those where threads wait for each other: what a solver does before it branches takes longer than most answers."""
-PACKING: Ways = (Way(cp_model.AUTOMATIC_SEARCH, 2, 0), Way(cp_model.AUTOMATIC_SEARCH, 2, 1))
+PACKING: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 0), SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1))
 """Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 29)."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]

@@ -48,7 +48,7 @@ class Sum:
 
 
 @dataclass(frozen=True)
-class Bound:
+class SumBound:
     """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others."""
 
     name: str

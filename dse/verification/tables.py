@@ -27,7 +27,7 @@ from dse.verification.scheduling.cores import CoreTable, core_table
 from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
 from dse.verification.scheduling.sampling import formula_of
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
-from dse.verification.sums import Bound, Pick, Sum, Summands, Waits
+from dse.verification.sums import Pick, Sum, SumBound, Summands, Waits
 
 EXACT = 2**52
 """Sums stay below this, so that 64-bit arithmetic and the solver's are exact."""
@@ -52,7 +52,7 @@ class Tables:
     evaluator: Evaluator
     allowed: Sequence[Sequence[int]]
     conditions: tuple[tuple[str, Diagram], ...]
-    bounds: tuple[Bound, ...]
+    bounds: tuple[SumBound, ...]
     objectives: tuple[tuple[Sum, int], ...]
     met: tuple[Diagram | None, ...]
     late: tuple[Limit, ...] = ()
@@ -89,7 +89,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
     TooLarge
         when a formula depends on too many combinations of options.
     """
-    builder = _Builder(evaluator)
+    builder = _TableBuilder(evaluator)
     objectives = tuple(builder.objective(number) for number in range(len(evaluator.objectives)))
     bounds = tuple(bound for limit in evaluator.limits for bound in builder.limit(limit))
     builder.structure()
@@ -113,7 +113,7 @@ def build_tables(evaluator: Evaluator) -> Tables:
     )
 
 
-class _Builder:
+class _TableBuilder:
     def __init__(self, evaluator: Evaluator) -> None:
         self.evaluator = evaluator
         self.space = evaluator.space
@@ -307,7 +307,7 @@ class _Builder:
             raise TooLarge("response times have no common unit with the figures that they are added to")
         return tuple((number, int(times)) for number, times in listed)
 
-    def limit(self, limit: Limit) -> list[Bound]:
+    def limit(self, limit: Limit) -> list[SumBound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
         operator, name = limit.requirement.operator, limit.requirement.text
         if is_late_limit(limit):
@@ -321,7 +321,7 @@ class _Builder:
                 return []
         bound = self.make.diagram(limit.bound, name)
         self.defined(bound, name)
-        upper = operator in ("<=", "<") and not limit.measure.rounded
+        upper = limit.requirement.is_upper and not limit.measure.rounded
         parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
         self.loose += [limit] if parts.is_loose else []
         found = []
@@ -339,7 +339,7 @@ class _Builder:
             self.cores += [] if table is None else [table]
         return found
 
-    def bound(self, name: str, figures: Summands, bound: Diagram, sign: int, *, strict: bool) -> Bound:
+    def bound(self, name: str, figures: Summands, bound: Diagram, sign: int, *, strict: bool) -> SumBound:
         """The inequality sign * (figures - bound) <= 0, or < 0, in whole numbers."""
         edge = Summands((bound,))
         scale = lcm(*(leaf.denominator for item in (figures, edge) for leaf in item.leaves))
@@ -353,7 +353,7 @@ class _Builder:
         low = self._sum(figures, sign, lambda value: sign * whole(sign * value * scale), Fraction(scale))
         most = self._sum(edge, 1, lambda value: whole(-sign * value * scale) + (1 if strict and exact else 0))
         made = replace(low, parts=(*low.parts, *most.parts), low=low.low + most.low, high=low.high + most.high)
-        return Bound(name, made, exact and not figures.is_open and not figures.is_loose)
+        return SumBound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""

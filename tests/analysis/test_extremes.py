@@ -22,8 +22,8 @@ from dse.cli.main import run
 from dse.encode.model import encode
 from dse.questions.robust.robust import solve_robust
 from dse.questions.sensitivity.sensitivity import sensitivity
-from dse.search.solver.settings import BARE_IN_ORDER, Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import BARE_IN_ORDER, SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, Unfinished
 
 HAND = """
@@ -200,13 +200,13 @@ metrics: {most: "max(min(latency of f, latency of f), jitter of f + jitter of f)
 def test_canonical_designs_need_no_search_for_the_value_of_an_extreme(monkeypatch: pytest.MonkeyPatch) -> None:
     """Which sum is the greatest was left to the solver, which tried nanosecond after nanosecond for half a minute."""
     answers: list[Answer] = []
-    run_once = Solver.run
+    run_once = Strategy.run
 
-    def watched(self: Solver, settings: Settings, work: float) -> Answer:
+    def watched(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         answers.append(run_once(self, settings, work))
         return answers[-1]
 
-    monkeypatch.setattr(Solver, "run", watched)
+    monkeypatch.setattr(Strategy, "run", watched)
     result = dse.solve(dse.loads(ATTAINED), workers=1)
     assert [dict(point.objectives) for point in result.front] == [{"utilisation of p": 9_097, "most": 2_004_016_000}]
     assert answers and not any(isinstance(answer, Unfinished) for answer in answers)
@@ -215,12 +215,12 @@ def test_canonical_designs_need_no_search_for_the_value_of_an_extreme(monkeypatc
 def test_values_tried_one_by_one_count_by_their_conflicts() -> None:
     """Where the solver does not know which sum is the greatest, a unit of deterministic time takes half a minute."""
     encoded = replace(encode(Evaluator(dse.loads(ATTAINED).space)), attained=())
-    solver = Solver(encoded)
-    found = solver.minimise([1, 1], [encoded.everywhere])
+    strategy = Strategy(encoded)
+    found = strategy.minimise([1, 1], [encoded.everywhere])
     assert isinstance(found, Found)
-    solver.set_point(found.point)
+    strategy.set_point(found.point)
     encoded.model.clear_objective()
     encoded.model.clear_hints()
-    before = solver.work
-    assert isinstance(solver.run(BARE_IN_ORDER, 0.01), Unfinished)
-    assert solver.work - before < 0.005
+    before = strategy.work
+    assert isinstance(strategy.run(BARE_IN_ORDER, 0.01), Unfinished)
+    assert strategy.work - before < 0.005

@@ -16,7 +16,7 @@ import yaml
 
 import dse
 from dse.answers.exports.formats import graphml, graphviz, ros2_parameters
-from dse.answers.exports.yaml_editing import Draft, yaml_text
+from dse.answers.exports.yaml_editing import YamlDocument, yaml_text
 from dse.answers.reading import read_result
 from dse.answers.result import Result
 from dse.cli.main import run
@@ -151,7 +151,7 @@ def test_decisions_inherited_from_types_or_shared_by_aliases(tmp_path: Path) -> 
     ],
 )
 def test_a_list_becomes_one_of_its_items(text: str, position: int, expected: str) -> None:
-    draft = Draft(text)
+    draft = YamlDocument(text)
     draft.choose(draft.find(["a"]), position)
     found = draft.result()
     chosen = yaml.safe_load(text)["a"][position]

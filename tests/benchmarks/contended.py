@@ -38,7 +38,7 @@ from dse.encode.scheduling import contention
 from dse.encode.scheduling.contention import Deadline
 from dse.encode.scheduling.core_demand import jobs_within, scheduling_points
 from dse.encode.scheduling.places import Places, Thread
-from dse.search.solver import solver
+from dse.search.solver import strategy
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 
@@ -196,7 +196,7 @@ def in_our_search(way: str) -> Iterator[None]:
             rows = add_thread_rows if way == "rows per thread" else lambda *_: []
             stack.enter_context(patch.object(contention, "placements", lambda *_: ()))
             stack.enter_context(patch.object(contention, "add_rows", rows))
-            stack.enter_context(patch.object(solver, "roomier", lambda *_: None))
+            stack.enter_context(patch.object(strategy, "roomier", lambda *_: None))
         yield
 
 

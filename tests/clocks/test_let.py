@@ -11,7 +11,7 @@ import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.latency.exact_chains import Hop, Run, longest_and_shortest_ns
+from dse.analysis.latency.exact_chains import ClockSegment, Hop, longest_and_shortest_ns
 from dse.analysis.latency.sampling import Pair, wait_ns
 from dse.analysis.views import View
 from dse.answers.ranking.reasons import dominants
@@ -82,7 +82,7 @@ def test_the_chain_of_kloda_davare_and_durr() -> None:
     assert (davare, davare - times["t0"] - times["t1"]) == (47, 43)
     waits = [wait_ns(Pair(5, 10, 0, 0), 0, 0)[1], wait_ns(Pair(10, 20, 0, 0), 0, 0)[1]]
     assert waits == [5, 10] and 5 + sum(waits) + times["t2"] == 28
-    found = longest_and_shortest_ns(Run(5, 0, (Hop(10, 0, 0, 0), Hop(20, 0, 0, 0))))
+    found = longest_and_shortest_ns(ClockSegment(5, 0, (Hop(10, 0, 0, 0), Hop(20, 0, 0, 0))))
     assert found is not None and found[1] == sum(waits)
 
 

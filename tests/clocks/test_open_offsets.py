@@ -15,8 +15,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency import contributors, metrics
 from dse.report.words.reasons import proof_words
 from dse.search.front import SearchLimits, search_front
-from dse.search.solver.settings import Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer
 from tests.clocks import let
 from tests.helpers.effort import cases
@@ -87,16 +87,16 @@ def test_stopped_fixed_and_by_several(seed: int, tmp_path: Path, monkeypatch: py
     rng = random.Random(f"offsets {seed}")
     problem = dse.load(to_yaml(drawn(rng)))
     whole = dse.solve(problem)
-    stop, solve, asked = rng.randint(1, 4), Solver._solve_whole, list[bool]()
+    stop, solve, asked = rng.randint(1, 4), Strategy._solve_whole, list[bool]()
 
-    def stopping(self: Solver, settings: Settings, work: float) -> Answer:
+    def stopping(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         asked.append(True)
         if len(asked) >= stop:
             self.stop()
         return solve(self, settings, work)
 
     with monkeypatch.context() as changed:
-        changed.setattr(Solver, "_solve_whole", stopping)
+        changed.setattr(Strategy, "_solve_whole", stopping)
         (tmp_path / "r.json").write_text(dse.solve(problem).to_json(), encoding="utf-8")
     again = dse.resume(tmp_path / "r.json", workers=2)
     assert isinstance(again, dse.Result)

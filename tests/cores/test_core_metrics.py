@@ -13,8 +13,8 @@ import pytest
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import Result
-from dse.search.solver.settings import Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer
 from dse.support.errors import ProblemError
 from tests.helpers.effort import cases
@@ -151,16 +151,16 @@ def test_a_resumed_front_is_that_of_the_enumeration(seed: int, tmp_path: Path, m
     path, out = tmp_path / "p.yaml", tmp_path / "r.json"
     path.write_text(drawn.text, encoding="utf-8")
     left = [1 + seed % 4]
-    solve = Solver._solve_whole
+    solve = Strategy._solve_whole
 
-    def failing(self: Solver, settings: Settings, work: float) -> Answer:
+    def failing(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         left[0] -= 1
         if left[0] < 0:
             self.stop()
         return solve(self, settings, work)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "_solve_whole", failing)
+        patch.setattr(Strategy, "_solve_whole", failing)
         stopped = dse.solve(path)
     out.write_text(stopped.to_json(), encoding="utf-8")
     whole = dse.resume(out)

@@ -13,7 +13,7 @@ import yaml
 import dse
 from dse.cli.main import run
 from dse.fitting.lines import (
-    Line,
+    LinearModel,
     Points,
     below_upper,
     envelope,
@@ -230,8 +230,12 @@ def test_a_lower_line_below_the_upper_one_is_the_best_of_those() -> None:
     """Against a grid of lines: least squares and envelopes of which the upper line limits the slope or fixed part."""
     points = [(1, Fraction(1)), (2, Fraction(9)), (4, Fraction(13))]
     steps = [Fraction(step, 8) for step in range(81)]
-    for high in (Line(Fraction(5), Fraction(2)), Line(Fraction(1), Fraction(3)), Line(Fraction(0), Fraction(1, 2))):
-        lines = [Line(fixed, slope) for fixed in steps for slope in steps]
+    for high in (
+        LinearModel(Fraction(5), Fraction(2)),
+        LinearModel(Fraction(1), Fraction(3)),
+        LinearModel(Fraction(0), Fraction(1, 2)),
+    ):
+        lines = [LinearModel(fixed, slope) for fixed in steps for slope in steps]
         lines = [one for one in lines if one.fixed_ns <= high.fixed_ns and one.per_byte_ns <= high.per_byte_ns]
         squares = below_upper(least_squares(points), high, *squares_parts(points))
         assert squares.fixed_ns <= high.fixed_ns and squares.per_byte_ns <= high.per_byte_ns
@@ -242,11 +246,11 @@ def test_a_lower_line_below_the_upper_one_is_the_best_of_those() -> None:
         assert _sum(points, below) >= max(_sum(points, one) for one in safe)
 
 
-def _rest(points: Points, line: Line) -> Fraction:
+def _rest(points: Points, line: LinearModel) -> Fraction:
     return sum(((time - line.at(size)) ** 2 for size, time in points), Fraction(0))
 
 
-def _sum(points: Points, line: Line) -> Fraction:
+def _sum(points: Points, line: LinearModel) -> Fraction:
     return sum((line.at(size) for size, _ in points), Fraction(0))
 
 

@@ -16,7 +16,7 @@ from scipy.stats import siegelslopes
 import dse
 from dse.fitting.fitted import Transport
 from dse.fitting.judging import repeated_medians
-from dse.fitting.lines import Line, envelope, least_squares, quantile_line
+from dse.fitting.lines import LinearModel, envelope, least_squares, quantile_line
 from tests.helpers.effort import cases
 from tests.helpers.small import GOLDEN
 
@@ -93,10 +93,10 @@ def test_quantile_lines_have_the_least_tilted_distance(seed: int) -> None:
 
 def test_a_line_remembers_what_it_would_be_with_negative_parts() -> None:
     points = [(1, Fraction(0)), (2, Fraction(6)), (3, Fraction(12))]
-    assert least_squares(points) == Line(Fraction(0), Fraction(24, 7), (Fraction(-6), Fraction(6)))
-    assert envelope(points, upper=True) == Line(Fraction(0), Fraction(4), (Fraction(-6), Fraction(6)))
+    assert least_squares(points) == LinearModel(Fraction(0), Fraction(24, 7), (Fraction(-6), Fraction(6)))
+    assert envelope(points, upper=True) == LinearModel(Fraction(0), Fraction(4), (Fraction(-6), Fraction(6)))
     falling = [(1, Fraction(9)), (2, Fraction(5))]
-    assert envelope(falling, upper=True) == Line(Fraction(9), Fraction(0), (Fraction(13), Fraction(-4)))
+    assert envelope(falling, upper=True) == LinearModel(Fraction(9), Fraction(0), (Fraction(13), Fraction(-4)))
 
 
 def test_the_envelope_of_the_report_covers_every_cell_also_when_rounded(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ from dse.questions.sensitivity.uncertainty import read_uncertainties
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search import workers
 from dse.search.front import SearchLimits
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.space.model.criteria import Metric
 from dse.space.model.space import Design, Space
@@ -283,13 +283,13 @@ def front_of(result: Result | RobustResult) -> Result:
 def stopped_at(call: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """From that call on the solver has no answer."""
     asked: list[bool] = []
-    minimise = Solver.minimise
+    minimise = Strategy.minimise
 
-    def failing(self: Solver, *arguments: Any, **more: Any) -> Answer:
+    def failing(self: Strategy, *arguments: Any, **more: Any) -> Answer:
         asked.append(True)
         return Unfinished() if len(asked) > call else minimise(self, *arguments, **more)
 
-    monkeypatch.setattr(Solver, "minimise", failing)
+    monkeypatch.setattr(Strategy, "minimise", failing)
 
 
 def comparable(result: Result | RobustResult) -> dict[str, Any]:

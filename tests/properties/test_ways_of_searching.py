@@ -11,8 +11,8 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.search import front, lexicographic
 from dse.search.front import FrontSearch, SearchLimits, search_front
-from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import BARE, CUTTING, LOWEST, RELAXED, SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver.subspaces import Subspace
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import TooLargeError
@@ -108,16 +108,16 @@ def searched(pair: Pair, draw: random.Random, changed: pytest.MonkeyPatch) -> Fr
         lexicographic, "EXACT_LIMIT", draw.choice([1, lexicographic.EXACT_LIMIT, lexicographic.EXACT_LIMIT])
     )
     often, seldom = draw.choice([0.0, 0.5, 0.9]), draw.choice([0.0, 0.5])
-    whole, within = Solver._solve_whole, Solver.run_within
+    whole, within = Strategy._solve_whole, Strategy.run_within
 
-    def solve_whole(self: Solver, settings: Settings, work: float) -> Answer:
+    def solve_whole(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         return Unfinished() if work < LIGHT and draw.random() < often else whole(self, settings, work)
 
-    def solve_within(self: Solver, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
+    def solve_within(self: Strategy, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
         answer = within(self, part, settings, work, least)
         is_stopped = work < LIGHT and draw.random() < seldom
         return Unfinished(best=answer if isinstance(answer, Found) else None) if is_stopped else answer
 
-    changed.setattr(Solver, "_solve_whole", solve_whole)
-    changed.setattr(Solver, "run_within", solve_within)
+    changed.setattr(Strategy, "_solve_whole", solve_whole)
+    changed.setattr(Strategy, "run_within", solve_within)
     return search_front(pair.evaluator, SearchLimits(workers=draw.randint(1, 3), seed=draw.randint(0, 9)))

@@ -18,7 +18,7 @@ from dse.encode.scheduling.waiting import WaitRows
 from dse.questions.problem import loads
 from dse.search.feasibility.guarded_model import Switchboard
 from dse.search.front import SearchLimits, search_front
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found
 from dse.search.tuning import AnyDesign
 from dse.space.model.space import Space
@@ -87,7 +87,7 @@ def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
                 continue
             for number in list(waiting.variables):
                 waiting.refine(number, view)
-            solver = Solver(encoded)
+            strategy = Strategy(encoded)
             for literals, chosen in zip(encoded.options, view.design, strict=True):
                 if chosen >= 0 and len(literals) > 1:
                     encoded.model.add_bool_and([encoded.model.get_bool_var_from_proto_index(literals[chosen].index)])
@@ -97,7 +97,7 @@ def test_no_row_is_above_what_the_analysis_says(seed: int) -> None:
                 if response is not None:
                     waited = Fraction(response) - longest_alone_ns(evaluator.space, number, "thread", view)
                     encoded.model.add(encoded.model.get_int_var_from_proto_index(index) == int(waited * waiting.scale))
-            assert isinstance(solver.ask(), Found)
+            assert isinstance(strategy.ask(), Found)
             encoded = encode(evaluator)
             assert encoded.contention is not None
 
@@ -112,11 +112,12 @@ def test_a_later_job_of_a_busy_period_may_wait_longer_than_the_first() -> None:
 def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
     """A search that is stopped hands it out: figures that nothing minimises are not what the solver says they are."""
     evaluator = Evaluator(asked(seed, "plain"))
-    solver = Solver(encode(evaluator))
-    answer = solver.any_design(AnyDesign.ways)
+    strategy = Strategy(encode(evaluator))
+    answer = strategy.any_design(AnyDesign.ways)
     if isinstance(answer, Found):
         claimed = [
-            item.offset + item.step * value for item, value in zip(solver.encoded.objectives, answer.point, strict=True)
+            item.offset + item.step * value
+            for item, value in zip(strategy.encoded.objectives, answer.point, strict=True)
         ]
         assert evaluator.evaluate(answer.design).objectives == tuple(claimed)
     else:

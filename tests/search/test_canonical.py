@@ -13,8 +13,8 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.search.canonical import InOrder
-from dse.search.solver.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import BARE, BARE_IN_ORDER, CUTTING_IN_ORDER, FINDING, RELAXED_IN_ORDER, SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
@@ -38,19 +38,19 @@ ENDLESS = 1e9
 STARTER = Path(__file__).parents[2] / "problems" / "starter.yaml"
 
 
-class Answering(Solver):
+class Answering(Strategy):
     """A solver that finds a design with some settings only, each with so much work."""
 
-    def __init__(self, able: dict[Settings, float]) -> None:
+    def __init__(self, able: dict[SolverSettings, float]) -> None:
         super().__init__(encode(Evaluator(space_of(CROWD))))
-        self.able, self.asked = able, list[Settings]()
+        self.able, self.asked = able, list[SolverSettings]()
 
-    def run(self, settings: Settings, work: float, *_: Any) -> Answer:
+    def run(self, settings: SolverSettings, work: float, *_: Any) -> Answer:
         self.asked.append(settings)
         self.work += min(work, self.able.get(settings, work))
         return Found((0,), ()) if self.able.get(settings, ENDLESS) <= work else Unfinished()
 
-    def asked_by(self, order: InOrder, points: int) -> list[Settings]:
+    def asked_by(self, order: InOrder, points: int) -> list[SolverSettings]:
         """The settings asked for so many points."""
         self.asked = []
         for _ in range(points):
@@ -59,36 +59,36 @@ class Answering(Solver):
 
 
 def test_relaxations_that_miss_once_are_not_asked_again_and_bare_settings_after_two_misses() -> None:
-    order, solver = InOrder(), Answering({})
-    assert solver.asked_by(order, 4) == [BARE_IN_ORDER, RELAXED_IN_ORDER, CUTTING_IN_ORDER, BARE_IN_ORDER]
-    assert solver.calls == 2, "a point for which nothing is tried is no question"
-    assert solver.asked_by(order.elsewhere(), 4) == [BARE_IN_ORDER, BARE_IN_ORDER]
+    order, strategy = InOrder(), Answering({})
+    assert strategy.asked_by(order, 4) == [BARE_IN_ORDER, RELAXED_IN_ORDER, CUTTING_IN_ORDER, BARE_IN_ORDER]
+    assert strategy.calls == 2, "a point for which nothing is tried is no question"
+    assert strategy.asked_by(order.elsewhere(), 4) == [BARE_IN_ORDER, BARE_IN_ORDER]
 
 
 @pytest.mark.parametrize("able", [BARE_IN_ORDER, RELAXED_IN_ORDER, CUTTING_IN_ORDER])
-def test_in_the_end_the_settings_that_find_a_design_are_asked_alone(able: Settings) -> None:
-    order, solver = InOrder(), Answering({able: 0.008})
-    assert solver.asked_by(order, 2)[-1] is able
-    assert solver.asked_by(order, 3) == [able] * 3
-    assert solver.asked_by(order.elsewhere(), 4)[-1] is able
+def test_in_the_end_the_settings_that_find_a_design_are_asked_alone(able: SolverSettings) -> None:
+    order, strategy = InOrder(), Answering({able: 0.008})
+    assert strategy.asked_by(order, 2)[-1] is able
+    assert strategy.asked_by(order, 3) == [able] * 3
+    assert strategy.asked_by(order.elsewhere(), 4)[-1] is able
 
 
 def test_the_settings_with_which_a_design_costs_least_come_first() -> None:
     """Those that just miss one point are dear beside those that find it, and cheap again after some more points."""
-    order, solver = InOrder(), Answering({BARE_IN_ORDER: 0.008, RELAXED_IN_ORDER: 0.021})
-    assert solver.asked_by(order, 6) == [BARE_IN_ORDER] * 6
-    solver.able[BARE_IN_ORDER] = 0.011
-    assert solver.asked_by(order, 1) == [BARE_IN_ORDER, RELAXED_IN_ORDER]
-    solver.able[BARE_IN_ORDER] = 0.008
-    assert solver.asked_by(order, 3) == [BARE_IN_ORDER] * 3, "one miss does not make relaxation cheaper"
-    solver.able = {BARE_IN_ORDER: 0.01, RELAXED_IN_ORDER: 0.001}
+    order, strategy = InOrder(), Answering({BARE_IN_ORDER: 0.008, RELAXED_IN_ORDER: 0.021})
+    assert strategy.asked_by(order, 6) == [BARE_IN_ORDER] * 6
+    strategy.able[BARE_IN_ORDER] = 0.011
+    assert strategy.asked_by(order, 1) == [BARE_IN_ORDER, RELAXED_IN_ORDER]
+    strategy.able[BARE_IN_ORDER] = 0.008
+    assert strategy.asked_by(order, 3) == [BARE_IN_ORDER] * 3, "one miss does not make relaxation cheaper"
+    strategy.able = {BARE_IN_ORDER: 0.01, RELAXED_IN_ORDER: 0.001}
     order.missed[BARE_IN_ORDER] = 0
     order.found.clear()
     order.spent.clear()
-    assert solver.asked_by(order, 3) == [BARE_IN_ORDER] * 3
-    solver.able[BARE_IN_ORDER] = 0.02
-    assert solver.asked_by(order, 2) == [BARE_IN_ORDER, RELAXED_IN_ORDER] * 2
-    assert solver.asked_by(order, 2) == [RELAXED_IN_ORDER] * 2
+    assert strategy.asked_by(order, 3) == [BARE_IN_ORDER] * 3
+    strategy.able[BARE_IN_ORDER] = 0.02
+    assert strategy.asked_by(order, 2) == [BARE_IN_ORDER, RELAXED_IN_ORDER] * 2
+    assert strategy.asked_by(order, 2) == [RELAXED_IN_ORDER] * 2
 
 
 def test_cores_are_packed_largest_first_where_the_model_has_rows_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,7 +129,7 @@ def waiting(seed: int) -> str:
 @pytest.mark.parametrize("settings", [RELAXED_IN_ORDER, CUTTING_IN_ORDER])
 @pytest.mark.parametrize("seed", [11, *cases(20, 100)])
 def test_first_designs_by_relaxation_where_threads_wait(
-    seed: int, settings: Settings, monkeypatch: pytest.MonkeyPatch
+    seed: int, settings: SolverSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rows that a solution teaches change nothing of the order: threads are not moved to whatever cores will do."""
     tune(monkeypatch, first_designs={"ways": ((settings, 5.0, 99),)})
@@ -141,19 +141,19 @@ def test_first_designs_by_relaxation_where_threads_wait(
 def test_a_design_that_presolve_finds_counts_and_that_there_is_none_does_not() -> None:
     """Presolve may lose solutions (`sound_solver`), and makes none; settings after it do without again."""
     evaluator = Evaluator(dse.load(STARTER).space)
-    solver = Solver(encode(evaluator))
+    strategy = Strategy(encode(evaluator))
     points = [point.objectives for point in dse.solve(STARTER).front]
-    offsets = [(objective.offset, objective.step) for objective in solver.encoded.objectives]
+    offsets = [(objective.offset, objective.step) for objective in strategy.encoded.objectives]
     for values in points:
         pairs = zip(values.values(), offsets, strict=True)
-        solver.set_point(tuple((value - offset) // step for value, (offset, step) in pairs))
-        answer = solver.run(FINDING, 1.0)
+        strategy.set_point(tuple((value - offset) // step for value, (offset, step) in pairs))
+        answer = strategy.run(FINDING, 1.0)
         assert isinstance(answer, Found)
         assert evaluator.evaluate(answer.design).objectives == tuple(values.values())
-    solver.set_point((0,) * len(offsets))
-    assert isinstance(solver.run(FINDING, 1.0), Unfinished)
-    assert isinstance(solver.run(BARE, 1.0), NoSuchDesign)
-    parameters = solver.limited(FINDING, 1.0).parameters
+    strategy.set_point((0,) * len(offsets))
+    assert isinstance(strategy.run(FINDING, 1.0), Unfinished)
+    assert isinstance(strategy.run(BARE, 1.0), NoSuchDesign)
+    parameters = strategy.limited(FINDING, 1.0).parameters
     assert parameters.cp_model_presolve and parameters.repair_hint
     BARE.apply(parameters, 1.0)
     assert not parameters.cp_model_presolve and not parameters.repair_hint

@@ -10,8 +10,8 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
 from dse.search.front import _in_time
-from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import CUTTING, CUTTING_IN_ORDER, SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.support.timelimit import OutOfTime
 from tests.helpers.effort import cases
@@ -21,7 +21,7 @@ from tests.helpers.thread_systems import draw, text_of
 
 @pytest.mark.parametrize(("settings", "begins"), [(CUTTING_IN_ORDER, False), (CUTTING, True)])
 def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
-    settings: Settings, begins: bool, monkeypatch: pytest.MonkeyPatch
+    settings: SolverSettings, begins: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A hint is tried before the order of the file: the design that it leads to was taken for the first one."""
     monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
@@ -31,11 +31,11 @@ def test_the_next_solver_begins_where_the_last_one_ended_unless_an_order_counts(
         text = text_of(draw(seed, kind="reserved"))
         text = text.replace("deadlines: all", "deadlines: all\nprocessing: response_time")
         encoded = encode(Evaluator(space_of(text)))
-        solver, latency = Solver(encoded), len(encoded.objectives) - 1
-        solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
+        strategy, latency = Strategy(encoded), len(encoded.objectives) - 1
+        strategy.weights = [int(number == latency) for number in range(len(encoded.objectives))]
         encoded.model.minimize(encoded.objectives[latency].variable)
         known = len(encoded.model.proto.constraints)
-        solver.run(settings, 10.0)
+        strategy.run(settings, 10.0)
         hinted |= bool(encoded.model.proto.solution_hint.vars)
         learnt += len(encoded.model.proto.constraints) > known
     assert learnt and hinted == begins
@@ -69,7 +69,7 @@ def test_a_search_that_is_stopped_has_the_design_that_it_came_across() -> None:
         for number, (period, time) in enumerate(TIMES)
     ]
     evaluator = Evaluator(space_of(ENGINE.replace("WORK", "\n".join(work))))
-    solver = Solver(encode(evaluator))
+    strategy = Strategy(encode(evaluator))
     everything = [tuple(1 << 40 for _ in evaluator.objectives)]
     calls: list[int] = []
 
@@ -77,14 +77,14 @@ def test_a_search_that_is_stopped_has_the_design_that_it_came_across() -> None:
         calls.append(1)
         return len(calls) > 3
 
-    solver.out_of_time = stopped  # type: ignore[method-assign]
-    solver.minimise([1], everything)
-    assert solver.incumbent is not None
-    assert evaluator.evaluate(solver.incumbent.design).is_feasible
+    strategy.out_of_time = stopped  # type: ignore[method-assign]
+    strategy.minimise([1], everything)
+    assert strategy.incumbent is not None
+    assert evaluator.evaluate(strategy.incumbent.design).is_feasible
 
     def over() -> Answer:
         raise OutOfTime("")
 
-    answer = _in_time(SimpleNamespace(evaluator=evaluator), solver, over)  # type: ignore[arg-type]
+    answer = _in_time(SimpleNamespace(evaluator=evaluator), strategy, over)  # type: ignore[arg-type]
     assert isinstance(answer, Unfinished)
-    assert answer.best is solver.incumbent
+    assert answer.best is strategy.incumbent

@@ -19,8 +19,8 @@ from dse.encode.model import encode
 from dse.search import canonical, front, lexicographic, workers
 from dse.search.canonical import InOrder, canonical_design
 from dse.search.front import FrontSearch, Progress, SearchLimits, Watch, search_front
-from dse.search.solver.settings import CUTTING, Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import CUTTING, SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from dse.space.model.space import Space
 from dse.space.question.reading import read_requirements
@@ -106,8 +106,8 @@ def test_designs_that_only_rounding_admits_are_refused_one_by_one(monkeypatch: p
     """Two threads at 3 ms use 66.67 ppm: 66 when rounded down term by term, which the limit admits, but not exactly."""
     monkeypatch.setattr("dse.analysis.measures.SCALE_LIMIT", 1)
     excluded = []
-    exclude = Solver.exclude
-    monkeypatch.setattr(Solver, "exclude", lambda self, design: excluded.append(design) or exclude(self, design))
+    exclude = Strategy.exclude
+    monkeypatch.setattr(Strategy, "exclude", lambda self, design: excluded.append(design) or exclude(self, design))
     for objective in ("minimise latency of main", "minimise jitter of main, minimise power"):
         space = space_of(f"{COARSE}requirements: [utilisation of computer <= 66.5 ppm]\nobjectives: [{objective}]\n")
         assert_complete_and_proved(space, search_front(Evaluator(space)))
@@ -274,7 +274,7 @@ def test_canonical_designs_by_digits_are_those_of_the_depth_first_search(
     """Where the depth-first search takes too long, options become digits, as many to a call as stay exact."""
     evaluator = Evaluator(load_space(BY_NAME[name]))
     expected = search_front(evaluator)
-    monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
+    monkeypatch.setattr(InOrder, "first", lambda self, strategy, to_the_end: Unfinished())
     monkeypatch.setattr(front, "canonical_design", lambda *given, strictly: canonical_design(*given, strictly=True))
     monkeypatch.setattr(canonical, "EXACT_LIMIT", limit)
     search = search_front(evaluator)
@@ -289,24 +289,24 @@ def test_canonical_designs_from_a_fresh_start_do_not_depend_on_the_way(
     """Where the depth-first search takes too long: the same designs with other hints, orders and workers."""
     tune(monkeypatch, knapsack_tables={"is_on": False})
     evaluator = Evaluator(load_space(BY_NAME[name]))
-    monkeypatch.setattr(InOrder, "first", lambda self, solver, to_the_end: Unfinished())
+    monkeypatch.setattr(InOrder, "first", lambda self, strategy, to_the_end: Unfinished())
     monkeypatch.setattr(front, "HELP_AFTER_S", 0.0)
     expected = search_front(evaluator)
     assert expected.not_first == expected.points.keys()
     assert search_front(evaluator, SearchLimits(workers=3)).points == expected.points
-    minimise = Solver.minimise
-    monkeypatch.setattr(Solver, "minimise", lambda self, weights, regions, hint: minimise(self, weights, regions))
+    minimise = Strategy.minimise
+    monkeypatch.setattr(Strategy, "minimise", lambda self, weights, regions, hint: minimise(self, weights, regions))
     assert search_front(evaluator).points == expected.points
 
 
 def test_the_canonical_design_leaves_the_model_as_it_was() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["bindings"])))
-    solver = Solver(encoded)
-    answer = solver.minimise([1, 0, 0], [encoded.everywhere])
+    strategy = Strategy(encoded)
+    answer = strategy.minimise([1, 0, 0], [encoded.everywhere])
     assert isinstance(answer, Found)
     options = {literal.index for literals in encoded.options for literal in literals}
     before = [list(encoded.model.proto.variables[index].domain) for index in sorted(options)]
-    assert canonical_design(solver, answer, None, InOrder()) is not None
+    assert canonical_design(strategy, answer, None, InOrder()) is not None
     assert [list(encoded.model.proto.variables[index].domain) for index in sorted(options)] == before
 
 
@@ -323,15 +323,15 @@ def test_progress_is_reported_after_every_call() -> None:
 
 def failing(monkeypatch: pytest.MonkeyPatch, first: int, calls: Iterator[int]) -> None:
     """Every solver run from the one with number `first` on is stopped before it can tell."""
-    solve = Solver._solve_whole
+    solve = Strategy._solve_whole
 
-    def stopped(self: Solver, settings: Settings, work: float) -> Answer:
+    def stopped(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         if next(calls) >= first:
             self.stop()
             return Unfinished()
         return solve(self, settings, work)
 
-    monkeypatch.setattr(Solver, "_solve_whole", stopped)
+    monkeypatch.setattr(Strategy, "_solve_whole", stopped)
 
 
 @pytest.mark.parametrize("name", ["types", "bindings", "buses"])
@@ -383,12 +383,12 @@ def test_the_state_of_a_running_search_is_handed_out(monkeypatch: pytest.MonkeyP
 def test_a_run_that_only_the_light_settings_cannot_finish_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
     expected = search_front(evaluator)
-    solve = Solver._solve_whole
+    solve = Strategy._solve_whole
 
-    def only_heavy(self: Solver, settings: Settings, work: float) -> Answer:
+    def only_heavy(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         return solve(self, settings, work) if settings is CUTTING and work > 1 else Unfinished()
 
-    monkeypatch.setattr(Solver, "_solve_whole", only_heavy)
+    monkeypatch.setattr(Strategy, "_solve_whole", only_heavy)
     assert search_front(evaluator).points == expected.points
 
 
@@ -410,27 +410,27 @@ def test_a_worker_that_dies_is_an_error_and_not_an_answer(monkeypatch: pytest.Mo
 
 def test_stop_ends_the_search() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["types"])))
-    solver = Solver(encoded)
-    solver.stop()
-    assert isinstance(solver.minimise([1, 1, 1], [encoded.everywhere]), Unfinished)
+    strategy = Strategy(encoded)
+    strategy.stop()
+    assert isinstance(strategy.minimise([1, 1, 1], [encoded.everywhere]), Unfinished)
 
 
 def test_empty_regions_need_no_solver() -> None:
     encoded = encode(Evaluator(load_space(BY_NAME["types"])))
-    solver = Solver(encoded)
+    strategy = Strategy(encoded)
     bounds = encoded.everywhere
-    assert isinstance(solver.minimise([1, 0, 0], [(0, *bounds[1:]), (*bounds[:2], -1)]), NoSuchDesign)
-    assert solver.calls == 0
+    assert isinstance(strategy.minimise([1, 0, 0], [(0, *bounds[1:]), (*bounds[:2], -1)]), NoSuchDesign)
+    assert strategy.calls == 0
     with pytest.raises(AssertionError, match="exact arithmetic"):
-        solver.minimise([EXACT_LIMIT, 0, 0], [(2, *bounds[1:])])
+        strategy.minimise([EXACT_LIMIT, 0, 0], [(2, *bounds[1:])])
 
 
 @pytest.mark.parametrize("claim", ["objectives", "feasibility", "region"])
 def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluator = Evaluator(load_space(BY_NAME["types"]))
-    run = Solver.run
+    run = Strategy.run
 
-    def lie(self: Solver, settings: Settings, work: float, *further: Any) -> Answer:
+    def lie(self: Strategy, settings: SolverSettings, work: float, *further: Any) -> Answer:
         answer = run(self, settings, work, *further)
         if not isinstance(answer, Found):
             return answer
@@ -440,7 +440,7 @@ def test_a_solver_that_lies_is_caught_by_the_referee(claim: str, monkeypatch: py
             return Found(tuple(value + 10**6 for value in answer.point), answer.design)
         return Found(answer.point, tuple(0 for _ in answer.design))
 
-    monkeypatch.setattr(Solver, "run", lie)
+    monkeypatch.setattr(Strategy, "run", lie)
     with pytest.raises(RefereeError):
         search_front(evaluator)
 

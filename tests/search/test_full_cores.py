@@ -10,21 +10,21 @@ from dse.encode.model import encode
 from dse.search.regions import RefutedRegions
 from dse.search.solver.pooled_cores import unnumbered
 from dse.search.solver.settings import OPTIONS_FIRST, POOLING, RELAXED, sound_solver
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found, Unfinished
 from tests.benchmarks.cases import nearly_full
 from tests.helpers.support import space_of
 
 
-def solver_of(evaluator: Evaluator) -> Solver:
+def solver_of(evaluator: Evaluator) -> Strategy:
     """A solver that minimises the latency, and whose model has learnt rows from a design that fits no cores."""
-    solver = Solver(encode(evaluator))
+    strategy = Strategy(encode(evaluator))
     full = tuple(0 for _ in evaluator.space.decisions)
-    assert solver.encoded.settled(full, lambda _: 0) is None
-    assert solver.encoded.contention is not None
-    assert solver.encoded.contention.known
-    solver.encoded.model.minimize(solver.encoded.objectives[1].variable)
-    return solver
+    assert strategy.encoded.settled(full, lambda _: 0) is None
+    assert strategy.encoded.contention is not None
+    assert strategy.encoded.contention.known
+    strategy.encoded.model.minimize(strategy.encoded.objectives[1].variable)
+    return strategy
 
 
 def crowded(threads: int, cores: int, seed: int) -> Evaluator:
@@ -48,14 +48,14 @@ def test_cores_may_be_numbered_in_any_order() -> None:
 def test_an_optimum_that_fits_no_cores_is_a_bound() -> None:
     """Before a model has rows its optimum is too low; no design is below it all the same."""
     evaluator = crowded(9, 3, 1)
-    solver = Solver(encode(evaluator))
-    regions, weights = [solver.encoded.everywhere], [0, 1]
-    solver._set_objective(weights)
+    strategy = Strategy(encode(evaluator))
+    regions, weights = [strategy.encoded.everywhere], [0, 1]
+    strategy._set_objective(weights)
     bounds = []
-    for part in solver.parts.all:
-        answer = solver.solve_part(part, (RELAXED, 10.0), weights, regions, None)
+    for part in strategy.parts.all:
+        answer = strategy.solve_part(part, (RELAXED, 10.0), weights, regions, None)
         assert not isinstance(answer, Unfinished) or answer.bound
-        pooled = solver.solve_part(part, (POOLING, 10.0), weights, regions, None)
+        pooled = strategy.solve_part(part, (POOLING, 10.0), weights, regions, None)
         if isinstance(pooled, Found) and isinstance(answer, Unfinished):
             bounds.append((answer.bound, pooled.point[1]))
     assert bounds
@@ -80,16 +80,16 @@ def test_rows_of_levels_hold_without_a_condition_where_all_must_be_in_time(late:
 def test_rates_before_cores_give_the_same_answer() -> None:
     """And the model is left without an order of decisions."""
     evaluator = crowded(9, 3, 1)
-    solver = Solver(encode(evaluator))
-    regions, weights = [solver.encoded.everywhere], [0, 1]
-    solver._set_objective(weights)
-    for part in solver.parts.all:
+    strategy = Strategy(encode(evaluator))
+    regions, weights = [strategy.encoded.everywhere], [0, 1]
+    strategy._set_objective(weights)
+    for part in strategy.parts.all:
         answers = []
         for settings in (RELAXED, OPTIONS_FIRST):
-            solver.solve_part(part, (POOLING, 10.0), weights, regions, None)  # so that there are rows
+            strategy.solve_part(part, (POOLING, 10.0), weights, regions, None)  # so that there are rows
             part.refuted, part.found = RefutedRegions(), []
-            answers.append(solver.solve_part(part, (settings, 10.0), weights, regions, None))
-            assert not solver.encoded.model.proto.search_strategy
+            answers.append(strategy.solve_part(part, (settings, 10.0), weights, regions, None))
+            assert not strategy.encoded.model.proto.search_strategy
         one, other = answers
         assert type(one) is type(other)
         assert not isinstance(one, Found) or (isinstance(other, Found) and one.point[1] == other.point[1])

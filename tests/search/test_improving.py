@@ -11,7 +11,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.encode.scheduling import waiting_forms
 from dse.search.solver.large_neighbourhood import improved
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found
 from dse.space.model.space import Design
 from tests.helpers.effort import cases
@@ -55,8 +55,8 @@ def compared_neighbours(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
     evaluator = Evaluator(space_of(text))
     encoded, rng = encode(evaluator), Random(seed)
     latency = len(encoded.objectives) - 1
-    solver = Solver(encoded)
-    solver.weights = [int(number == latency) for number in range(len(encoded.objectives))]
+    strategy = Strategy(encoded)
+    strategy.weights = [int(number == latency) for number in range(len(encoded.objectives))]
     encoded.model.minimize(encoded.objectives[latency].variable)
     domains = [list(variable.domain) for variable in encoded.model.proto.variables]
     compared = 0
@@ -65,7 +65,7 @@ def compared_neighbours(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
         point = encoded.weigh(design)
         if point is None or not evaluator.space.open_cores:
             continue
-        found = improved(solver, Found(point, design))
+        found = improved(strategy, Found(point, design))
         assert encoded.weigh(found.design) == found.point
         assert found.point[latency] <= point[latency]
         cores = sorted({design[item.index] for item in evaluator.space.open_cores})
@@ -73,7 +73,7 @@ def compared_neighbours(seed: int, monkeypatch: pytest.MonkeyPatch) -> int:
             near = [encoded.weigh(other) for other in neighbours(evaluator, design, cores[0])]
             assert found.point[latency] <= min(other[latency] for other in near if other is not None)
             compared += 1
-        assert solver.least is None
+        assert strategy.least is None
         assert [list(variable.domain) for variable in encoded.model.proto.variables][: len(domains)] == domains
         if compared > 3:
             break

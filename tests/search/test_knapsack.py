@@ -14,9 +14,9 @@ from dse.search import tuning
 from dse.search.canonical import any_solution
 from dse.search.front import search_front
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
-from dse.search.solver.settings import CUTTING, RELAXED, Settings
-from dse.search.solver.solver import Solver
-from dse.search.solver.subspaces import Parts
+from dse.search.solver.settings import CUTTING, RELAXED, SolverSettings
+from dse.search.solver.strategy import Strategy
+from dse.search.solver.subspaces import AllSubspaces
 from dse.search.solver_answer import Answer, Found, Unfinished
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front, space_of
@@ -87,7 +87,7 @@ def test_tables_bound_every_design(monkeypatch: pytest.MonkeyPatch) -> None:
     for seed in cases(50):
         evaluator = Evaluator(space_of(drawn(seed)))
         encoded = encode(evaluator)
-        divided = Parts(encoded, tuning.DEFAULT)
+        divided = AllSubspaces(encoded, tuning.DEFAULT)
         tables = divided.knapsacks
         if tables is None:
             continue
@@ -126,14 +126,14 @@ objectives: [minimise latency of f, minimise utilisation of computer]
 def test_what_the_tables_tell_no_call_is_made_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """As many designs as the front has are looked up; without tables each of them takes calls of the solver."""
     runs = 0
-    run = Solver.solved
+    run = Strategy.solved
 
-    def counted(self: Solver, *given: object) -> object:
+    def counted(self: Strategy, *given: object) -> object:
         nonlocal runs
         runs += 1
         return run(self, *given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(Solver, "solved", counted)
+    monkeypatch.setattr(Strategy, "solved", counted)
     tune(monkeypatch, knapsack_tables={"after": 0.0})
     evaluator = Evaluator(space_of(MANY))
     search = search_front(evaluator)
@@ -160,14 +160,14 @@ def test_where_limits_bind_the_solver_is_asked(monkeypatch: pytest.MonkeyPatch) 
 def test_a_design_that_is_forbidden_is_not_told() -> None:
     """Nor is one with other options than those that are fixed, or where the tables would be too large."""
     evaluator = Evaluator(space_of(MANY))
-    solver = Solver(encode(evaluator))
-    region = solver.encoded.everywhere
-    answer = solver.parts.bounded((10**7, 1), [region], 1.0)[0]
+    strategy = Strategy(encode(evaluator))
+    region = strategy.encoded.everywhere
+    answer = strategy.parts.bounded((10**7, 1), [region], 1.0)[0]
     assert isinstance(answer, Found)
-    assert solver.encoded.weigh(answer.design) == answer.point
-    solver.exclude(answer.design)
-    assert solver.parts.bounded((10**7, 1), [region], 1.0) == (None, None)
-    assert solver.parts.first(answer.point) is None
+    assert strategy.encoded.weigh(answer.design) == answer.point
+    strategy.exclude(answer.design)
+    assert strategy.parts.bounded((10**7, 1), [region], 1.0) == (None, None)
+    assert strategy.parts.first(answer.point) is None
 
 
 def test_fixed_options_are_kept() -> None:
@@ -188,19 +188,19 @@ def test_large_tables_are_not_made() -> None:
 
 def test_another_relaxation_has_its_turn_before_one_is_asked_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of designs with given figures: one relaxation may take a hundred times as long as the other."""
-    solver = Solver(encode(Evaluator(space_of(MANY))))
-    answer = solver.minimise((1, 1), [solver.encoded.everywhere])
+    strategy = Strategy(encode(Evaluator(space_of(MANY))))
+    answer = strategy.minimise((1, 1), [strategy.encoded.everywhere])
     assert isinstance(answer, Found)
-    run, asked = Solver.run, []
+    run, asked = Strategy.run, []
 
-    def missing(self: Solver, settings: Settings, work: float) -> Answer:
+    def missing(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         asked.append((settings, work))
         return run(self, settings, work) if settings is RELAXED else Unfinished()
 
-    monkeypatch.setattr(Solver, "run", missing)
-    solver.set_point(answer.point)
-    solver.encoded.model.clear_objective()
-    found = any_solution(solver, answer.point)
+    monkeypatch.setattr(Strategy, "run", missing)
+    strategy.set_point(answer.point)
+    strategy.encoded.model.clear_objective()
+    found = any_solution(strategy, answer.point)
     assert isinstance(found, Found)
     assert found.point == answer.point
     assert CUTTING in dict(asked)

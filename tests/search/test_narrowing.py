@@ -6,7 +6,7 @@ from typing import Any, cast
 
 from dse.encode.linear import EXACT_LIMIT
 from dse.search.solver.bounding import lowest
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import NoSuchDesign
 
 
@@ -36,6 +36,6 @@ class Empty:
 def test_where_there_is_nothing_the_steps_end_at_the_largest_sum() -> None:
     """They went on doubling until the solver refused the number."""
     empty = Empty()
-    assert isinstance(lowest(cast(Solver, cast(Any, empty)), 1.0), NoSuchDesign)
+    assert isinstance(lowest(cast(Strategy, cast(Any, empty)), 1.0), NoSuchDesign)
     assert empty.asked[-1] == EXACT_LIMIT
     assert empty.asked == sorted(set(empty.asked)) and len(empty.asked) < 100

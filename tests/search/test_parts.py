@@ -20,14 +20,13 @@ from dse.search import tuning
 from dse.search.front import search_front
 from dse.search.lexicographic import signed
 from dse.search.regions import Bound, strictly_inside
-from dse.search.solver import solver as subproblem
-from dse.search.solver import subspaces
+from dse.search.solver import strategy, subspaces
 from dse.search.solver.bounding import lowest
 from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory
-from dse.search.solver.settings import BARE, CUTTING, LOWEST, Settings
-from dse.search.solver.solver import Solver
-from dse.search.solver.subspaces import Apart, Parts, Subspace
+from dse.search.solver.settings import BARE, CUTTING, LOWEST, SolverSettings
+from dse.search.solver.strategy import Strategy
+from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace
 from dse.search.solver.value_grid import EVERY, Grid, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from tests.benchmarks.cases import nearly_full
@@ -42,13 +41,13 @@ Point = tuple[int, ...]
 def evaluator_with_parts(name: str, monkeypatch: pytest.MonkeyPatch) -> Evaluator:
     tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(load_space(BY_NAME[name]))
-    assert len(Parts(encode(evaluator), tuning.DEFAULT)) > 1
+    assert len(AllSubspaces(encode(evaluator), tuning.DEFAULT)) > 1
     return evaluator
 
 
 def too_hard_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """No settings ever finish on a question to be minimised as a whole."""
-    monkeypatch.setattr(Solver, "_solve_whole", lambda self, settings, work: Unfinished())
+    monkeypatch.setattr(Strategy, "_solve_whole", lambda self, settings, work: Unfinished())
 
 
 @pytest.mark.parametrize("is_brief_too_short", [False, True])
@@ -58,9 +57,9 @@ def test_the_front_is_the_same_part_by_part(
 ) -> None:
     evaluator = evaluator_with_parts(name, monkeypatch)
     expected = search_front(evaluator)
-    within, asked = Solver.run_within, []
+    within, asked = Strategy.run_within, []
 
-    def part(self: Solver, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
+    def part(self: Strategy, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
         asked.append(part)
         answer = within(self, part, settings, work, least)
         if is_brief_too_short and settings is BARE and work < 1:
@@ -68,7 +67,7 @@ def test_the_front_is_the_same_part_by_part(
         return answer
 
     too_hard_as_a_whole(monkeypatch)
-    monkeypatch.setattr(Solver, "run_within", part)
+    monkeypatch.setattr(Strategy, "run_within", part)
     search = search_front(evaluator)
     assert asked
     assert search.points == expected.points
@@ -77,7 +76,7 @@ def test_the_front_is_the_same_part_by_part(
 
 def test_the_model_is_left_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded = encode(evaluator_with_parts("types", monkeypatch))
-    solver = Solver(encoded)
+    solver = Strategy(encoded)
     weights = [1] * len(encoded.objectives)
     whole = solver.minimise(weights, [encoded.everywhere])
     before = encoded.model.clone()
@@ -94,7 +93,7 @@ def test_what_is_known_of_the_parts_answers_without_the_solver(monkeypatch: pyte
     """The same question again; and one for a smaller region that still has the answer."""
     encoded = encode(evaluator_with_parts("types", monkeypatch))
     too_hard_as_a_whole(monkeypatch)
-    solver = Solver(encoded)
+    solver = Strategy(encoded)
     first = solver.minimise([1, 0, 0], [encoded.everywhere])
     assert isinstance(first, Found)
     runs = count_runs(monkeypatch)
@@ -107,7 +106,7 @@ def test_what_is_known_of_the_parts_answers_without_the_solver(monkeypatch: pyte
 def test_an_excluded_design_is_not_an_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     encoded = encode(evaluator_with_parts("types", monkeypatch))
     too_hard_as_a_whole(monkeypatch)
-    solver = Solver(encoded)
+    solver = Strategy(encoded)
     designs = []
     while isinstance(answer := solver.minimise([1, 1, 1], [encoded.everywhere]), Found):
         designs.append(answer.design)
@@ -115,15 +114,15 @@ def test_an_excluded_design_is_not_an_answer(monkeypatch: pytest.MonkeyPatch) ->
     assert len(designs) == len(set(designs)) > 1
 
 
-def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
-    runs: list[Settings] = []
-    run = Solver.run
+def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[SolverSettings]:
+    runs: list[SolverSettings] = []
+    run = Strategy.run
 
-    def counted(self: Solver, settings: Settings, work: float, *further: Any) -> Answer:
+    def counted(self: Strategy, settings: SolverSettings, work: float, *further: Any) -> Answer:
         runs.append(settings)
         return run(self, settings, work, *further)
 
-    monkeypatch.setattr(Solver, "run", counted)
+    monkeypatch.setattr(Strategy, "run", counted)
     return runs
 
 
@@ -132,7 +131,7 @@ def count_runs(monkeypatch: pytest.MonkeyPatch) -> list[Settings]:
 
 def answers(encoded: EncodedSpace, regions: Sequence[Bound], weights: Sequence[int]) -> int | None:
     """The least weighted sum in the regions by one question for each."""
-    solver = Solver(encoded)
+    solver = Strategy(encoded)
     found = [solver.minimise(weights, [region]) for region in regions]
     return min((weighted(weights, item.point) for item in found if isinstance(item, Found)), default=None)
 
@@ -151,7 +150,7 @@ def test_a_question_about_several_regions_has_the_best_answer_of_any(
     plain = encode(evaluator)
     if subspaces:
         too_hard_as_a_whole(monkeypatch)
-    solver = Solver(encoded)
+    solver = Strategy(encoded)
     for asked in ([encoded.everywhere] * 4, regions, regions[:2], regions[2:], regions[:1], [regions[3]]):
         for weights in ([1, 1, 1], [1, 0, 0], [0, 1, 5]):
             answer = solver.minimise(weights, asked)
@@ -164,7 +163,7 @@ def test_a_question_about_several_regions_has_the_best_answer_of_any(
 
 def all_points(encoded: EncodedSpace) -> list[Found]:
     """Some designs with different points."""
-    solver, found = Solver(encoded.copy()), []
+    solver, found = Strategy(encoded.copy()), []
     for weights in ([9, 1, 1], [1, 9, 1], [1, 1, 9]):
         answer = solver.minimise(weights, [encoded.everywhere])
         assert isinstance(answer, Found)
@@ -261,28 +260,28 @@ def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
     evaluator = Evaluator(load_space(BY_NAME[name]))
     encoded = encode(evaluator)
     weights = [1] * len(encoded.objectives)
-    expected = Solver(encode(evaluator)).minimise(weights, [encoded.everywhere])
-    solver, whole = Solver(encoded), Solver._solve_whole
+    expected = Strategy(encode(evaluator)).minimise(weights, [encoded.everywhere])
+    solver, whole = Strategy(encoded), Strategy._solve_whole
     looked: list[Answer] = []
-    any_design, run = Solver.any_design, Solver.run
+    any_design, run = Strategy.any_design, Strategy.run
     had_objective: list[bool] = []
 
-    def failing_once(self: Solver, settings: Settings, work: float) -> Answer:
+    def failing_once(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         return whole(self, settings, work) if looked else Unfinished()
 
-    def looking(self: Solver, ways: Sequence[tuple[Settings, float]]) -> Answer:
+    def looking(self: Strategy, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
         with monkeypatch.context() as inside:
-            inside.setattr(Solver, "run", running)
+            inside.setattr(Strategy, "run", running)
             looked.append(any_design(self, ways))
         assert self.encoded.model.has_objective()
         return looked[-1]
 
-    def running(self: Solver, settings: Settings, work: float) -> Answer:
+    def running(self: Strategy, settings: SolverSettings, work: float) -> Answer:
         had_objective.append(self.encoded.model.has_objective())
         return run(self, settings, work)
 
-    monkeypatch.setattr(Solver, "_solve_whole", failing_once)
-    monkeypatch.setattr(Solver, "any_design", looking)
+    monkeypatch.setattr(Strategy, "_solve_whole", failing_once)
+    monkeypatch.setattr(Strategy, "any_design", looking)
     answer = solver.minimise(weights, [encoded.everywhere])
     assert isinstance(answer, Found) and isinstance(expected, Found)
     assert weighted(weights, answer.point) == weighted(weights, expected.point)
@@ -316,7 +315,7 @@ def test_what_a_design_has_is_on_the_grid_of_its_part(monkeypatch: pytest.Monkey
     tune(monkeypatch, shared_forms={"shared_by": 1})
     evaluator = Evaluator(loads(STEPS).space)
     encoded = encode(evaluator)
-    parts, seen = Parts(encoded, tuning.DEFAULT).all, set()
+    parts, seen = AllSubspaces(encoded, tuning.DEFAULT).all, set()
     for options in product(*(range(len(item.options)) for item in evaluator.space.decisions)):
         found = evaluator.evaluate(options)
         if not found.is_feasible:
@@ -342,7 +341,7 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
         return lowest(solver, work, pools)
 
     tune(monkeypatch, shared_forms={"shared_by": 1})
-    monkeypatch.setattr(subproblem, "lowest", counted)
+    monkeypatch.setattr(strategy, "lowest", counted)
     tune(monkeypatch, subspaces={"sharing_ways": (LOWEST,), "brief": (BARE, 0.0)})
     too_hard_as_a_whole(monkeypatch)
     evaluator = Evaluator(loads(nearly_full(3, 2, 0.9, seed)).space)
@@ -357,10 +356,10 @@ def test_cores_that_are_nearly_full_are_filled_from_the_bound_on(seed: int, monk
 @pytest.mark.parametrize("shares_cores", [False, True])
 def test_a_part_that_bare_settings_leave_open_again_and_again_is_spared_them(shares_cores: bool) -> None:
     """Though relaxation takes longer than what makes a part cheap; not where threads share cores."""
-    asked: list[Settings] = []
+    asked: list[SolverSettings] = []
 
     class Stub(SimpleNamespace):
-        def solve_part(self, part: Subspace, attempt: tuple[Settings, float], *_: Any) -> Answer:
+        def solve_part(self, part: Subspace, attempt: tuple[SolverSettings, float], *_: Any) -> Answer:
             asked.append(attempt[0])
             self.work += 2 * tuning.Subspaces.cheap
             return Unfinished() if attempt[0] is BARE else Found((0,), (0,))

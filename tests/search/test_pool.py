@@ -13,7 +13,7 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.search.alternatives import Finder
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.workers import heard, stop_on_interrupt
 from tests.helpers.support import PROBLEMS, brute_front, load_space
 
@@ -66,7 +66,7 @@ def test_the_program_leaves_while_a_thread_is_inside_the_solver() -> None:
 
 
 def test_ctrl_c_is_heard_and_waits_for_the_call_to_end() -> None:
-    solver = Solver(encode(Evaluator(load_space(PROBLEMS[0]))))
+    solver = Strategy(encode(Evaluator(load_space(PROBLEMS[0]))))
     ended = threading.Event()
 
     def question() -> None:

@@ -17,8 +17,8 @@ from dse.search.front import search_front
 from dse.search.solver import bounding, pooled_cores
 from dse.search.solver.call import Call
 from dse.search.solver.pooled_cores import PoolMemory, Pools
-from dse.search.solver.settings import BARE, RELAXED, Settings, sound_solver
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import BARE, RELAXED, SolverSettings, sound_solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
 from tests.benchmarks.cases import GRID_MS, SPEEDS, nearly_full
 from tests.helpers.effort import cases
@@ -145,10 +145,10 @@ def ends_in_time(threads: list[tuple[int, float]]) -> bool:
 @pytest.fixture
 def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
     """Nothing else answers: what pools say is noted."""
-    once, said = Solver.once, []
+    once, said = Strategy.once, []
 
     def hurried(
-        self: Solver, settings: Settings, work: float, best: Found | None, most: int | None
+        self: Strategy, settings: SolverSettings, work: float, best: Found | None, most: int | None
     ) -> tuple[Answer | None, Found | None]:
         return (Unfinished(best=best), best) if work <= HURRIED else once(self, settings, work, best, most)
 
@@ -157,7 +157,7 @@ def asked_at_once(monkeypatch: pytest.MonkeyPatch) -> list[Answer]:
         said.append(answer)
         return answer
 
-    monkeypatch.setattr(Solver, "once", hurried)
+    monkeypatch.setattr(Strategy, "once", hurried)
     tune(
         monkeypatch,
         lowest_first={"at_once": HURRIED},

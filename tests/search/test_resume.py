@@ -26,8 +26,8 @@ from dse.report.content.front import printed_page
 from dse.report.terminal import print_page
 from dse.report.words.missing import missing_words
 from dse.search import front
-from dse.search.solver.settings import Settings
-from dse.search.solver.solver import Solver
+from dse.search.solver.settings import SolverSettings
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.support.errors import UsageError
 from dse.support.timelimit import OutOfTime
@@ -52,21 +52,21 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = dse.solve(BY_NAME[name], workers=1)
-    solve = Solver._solve_whole
+    solve = Strategy._solve_whole
     for stop in range(1, 8):
         asked: list[bool] = []
 
         def failing(
-            self: Solver, settings: Settings, work: float, asked: list[bool] = asked, stop: int = stop
+            self: Strategy, settings: SolverSettings, work: float, asked: list[bool] = asked, stop: int = stop
         ) -> Answer:
             asked.append(True)
             if len(asked) >= stop:
                 self.stop()
             return solve(self, settings, work)
 
-        monkeypatch.setattr(Solver, "_solve_whole", failing)
+        monkeypatch.setattr(Strategy, "_solve_whole", failing)
         stopped = dse.solve(BY_NAME[name], workers=1)
-        monkeypatch.setattr(Solver, "_solve_whole", solve)
+        monkeypatch.setattr(Strategy, "_solve_whole", solve)
         if stopped.status == "complete":
             break
         assert stopped.status == "incomplete"
@@ -80,16 +80,16 @@ def test_a_search_stopped_at_any_call_goes_on_to_the_same_front(
 def stopped_after(calls: int, monkeypatch: pytest.MonkeyPatch, **asked: Any) -> Result:
     """The robot's front when the search is stopped after so many calls."""
     answered: list[Answer] = []
-    minimise = Solver.minimise
+    minimise = Strategy.minimise
 
-    def failing(self: Solver, *arguments: Any, **more: Any) -> Answer:
+    def failing(self: Strategy, *arguments: Any, **more: Any) -> Answer:
         if len(answered) >= calls:
             return Unfinished()
         answered.append(minimise(self, *arguments, **more))
         return answered[-1]
 
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "minimise", failing)
+        patch.setattr(Strategy, "minimise", failing)
         return dse.solve(INMARK, workers=1, **asked)
 
 
@@ -219,7 +219,7 @@ def test_a_killed_search_leaves_a_whole_state_that_goes_on_to_the_same_front(tmp
 def stopped_at_once(path: Path, monkeypatch: pytest.MonkeyPatch) -> Result:
     """A result of a search that the solver gave no answer to."""
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "minimise", lambda *_, **__: Unfinished())
+        patch.setattr(Strategy, "minimise", lambda *_, **__: Unfinished())
         return dse.solve(path, workers=1)
 
 
@@ -241,7 +241,7 @@ def test_a_baseline_that_breaks_a_limit_is_not_shown(tmp_path: Path, monkeypatch
     path = tmp_path / "problem.yaml"
     path.write_text(random_problem(6, 2, 2, "automotive"), encoding="utf-8")
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "minimise", lambda *_, **__: Unfinished())
+        patch.setattr(Strategy, "minimise", lambda *_, **__: Unfinished())
         assert not dse.solve(path, workers=1, max_price="1 EUR").front
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dse.analysis.evaluate import Evaluator
 from dse.encode.model import encode
 from dse.search.solver.large_neighbourhood import roomier
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from tests.helpers.support import space_of
 
 PROBLEM = """
@@ -32,11 +32,11 @@ def test_rates_fall_until_cores_are_found() -> None:
     """At 5 ms each of the three needs a core of its own, of two; at 10 ms three share one."""
     evaluator = brim("[5 ms, 10 ms]")
     encoded = encode(evaluator)
-    solver = Solver(encoded)
+    strategy = Strategy(encoded)
     full = tuple(0 for _ in evaluator.space.decisions)
     assert encoded.settled(full, lambda _: 0, is_best=False) is None
     point = tuple(0 for _ in encoded.objectives)
-    found = roomier(solver, full, point)
+    found = roomier(strategy, full, point)
     assert found is not None
     evaluation = evaluator.evaluate(found)
     assert evaluation.is_feasible
@@ -49,7 +49,7 @@ def test_there_may_be_none() -> None:
     evaluator = brim("5 ms")
     encoded = encode(evaluator)
     full = tuple(0 for _ in evaluator.space.decisions)
-    assert roomier(Solver(encoded), full, tuple(0 for _ in encoded.objectives)) is None
+    assert roomier(Strategy(encoded), full, tuple(0 for _ in encoded.objectives)) is None
 
 
 def test_first_designs_are_not_exchanged() -> None:
@@ -59,4 +59,4 @@ def test_first_designs_are_not_exchanged() -> None:
     assert encoded.contention is not None
     encoded.contention.seek_first(patient=True)
     full = tuple(0 for _ in evaluator.space.decisions)
-    assert roomier(Solver(encoded), full, tuple(0 for _ in encoded.objectives)) is None
+    assert roomier(Strategy(encoded), full, tuple(0 for _ in encoded.objectives)) is None

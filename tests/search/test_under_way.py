@@ -18,7 +18,7 @@ from dse.questions.robust.robust import RobustWatcher, solve_question
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search import workers
 from dse.search.front import SearchLimits
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import UsageError
 from tests.helpers.support import PROBLEMS
@@ -114,13 +114,13 @@ def test_a_design_is_kept_while_the_first_question_goes_on(monkeypatch: pytest.M
         if state.front:
             is_kept.set()
 
-    def answering(self: Solver, *_: object, **__: object) -> Answer:
+    def answering(self: Strategy, *_: object, **__: object) -> Answer:
         counted = zip(point.objectives.values(), self.encoded.objectives, strict=True)
         self.incumbent = Found(tuple((value - item.offset) // item.step for value, item in counted), point.design)
         assert is_kept.wait(60)
         return Unfinished()
 
     assert all(item.sense == "minimise" for item in asked.space.objectives)
-    monkeypatch.setattr(Solver, "minimise", answering)
+    monkeypatch.setattr(Strategy, "minimise", answering)
     solve_asked(asked, SearchLimits(), Watcher(checkpoint=watching))
     assert states[-1].front[0].decisions == point.decisions

@@ -20,7 +20,7 @@ from dse.answers.robust import RobustResult
 from dse.cli.main import cli, run
 from dse.questions.problem import load
 from dse.questions.robust.robust import solve_robust
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Unfinished
 from dse.support.errors import UsageError
 from tests.helpers.effort import LONG
@@ -184,15 +184,15 @@ def test_a_design_that_breaks_somewhere_in_the_ranges_is_named(solved: tuple[Pat
 def stopped(after: int, monkeypatch: pytest.MonkeyPatch, file: Path, *options: str) -> Data:
     """What `dse solve --json` left when the solver had no answer any more."""
     asked: list[bool] = []
-    minimise = Solver.minimise
+    minimise = Strategy.minimise
 
-    def failing(self: Solver, *arguments: Any, **more: Any) -> Answer:
+    def failing(self: Strategy, *arguments: Any, **more: Any) -> Answer:
         asked.append(True)
         return Unfinished() if len(asked) > after else minimise(self, *arguments, **more)
 
     out = file.parent / "stopped.json"
     with monkeypatch.context() as patch:
-        patch.setattr(Solver, "minimise", failing)
+        patch.setattr(Strategy, "minimise", failing)
         assert run(["solve", str(file), "-q", "--workers", "1", "--json", str(out), *options]) in (0, 5)
     found: Data = json.loads(out.read_text(encoding="utf-8"))
     return found

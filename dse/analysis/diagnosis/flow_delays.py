@@ -70,8 +70,8 @@ def _unbounded(teller: Teller, verdict: Verdict) -> tuple[str, ...]:
 
 def _broken(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Verdict]:
     for verdict in verdicts:
-        metric, operator = verdict.requirement.metric, verdict.requirement.operator
-        is_upper = not verdict.holds and operator in ("<=", "<")
+        metric = verdict.requirement.metric
+        is_upper = not verdict.holds and verdict.requirement.is_upper
         if is_upper and flows_in(teller.space, metric) and may_be_unbounded(teller.space, metric):
             yield verdict
 

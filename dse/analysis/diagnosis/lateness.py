@@ -134,9 +134,8 @@ class Teller:
         """The threads that break an upper limit on their response time, in the order of the limits."""
         broken: dict[int, Verdict] = {}
         for verdict in verdicts:
-            metric, operator = verdict.requirement.metric, verdict.requirement.operator
-            if not verdict.holds and metric.kind == "response time" and operator in ("<=", "<"):
-                broken.setdefault(metric.index or 0, verdict)
+            if not verdict.holds and verdict.requirement.is_deadline:
+                broken.setdefault(verdict.requirement.metric.index or 0, verdict)
         for number, verdict in broken.items():
             found = response_of(self.space, number, "thread", self.view)
             if found is not None:

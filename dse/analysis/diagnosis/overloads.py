@@ -70,8 +70,8 @@ def overloads(space: Space, verdicts: Sequence[Verdict], view: View, late: Seque
     """The cores that break upper limits on utilisation, in the order of these; `late` are the threads that are."""
     found: dict[tuple[str, int], Overload] = {}
     for verdict in verdicts:
-        metric, operator = verdict.requirement.metric, verdict.requirement.operator
-        if verdict.holds or operator not in ("<=", "<"):
+        metric = verdict.requirement.metric
+        if verdict.holds or not verdict.requirement.is_upper:
             continue
         if metric.kind in OF_BUSES:
             yield from _on_bus(space, build_limit(space, verdict.requirement), view)

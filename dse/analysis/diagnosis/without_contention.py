@@ -25,7 +25,7 @@ def uncontended_limit(space: Space, requirement: Requirement, *, is_asked: bool 
     terms = limit.measure.terms
     if not any(map(_waits, terms)):
         return limit
-    if requirement.operator not in ("<=", "<"):
+    if not requirement.is_upper:
         return _nothing(limit)
     return replace(limit, measure=replace(limit.measure, terms=tuple(map(_least, terms))), is_elsewhere=True)
 

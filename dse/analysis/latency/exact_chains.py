@@ -45,7 +45,7 @@ class Hop:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class ClockSegment:
     """A stretch of a flow on one clock: its first release, the hops from there, and the waits that bound it.
 
     The first job begins, and reads, up to `begins_ns` after its release.
@@ -57,7 +57,7 @@ class Run:
     bounds_ns: tuple[Exact, Exact] = (0, 0)
     begins_ns: Exact = 0
 
-    def onward(self, hop: Hop, least_ns: Exact, most_ns: Exact) -> Run:
+    def onward(self, hop: Hop, least_ns: Exact, most_ns: Exact) -> ClockSegment:
         """The stretch with a hop more, whose wait is in these bounds."""
         low, high = self.bounds_ns
         return replace(self, hops=(*self.hops, hop), bounds_ns=(low + least_ns, high + most_ns))
@@ -92,11 +92,11 @@ def repeats_too_late(space: Space, flow: Flow, view: View) -> bool:
     return any(_releases(run) is None for run in _runs(space, flow, view)[0])
 
 
-def _runs(space: Space, flow: Flow, view: View) -> tuple[list[Run], list[tuple[Exact, Exact]]]:
+def _runs(space: Space, flow: Flow, view: View) -> tuple[list[ClockSegment], list[tuple[Exact, Exact]]]:
     """The stretches of a flow on one clock, and what else adds to its latency."""
     if space.profile != "dse":  # OSATE knows no offsets: its sums are all there is
         return [], [(row.min_ns, row.max_ns) for row in flow_rows(space, flow, view)]
-    runs: list[Run] = []
+    runs: list[ClockSegment] = []
     others: list[tuple[Exact, Exact]] = []
     is_open = False
     for step in flow.steps:
@@ -115,7 +115,7 @@ def _runs(space: Space, flow: Flow, view: View) -> tuple[list[Run], list[tuple[E
     return runs, others
 
 
-def _hop(space: Space, step: Step, view: View) -> tuple[Run, Hop]:
+def _hop(space: Space, step: Step, view: View) -> tuple[ClockSegment, Hop]:
     """A stretch that begins with the timer that releases what a synchronous reader reads, and the way from there."""
     receiver = space.components[step.index]
     found = neighbours(space, step, view)
@@ -123,18 +123,18 @@ def _hop(space: Space, step: Step, view: View) -> tuple[Run, Hop]:
     pair, offset = found.pair, at(space.components[found.sender].offset_ns, view)
     first, begins = pair.begins_ns
     hop = Hop(pair.receiver_ns, at(receiver.offset_ns, view), found.least_ns, found.most_ns, pair.error_ns, begins)
-    return Run(pair.sender_ns, offset, (), (0, 0), first), hop
+    return ClockSegment(pair.sender_ns, offset, (), (0, 0), first), hop
 
 
-def longest_and_shortest_ns(run: Run) -> tuple[Exact, Exact] | None:
+def longest_and_shortest_ns(run: ClockSegment) -> tuple[Exact, Exact] | None:
     """The shortest and the longest time from a release to the last read of its data; None where that is too long.
 
     The shortest from when the first job reads. A middle job that may begin 2 ns after its release, at 10, reads what
     comes at 11, and its own data, 9 ns later, meet the release at 20.
 
-    >>> longest_and_shortest_ns(Run(5, 0, (Hop(10, 0, 5, 5), Hop(20, 0, 10, 10))))
+    >>> longest_and_shortest_ns(ClockSegment(5, 0, (Hop(10, 0, 5, 5), Hop(20, 0, 10, 10))))
     (15, 30)
-    >>> longest_and_shortest_ns(Run(10, 0, (Hop(10, 0, 11, 11, 0, 2), Hop(20, 0, 9, 9))))
+    >>> longest_and_shortest_ns(ClockSegment(10, 0, (Hop(10, 0, 11, 11, 0, 2), Hop(20, 0, 9, 9))))
     (20, 40)
     """
     scale = _scale(run)
@@ -186,7 +186,7 @@ def _last_moments(hops: Sequence[_Late], release: int, first: int) -> Iterator[i
         yield from range(closes - (closes - release) // period * period, release + first + 1, period)
 
 
-def _scale(run: Run) -> int:
+def _scale(run: ClockSegment) -> int:
     """A common denominator of all times of a stretch."""
     times = [run.period_ns, run.offset_ns, run.begins_ns, *(time for hop in run.hops for time in _times(hop))]
     return lcm(*(Fraction(time).denominator for time in times))
@@ -201,7 +201,7 @@ def _whole(scale: int, hop: Hop) -> _Whole:
     return period, offset, least, most, error, begins
 
 
-def _releases(run: Run) -> int | None:
+def _releases(run: ClockSegment) -> int | None:
     """After how many releases the pattern repeats."""
     scale = _scale(run)
     period = int(run.period_ns * scale)

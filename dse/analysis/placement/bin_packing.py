@@ -82,7 +82,7 @@ def largest_first(work: Sequence[Work]) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Found:
+class PackingOutcome:
     """What a complete search found, and how many of its steps were left."""
 
     status: Status
@@ -91,7 +91,7 @@ class Found:
     steps: int
 
 
-class Search:
+class PackingSearch:
     """Depth first, the largest thread first; cores that are alike are tried once.
 
     What the cores have left must be enough for the threads that are left, without what no choice of these can fill
@@ -109,11 +109,11 @@ class Search:
         self.is_enough &= not counted.is_plain or all(load <= self.most for load in self.loads)
         self.sums: dict[int, list[Any]] = {}
 
-    def run(self) -> Found:
+    def run(self) -> PackingOutcome:
         """Whether there is a partition, and one where there is."""
         found = self._place(0) if self.is_enough else False
         status: Status = "undecided" if found is None else "found" if found else "none"
-        return Found(status, tuple(self.cores), tuple(self.loads), self.steps)
+        return PackingOutcome(status, tuple(self.cores), tuple(self.loads), self.steps)
 
     def _place(self, position: int) -> bool | None:
         """Put the threads from `position` on; None when effort ends."""

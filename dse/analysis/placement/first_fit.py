@@ -62,6 +62,6 @@ def core_room(space: Space, processor: int) -> Room:
     limits = [
         Room(item.limit.value, item.operator == "<")
         for item in space.requirements
-        if (item.metric.kind, item.metric.index) == ("utilisation", processor) and item.operator in ("<=", "<")
+        if (item.metric.kind, item.metric.index) == ("utilisation", processor) and item.is_upper
     ]
     return min([*limits, WHOLE], key=lambda room: (room.share, not room.is_strict))

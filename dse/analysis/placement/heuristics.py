@@ -29,11 +29,7 @@ NO_ROOMS: Mapping[int, Room] = {}
 
 def core_limits(space: Space) -> list[Limit]:
     """The upper limits on response times that are asked for."""
-    return [
-        build_limit(space, item)
-        for item in space.requirements
-        if item.metric.kind == "response time" and item.operator in ("<=", "<")
-    ]
+    return [build_limit(space, item) for item in space.requirements if item.is_deadline]
 
 
 def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:

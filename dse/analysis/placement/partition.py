@@ -20,9 +20,9 @@ from dse.analysis.binding import own_core
 from dse.analysis.placement.bin_packing import (
     WHOLE,
     Counted,
-    Found,
+    PackingOutcome,
+    PackingSearch,
     Room,
-    Search,
     Status,
     Work,
     counted_in_parts,
@@ -42,7 +42,7 @@ MOST_THREADS = 300
 
 
 @dataclass(frozen=True)
-class Partition:
+class CorePartition:
     """The core of each thread, from 0, in the order given; `none` is a proof, `undecided` an end of effort.
 
     Where none is found the cores are those of first-fit, which overloads some.
@@ -58,7 +58,7 @@ class Partition:
         return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core))
 
 
-def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Partition:
+def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> CorePartition:
     """Put threads on cores that already carry `taken`, so that the load of every core fits.
 
     Parameters
@@ -94,10 +94,10 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Pa
         status = found.status
         if status == "found":
             cores, loads = list(found.cores), list(found.loads)
-    return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
+    return CorePartition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
-def _filled(counted: Counted) -> Found | None:
+def _filled(counted: Counted) -> PackingOutcome | None:
     """Cores filled one after the other, where that does."""
     if not counted.is_plain:
         return None
@@ -110,10 +110,10 @@ def _filled(counted: Counted) -> Found | None:
     for core, share in zip(cores, shares, strict=True):
         loads[core] += share
     assert all(map(counted.fits, loads)), (cores, loads)
-    return Found("found", cores, tuple(loads), 0)
+    return PackingOutcome("found", cores, tuple(loads), 0)
 
 
-def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
+def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
     """The partition whose fullest core is used least; `undecided` where effort ended before that was proved."""
     counted = counted_in_parts(work, taken, WHOLE)
     order = largest_first(counted.work)
@@ -129,7 +129,7 @@ def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
         if status == "found":
             cores, loads = list(found.cores), list(found.loads)
     said: Status = "undecided" if status == "undecided" else "found"
-    return Partition(said, tuple(cores), tuple(load / counted.scale for load in loads))
+    return CorePartition(said, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
 def _is_hopeless(counted: Counted) -> bool:
@@ -228,7 +228,7 @@ def _given(
 
 
 def _as_spread(
-    space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: Partition
+    space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: CorePartition
 ) -> Spread:
     chosen = dict(zip(waiting, (core + 1 for core in found.cores), strict=True))
     own = {number: own_core(space, number, view, len(found.loads)) for number in used}
@@ -240,14 +240,14 @@ def _as_spread(
     )
 
 
-def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> Partition:
+def first_fit(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
     """Each thread, those that use most first, on the first core with room for it, else on the one that is used least.
 
     `undecided` where a core carries more than all of it.
     """
     counted = counted_in_parts(work, taken, WHOLE)
     status, cores, loads = _first_fit(counted, largest_first(counted.work))
-    return Partition(status, tuple(cores), tuple(load / counted.scale for load in loads))
+    return CorePartition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
 def _first_fit(counted: Counted, order: Sequence[int]) -> tuple[Status, list[int], list[Any]]:
@@ -274,10 +274,10 @@ def _least_used(counted: Counted, order: Sequence[int]) -> tuple[list[int], list
     return cores, loads
 
 
-def _searched(counted: Counted, order: Sequence[int], steps: int) -> Found:
+def _searched(counted: Counted, order: Sequence[int], steps: int) -> PackingOutcome:
     """The complete search; remembered, for designs that differ elsewhere use their cores alike."""
     if not counted.is_plain:
-        return Search(counted, order, steps).run()
+        return PackingSearch(counted, order, steps).run()
     work = tuple((item.share, tuple(item.cores)) for item in counted.work)
     return _recalled(work, tuple(counted.taken), counted.room, steps)
 
@@ -286,6 +286,8 @@ _recalled_filling: Callable[..., tuple[int, ...] | None] = lru_cache(maxsize=409
 
 
 @lru_cache(maxsize=4096)
-def _recalled(work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int) -> Found:
+def _recalled(
+    work: tuple[tuple[Any, tuple[int, ...]], ...], taken: tuple[Any, ...], room: Room, steps: int
+) -> PackingOutcome:
     counted = Counted([Work(*item) for item in work], taken, room, Fraction(1), is_plain=True)
-    return Search(counted, largest_first(counted.work), steps).run()
+    return PackingSearch(counted, largest_first(counted.work), steps).run()

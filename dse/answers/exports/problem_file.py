@@ -12,7 +12,7 @@ import yaml
 
 from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.views import View
-from dse.answers.exports.yaml_editing import Draft, flow_mapping
+from dse.answers.exports.yaml_editing import YamlDocument, flow_mapping
 from dse.answers.result import Result
 from dse.space.model.criteria import Metric, Requirement
 from dse.space.model.space import EMPTY, Decision, Design, Space
@@ -40,7 +40,7 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     folder
         where the file will stand: paths of included files and of samples are made relative to it.
     """
-    draft = Draft(text)
+    draft = YamlDocument(text)
     space = result.space
     rest = [decision for decision in _open(space) if not _fix_in_place(draft, space, decision, design)]
     _moved(draft, ["include"], folder, source)
@@ -78,7 +78,7 @@ def without(text: str, error: ProblemError) -> str | None:
 
     A fixed design may leave a virtual bus without a user; a requirement on it then speaks of nothing.
     """
-    draft = Draft(text)
+    draft = YamlDocument(text)
     costs = [item for item in error.diagnostics if item.path.startswith("cost_of_change.")]
     if costs:
         draft.drop_section("cost_of_change", "speaks of what this design does not have:")
@@ -101,7 +101,7 @@ def _open(space: Space) -> list[Decision]:
     return [decision for decision in space.decisions if decision.is_open]
 
 
-def _fix_in_place(draft: Draft, space: Space, decision: Decision, design: Design) -> bool:
+def _fix_in_place(draft: YamlDocument, space: Space, decision: Decision, design: Design) -> bool:
     """Replace every list of the decision that stands in the component itself.
 
     False when there is none, or it is shared.
@@ -153,7 +153,7 @@ def _would_count(space: Space, decision: Decision, design: Design) -> bool:
     return decision.field in unused if decision.field != "type" else any(unused)
 
 
-def _pin(draft: Draft, path: list[str], core: str | None) -> bool:
+def _pin(draft: YamlDocument, path: list[str], core: str | None) -> bool:
     """State the core of a thread that leaves it open; False where the thread is shared with others by an alias."""
     node, thread = draft.find(path), draft.find(path[:-1])
     if not isinstance(thread, yaml.MappingNode) or draft.is_shared(path[:-1]):
@@ -189,7 +189,7 @@ def _canonical(space: Space, decision: Decision, text: str) -> str:
         return text
 
 
-def _moved(draft: Draft, place: list[str | int], folder: Path, source: Path) -> None:
+def _moved(draft: YamlDocument, place: list[str | int], folder: Path, source: Path) -> None:
     """The files that a place names, one or several, are found from where the new file will stand."""
     node = draft.find(place)
     if node is None or folder.resolve() == source.parent.resolve():
@@ -201,7 +201,7 @@ def _moved(draft: Draft, place: list[str | int], folder: Path, source: Path) -> 
         draft.replace(path, yaml_text(Path(moved).as_posix()))
 
 
-def _samples(draft: Draft, folder: Path, source: Path) -> None:
+def _samples(draft: YamlDocument, folder: Path, source: Path) -> None:
     """Files of samples are found from where the new file will stand."""
     node = draft.find(["uncertainty"])
     if not isinstance(node, yaml.MappingNode) or folder.resolve() == source.parent.resolve():
@@ -216,7 +216,7 @@ def _samples(draft: Draft, folder: Path, source: Path) -> None:
             draft.replace(path, yaml_text(Path(moved).as_posix()))
 
 
-def _question(draft: Draft, result: Result) -> None:
+def _question(draft: YamlDocument, result: Result) -> None:
     """The question as it was asked, where that is not what the file says."""
     asked = result.problem.effective
     reason = "as in the original file; this result was asked otherwise, see the end:"
@@ -257,7 +257,7 @@ def _metric_text(metric: Metric) -> str:
     return f"{kind} of {quote}{name}{quote}"
 
 
-def _rules(draft: Draft, space: Space, rest: Sequence[Decision], design: Design) -> None:
+def _rules(draft: YamlDocument, space: Space, rest: Sequence[Decision], design: Design) -> None:
     """The rules hold in the design and are done with; what could not be fixed in its place is fixed by a rule."""
     lines = []
     for decision in rest:
@@ -278,7 +278,7 @@ def _rules(draft: Draft, space: Space, rest: Sequence[Decision], design: Design)
         )
 
 
-def _baseline(draft: Draft, space: Space, design: Design) -> None:
+def _baseline(draft: YamlDocument, space: Space, design: Design) -> None:
     """The design itself, decision by decision."""
     made: dict[str, dict[str, str]] = {}
     for decision in _open(space):

@@ -1,6 +1,7 @@
 """Edits to a YAML text that leave everything else, comments above all, as it stands.
 
-A `Draft` holds the text with the marks of its nodes. Edits are collected, must not overlap, and are applied together.
+A `YamlDocument` holds the text with the marks of its nodes. Edits are collected, must not overlap, and are
+applied together.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import yaml
 from dse.spec.loading.writing import yaml_text
 
 
-class Draft:
+class YamlDocument:
     """A YAML document under revision; paths are keys and positions from the root."""
 
     def __init__(self, text: str) -> None:

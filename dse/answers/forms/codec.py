@@ -98,7 +98,7 @@ def _same(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ValueType:
     """A type of values: `form` gives the type by which JSON is checked, `write` and `read` convert a value."""
 
     form: Callable[[], Any]
@@ -107,12 +107,12 @@ class Kind:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FormEntry:
     """An entry of an object in JSON: under `key` what is at `path`, left out where it is `default`."""
 
     key: str
     path: str
-    kind: Kind
+    kind: ValueType
     text: str
     default: Any = ALWAYS
     limits: Mapping[str, Any] | None = None
@@ -187,17 +187,17 @@ def _model(cls: Any) -> type[BaseModel]:
     return create_model(name, __base__=Form, __doc__=_first_paragraph(cls), __module__=cls.__module__, **members)
 
 
-def entries_of(cls: Any) -> tuple[Entry, ...]:
+def entries_of(cls: Any) -> tuple[FormEntry, ...]:
     """What is written of an object of a class, in order."""
     return _listed(cls)
 
 
 @cache
-def _listed(cls: Any) -> tuple[Entry, ...]:
+def _listed(cls: Any) -> tuple[FormEntry, ...]:
     return tuple(_entries(cls))
 
 
-def _entries(cls: type) -> Iterator[Entry]:
+def _entries(cls: type) -> Iterator[FormEntry]:
     if "FORMAT" in vars(cls):
         yield _format(cls)
     hints = _hints(cls)
@@ -209,14 +209,14 @@ def _entries(cls: type) -> Iterator[Entry]:
             yield _entry(cls, item if isinstance(item, Of) else Of(item))
 
 
-def _entry(cls: Any, stated: Of) -> Entry:
+def _entry(cls: Any, stated: Of) -> FormEntry:
     hint, text, how = stated.kind, stated.text or _text_of(stated.kind), Json()
     if hint is None or not text:
         found, found_text = _at(getattr(cls, "OF", cls), stated.path)
         how = next((mark for mark in _metadata(found) if isinstance(mark, Json)), how)
         text = text or found_text
         hint = next((kind for kind in (stated.kind, how.kind) if kind is not None), found)
-    return Entry(
+    return FormEntry(
         key=stated.key or how.key or stated.path.rpartition(".")[2],
         path=stated.path,
         kind=kind_of(hint),
@@ -226,10 +226,10 @@ def _entry(cls: Any, stated: Of) -> Entry:
     )
 
 
-def _format(cls: Any) -> Entry:
+def _format(cls: Any) -> FormEntry:
     """The first entry of a whole answer: the name of its format."""
     name = f"dse-{cls.FORMAT}/1"
-    return Entry("format", "FORMAT", Kind(lambda: Literal[name], lambda _: name), "The name of this format.")
+    return FormEntry("format", "FORMAT", ValueType(lambda: Literal[name], lambda _: name), "The name of this format.")
 
 
 def _at(cls: Any, path: str) -> tuple[Any, str]:
@@ -279,7 +279,7 @@ def _first_paragraph(item: Any) -> str:
 # Every type of values.
 
 
-def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> Kind:
+def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> ValueType:
     """How values of a type are checked, written and read."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
@@ -299,54 +299,54 @@ def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> Kind:
     if origin in (dict, Mapping):
         return _mapping(kind_of(inner[1]))
     if isinstance(hint, type) and issubclass(hint, Data):
-        return Kind(lambda: model_of(hint), lambda value: written(hint, value))
+        return ValueType(lambda: model_of(hint), lambda value: written(hint, value))
     if is_dataclass(hint) and isinstance(hint, type):
-        return Kind(lambda: model_of(hint), lambda value: written(hint, value), lambda value: read_as(hint, value))
+        return ValueType(lambda: model_of(hint), lambda value: written(hint, value), lambda value: read_as(hint, value))
     return _plain_kind(hint, marks)
 
 
-def _plain_kind(hint: Any, marks: frozenset[Mark]) -> Kind:
+def _plain_kind(hint: Any, marks: frozenset[Mark]) -> ValueType:
     """Numbers, texts, and what is written as it is."""
     if Mark.NUMBER in marks or hint is float:
-        return Kind(lambda: float, lambda value: float(value) if isinstance(value, Fraction) else value)
+        return ValueType(lambda: float, lambda value: float(value) if isinstance(value, Fraction) else value)
     if hint is Fraction or Mark.FIGURE in marks:
         return _figure(Mark.NULL in marks)
     if hint is int and Mark.COUNT in marks:
-        return Kind(lambda: Count | None if Mark.NULL in marks else Count, _exact)
+        return ValueType(lambda: Count | None if Mark.NULL in marks else Count, _exact)
     if hint is int and Mark.WHOLE in marks:
-        return Kind(lambda: Whole | None if Mark.NULL in marks else Whole, _exact)
+        return ValueType(lambda: Whole | None if Mark.NULL in marks else Whole, _exact)
     if hint is str and Mark.NULL in marks:
-        return Kind(lambda: str | None, lambda value: value or None, lambda value: value or "")
+        return ValueType(lambda: str | None, lambda value: value or None, lambda value: value or "")
     if hint is str and Mark.UNIT in marks:
-        return Kind(lambda: UnitText)
-    return Kind(lambda: hint)
+        return ValueType(lambda: UnitText)
+    return ValueType(lambda: hint)
 
 
-def _figure(is_null: bool) -> Kind:
-    return Kind(lambda: Figure | None if is_null else Figure, _exact, figure)
+def _figure(is_null: bool) -> ValueType:
+    return ValueType(lambda: Figure | None if is_null else Figure, _exact, figure)
 
 
-def _or_null(kind: Kind) -> Kind:
-    return Kind(
+def _or_null(kind: ValueType) -> ValueType:
+    return ValueType(
         lambda: kind.form() | None,
         lambda value: None if value is None else kind.write(value),
         lambda value: None if value is None else kind.read(value),
     )
 
 
-def _list(kind: Kind, length: int | None) -> Kind:
+def _list(kind: ValueType, length: int | None) -> ValueType:
     def form() -> Any:
         every: Any = list[kind.form()]  # type: ignore[misc]
         return every if length is None else Annotated[every, ModelField(min_length=length, max_length=length)]
 
-    return Kind(
+    return ValueType(
         form,
         lambda values: [kind.write(value) for value in values],
         lambda values: tuple(kind.read(value) for value in values),
     )
 
 
-def _by_kind(cases: Sequence[type]) -> Kind:
+def _by_kind(cases: Sequence[type]) -> ValueType:
     """Data of one of several classes; the tags are no names of entries, so that places of mistakes do without them."""
 
     def kind(data: Any) -> str | None:  # its name is the place of a mistake
@@ -360,16 +360,16 @@ def _by_kind(cases: Sequence[type]) -> Kind:
             tagged.append(Annotated[model_of(case), Tag(f"a run of kind {word}")])
         return Annotated[reduce(or_, tagged), Discriminator(kind)]
 
-    return Kind(form)
+    return ValueType(form)
 
 
-def _mapping(kind: Kind) -> Kind:
-    return Kind(
+def _mapping(kind: ValueType) -> ValueType:
+    return ValueType(
         lambda: dict[str, kind.form()],  # type: ignore[misc]
         lambda values: {name: kind.write(value) for name, value in values.items()},
         lambda values: {name: kind.read(value) for name, value in values.items()},
     )
 
 
-def _by_name(kind: Kind) -> Kind:
+def _by_name(kind: ValueType) -> ValueType:
     return replace(_mapping(kind), write=lambda values: {item.name: kind.write(item) for item in values})

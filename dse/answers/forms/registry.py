@@ -111,7 +111,7 @@ def schema(of: str = "problem") -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Mistake:
+class FormMistake:
     """Something in data that is not of a form: `place` in the data, such as ``front[2].objectives``, and why."""
 
     place: str
@@ -121,7 +121,7 @@ class Mistake:
         return f"{self.place}: {self.text}" if self.place else self.text
 
 
-def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
+def mistakes_in(name: str, data: object) -> Iterator[FormMistake]:
     """What in the data is not as ``dse-NAME/1`` has it, in the order of the data; nothing where they are of the form.
 
     >>> [str(item) for item in mistakes_in("verification", {"format": "dse-verification/1", "result": 3})][:2]
@@ -130,7 +130,7 @@ def mistakes_in(name: str, data: object) -> Iterator[Mistake]:
     yield from _mistakes(FORMS[name].model_validate, name, data)
 
 
-def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[Mistake]:
+def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[FormMistake]:
     """The same of data that are a part of ``dse-NAME/1``, of the type `kind`."""
     yield from _mistakes(_adapter(kind).validate_python, name, data)
 
@@ -141,12 +141,12 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Iterator[Mistake]:
+def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Iterator[FormMistake]:
     try:
         validate(data)
     except ValidationError as error:
         for item in error.errors(include_url=False):
-            yield Mistake(_place(_location(item), data), _words(item, name))
+            yield FormMistake(_place(_location(item), data), _words(item, name))
 
 
 def _location(item: ErrorDetails) -> tuple[str | int, ...]:

@@ -49,7 +49,7 @@ class Margin:
     @property
     def slack(self) -> Fraction:
         """How far the value may still move towards the limit."""
-        return self.limit - self.value if self.requirement.operator in ("<=", "<") else self.value - self.limit
+        return self.limit - self.value if self.requirement.is_upper else self.value - self.limit
 
     @property
     def share(self) -> Fraction:

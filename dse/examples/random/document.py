@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dse.examples.random.draft import Draft, Thread, Wire
+from dse.examples.random.draft import Draft, DraftConnection, DraftThread
 from dse.examples.random.published import IPC_FIXED_US, IPC_PER_BYTE_NS, REFERENCE, WIRE_CLASSES, WireType
 
 MIDDLEWARE = "middleware"
@@ -89,7 +89,7 @@ def _devices(draft: Draft) -> dict[str, Any]:
     return made
 
 
-def _thread(draft: Draft, thread: Thread) -> dict[str, Any]:
+def _thread(draft: Draft, thread: DraftThread) -> dict[str, Any]:
     names = processor_names(draft)
     body: dict[str, Any] = {"processor": _one_or_all([names[slot] for slot in thread.slots])}
     if thread.mode == "both":
@@ -114,7 +114,7 @@ def _one_or_all(options: list[str]) -> str | list[str]:
     return options[0] if len(options) == 1 else options
 
 
-def _connection(draft: Draft, wire: Wire) -> dict[str, Any]:
+def _connection(draft: Draft, wire: DraftConnection) -> dict[str, Any]:
     body: dict[str, Any] = {"from": _end(draft, wire.source), "to": _end(draft, wire.target)}
     body["data_size"] = f"{wire.size_bytes} B"
     buses = [bus_names(draft)[bus] for bus in wire.buses]

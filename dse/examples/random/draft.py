@@ -25,7 +25,7 @@ MOST_OF_ONE_CORE = 40
 
 
 @dataclass
-class Thread:
+class DraftThread:
     """A thread: its options, and what it does in the starting design.
 
     `inputs` are connection numbers; the first of them dispatches the thread.
@@ -43,7 +43,7 @@ class Thread:
 
 
 @dataclass
-class Wire:
+class DraftConnection:
     """A connection: ends are thread numbers or device names.
 
     `buses` are bus numbers, none where both ends share a processor.
@@ -62,8 +62,8 @@ class Draft:
     """A system without its limits; times in milliseconds and microseconds as the names say."""
 
     family: Family
-    threads: list[Thread]
-    wires: list[Wire]
+    threads: list[DraftThread]
+    wires: list[DraftConnection]
     sensors_ms: list[int]
     actuators: int
     flows: list[list[int]]
@@ -82,7 +82,7 @@ def draw_draft(rng: random.Random, family: Family, topology: Topology) -> Draft:
     if family.automotive:
         sensors_ms[0] = CRANK_PERIOD_MS
     processors = family.processors(topology.threads)
-    threads: list[Thread] = []
+    threads: list[DraftThread] = []
     crowd = [0] * processors
     for number in range(topology.threads):
         heard = sources.get(number, [])
@@ -99,7 +99,9 @@ def draw_draft(rng: random.Random, family: Family, topology: Topology) -> Draft:
     return draft
 
 
-def _draw_thread(rng: random.Random, family: Family, number: int, arriving_ms: int | None, *, is_merge: bool) -> Thread:
+def _draw_thread(
+    rng: random.Random, family: Family, number: int, arriving_ms: int | None, *, is_merge: bool
+) -> DraftThread:
     """A thread with four to six periods around an anchor; where flows meet it usually has a timer."""
     drawn = rng.randrange(100)
     mode: Literal["event", "both", "timer"] = "timer"
@@ -114,7 +116,7 @@ def _draw_thread(rng: random.Random, family: Family, number: int, arriving_ms: i
     period_ms = periods[len(periods) // 2]
     if start == "aperiodic" and arriving_ms is not None:
         period_ms = arriving_ms
-    thread = Thread(f"{rng.choice(family.roles)}_{number + 1}", mode, periods, period_ms, start, [])
+    thread = DraftThread(f"{rng.choice(family.roles)}_{number + 1}", mode, periods, period_ms, start, [])
     worst_us, share = _draw_worst(rng, runnables)
     thread.worst_us = max(1, min(worst_us, period_ms * 10 * MOST_OF_ONE_CORE))
     thread.best_us = max(1, thread.worst_us * share // 100)
@@ -172,7 +174,9 @@ def _draw_wires(rng: random.Random, draft: Draft, topology: Topology) -> None:
     for source, target in pairs:
         number = len(draft.wires)
         buses, has_middleware = _draw_route(rng, draft, source, target)
-        draft.wires.append(Wire(f"message_{number + 1}", source, target, rng.choice(sizes), buses, has_middleware))
+        draft.wires.append(
+            DraftConnection(f"message_{number + 1}", source, target, rng.choice(sizes), buses, has_middleware)
+        )
         if isinstance(target, int):
             draft.threads[target].inputs.append(number)
 

@@ -104,8 +104,7 @@ class NamedDesigns:
 
     def _is_told(self, item: Requirement) -> bool:
         """Whether it is told why an upper limit is broken."""
-        is_upper = item.operator in ("<=", "<")
-        return is_upper and (item.metric.kind in KINDS or may_be_unbounded(self.space, item.metric))
+        return item.is_upper and (item.metric.kind in KINDS or may_be_unbounded(self.space, item.metric))
 
 
 def _late(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:

@@ -25,7 +25,6 @@ from dse.space.question.open_cores import decided_cores, without_scheduling
 from dse.support.errors import TooLargeError
 
 ONE = Fraction(1)
-UPPER_LIMITS = [(kind, operator) for kind in KINDS for operator in ("<=", "<")]
 
 
 class Uncontended:
@@ -125,4 +124,4 @@ class Uncontended:
 
 def limits_use(member: Member) -> bool:
     """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
-    return isinstance(member, Requirement) and (member.metric.kind, member.operator) in UPPER_LIMITS
+    return isinstance(member, Requirement) and member.metric.kind in KINDS and member.is_upper

@@ -18,7 +18,7 @@ from dse.analysis.views import View
 from dse.answers.robust import Failure
 from dse.questions.problem import Problem
 from dse.questions.robust.worst_case import Box, Corner, Worst
-from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.inputs import InputSpace, Variable
 from dse.questions.sensitivity.response_variables import ScheduledFunction, motion_of
 from dse.questions.sensitivity.uncertainty import read_uncertainties
@@ -56,7 +56,7 @@ class RobustQuestion:
         self.demands: dict[Demand, Limit] = {}
         self._nominal = Evaluator(self.space)
         self._is_scheduled = any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
-        self._worsts: dict[Design, list[tuple[Bound, Worst]]] = {}
+        self._worsts: dict[Design, list[tuple[OutputComparison, Worst]]] = {}
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables
         )
@@ -108,13 +108,13 @@ class RobustQuestion:
             self._demand(number, corner)
         return bool(broken)
 
-    def worst(self, design: Design) -> list[tuple[Bound, Worst]]:
+    def worst(self, design: Design) -> list[tuple[OutputComparison, Worst]]:
         """The worst corner of each comparison, for a design."""
         if design not in self._worsts:
             self._worsts[design] = self._worsts_of(design)
         return self._worsts[design]
 
-    def _worsts_of(self, design: Design) -> list[tuple[Bound, Worst]]:
+    def _worsts_of(self, design: Design) -> list[tuple[OutputComparison, Worst]]:
         motion = motion_of(self.inputs, design, self.box) if self._is_scheduled else None
         if motion is None:
             return self.box.worsts(DesignFunction(self.inputs, design, cores=False))

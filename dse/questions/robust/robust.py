@@ -109,11 +109,11 @@ def solve_question(
     question: RobustQuestion, budget: SearchLimits, watcher: RobustWatcher, earlier: RobustSearch | None = None
 ) -> RobustResult:
     """Search the robust front of a question, or go on with an earlier search of it; see `solve_robust`."""
-    return _Run(question, budget, watcher).run(earlier)
+    return _RobustRun(question, budget, watcher).run(earlier)
 
 
 @dataclass
-class _Run:
+class _RobustRun:
     """One robust search."""
 
     question: RobustQuestion

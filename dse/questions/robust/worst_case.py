@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
-from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.intervals import (
     ZERO,
     Interval,
@@ -61,7 +61,7 @@ class Box:
             item.set(values, ends[end])
         return values
 
-    def worsts(self, function: DesignFunction) -> list[tuple[Bound, Worst]]:
+    def worsts(self, function: DesignFunction) -> list[tuple[OutputComparison, Worst]]:
         """For each comparison of a design the corner at which it is missed most, or met most narrowly.
 
         Raises
@@ -73,17 +73,19 @@ class Box:
             raise NotProvedError("the figures of the analysis cannot be followed over a range of inputs")
         ranges = [*self.ranges(function.inputs.nominal), *(item.range for item in function.further)]
         seeds = seeds_of(self.uncertain, len(function.inputs.nominal), function.further)
-        parts = [_Part(program, ranges, seeds) for program in self._programs(function, ranges)]
+        parts = [_BoxedProgram(program, ranges, seeds) for program in self._programs(function, ranges)]
         found = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
         return found + self._fullest_cores(function, parts)
 
-    def _fullest_cores(self, function: DesignFunction, parts: Sequence[_Part]) -> list[tuple[Bound, Worst]]:
+    def _fullest_cores(
+        self, function: DesignFunction, parts: Sequence[_BoxedProgram]
+    ) -> list[tuple[OutputComparison, Worst]]:
         """The fullest core of each limited processor at its worst.
 
         Every thread uses more or less in the same direction of each input; where that is so, a core is used most where
         the whole processor is, and a partition that does there does everywhere.
         """
-        found: dict[int, tuple[Bound, Worst]] = {}
+        found: dict[int, tuple[OutputComparison, Worst]] = {}
         for number in function.core_sides(function.inputs.nominal):
             whole, *threads = (bound for bound in function.outputs.bounds if bound.requirement == number)
             text = function.outputs.texts[number]
@@ -97,7 +99,10 @@ class Box:
             for corner in self._corners(directions, 1):
                 value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner), number)[number]
                 if number not in found or value - limit > found[number][1].value - found[number][1].limit:
-                    found[number] = (Bound(number, whole.value, whole.limit, core), Worst(corner, value, limit))
+                    found[number] = (
+                        OutputComparison(number, whole.value, whole.limit, core),
+                        Worst(corner, value, limit),
+                    )
         return list(found.values())
 
     @staticmethod
@@ -111,7 +116,7 @@ class Box:
                 for number, direction in enumerate(directions)
             )
 
-    def _worst(self, function: DesignFunction, parts: Sequence[_Part], bound: Bound) -> Worst:
+    def _worst(self, function: DesignFunction, parts: Sequence[_BoxedProgram], bound: OutputComparison) -> Worst:
         text, operator = function.outputs.texts[bound.requirement], function.outputs.operators[bound.requirement]
         directions = self._directions(parts, bound, text)
         self._check_endless(function, parts, bound, directions)
@@ -126,7 +131,10 @@ class Box:
 
     @staticmethod
     def _check_endless(
-        function: DesignFunction, parts: Sequence[_Part], bound: Bound, directions: Sequence[int | None]
+        function: DesignFunction,
+        parts: Sequence[_BoxedProgram],
+        bound: OutputComparison,
+        directions: Sequence[int | None],
     ) -> None:
         """What has no bound in part of the box jumps up where it loses it: figures that fall with it are not covered.
 
@@ -142,14 +150,14 @@ class Box:
                 if slope != ZERO and (direction is None or direction * (1 if slope[0] >= 0 else -1) < 0):
                     raise NotProvedError("a response time has no bound in part of the stated ranges")
 
-    def _sides(self, function: DesignFunction, bound: Bound, corner: Corner) -> tuple[Fraction, Fraction]:
+    def _sides(self, function: DesignFunction, bound: OutputComparison, corner: Corner) -> tuple[Fraction, Fraction]:
         known, place, outputs = self._last
         if known is not function or place != corner:  # kept, so that no other function has its id
             outputs = function.exact(self.values(function.inputs.nominal, corner))
             self._last = function, corner, outputs
         return outputs[bound.value], outputs[bound.limit]
 
-    def _directions(self, parts: Sequence[_Part], bound: Bound, text: str) -> list[int | None]:
+    def _directions(self, parts: Sequence[_BoxedProgram], bound: OutputComparison, text: str) -> list[int | None]:
         """For each input 1 where value - limit rises with it, -1 where it falls, 0 where it does neither.
 
         None where both ends matter.
@@ -215,7 +223,7 @@ class Box:
         )
 
 
-class _Part:
+class _BoxedProgram:
     """A program over a box: the interval of each step and, for each uncertain input, of its derivative."""
 
     def __init__(self, program: Program, ranges: Sequence[Interval], seeds: Sequence[Mapping[int, Interval]]) -> None:
@@ -224,7 +232,7 @@ class _Part:
         self.slopes = [slopes_over(program, values, one) for one in seeds]
         self.degrees = [degrees_over(program, values, one) for one in seeds]
 
-    def direction(self, number: int, bound: Bound) -> int | None:
+    def direction(self, number: int, bound: OutputComparison) -> int | None:
         """The sign of the derivative of value - limit over the box; None when it is not proved."""
         slopes = self.slopes[number]
         low, high = combined("-", *(slopes[self.program.outputs[side]] for side in (bound.value, bound.limit)))
@@ -232,11 +240,11 @@ class _Part:
             return 0
         return 1 if low >= 0 else -1 if high <= 0 else None
 
-    def reaches(self, variable: int, bound: Bound) -> bool:
+    def reaches(self, variable: int, bound: OutputComparison) -> bool:
         """Whether a comparison depends on a variable."""
         sides = (self.program.outputs[bound.value], self.program.outputs[bound.limit])
         return any(variable in self.program.variables(side) for side in sides)
 
-    def degree(self, number: int, bound: Bound) -> int:
+    def degree(self, number: int, bound: OutputComparison) -> int:
         """The degree of a comparison in an input; 2 stands for anything that is not linear."""
         return max(self.degrees[number][self.program.outputs[side]] for side in (bound.value, bound.limit))

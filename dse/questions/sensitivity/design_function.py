@@ -46,7 +46,7 @@ CHECKS = 3
 
 
 @dataclass(frozen=True)
-class Bound:
+class OutputComparison:
     """One comparison that a requirement makes: numbers of two outputs.
 
     `thread` names the thread, or the core, that it is about, if it is one.
@@ -66,7 +66,7 @@ class Outputs:
     units: tuple[str, ...]
     texts: tuple[str, ...]
     operators: tuple[str, ...]
-    bounds: tuple[Bound, ...]
+    bounds: tuple[OutputComparison, ...]
     about_cores: frozenset[int]
     """Requirements whose comparisons depend on which threads share a core: their expressions hold nearby only."""
 
@@ -119,10 +119,10 @@ class DesignFunction:
             guards.most = most
             view = self.view_of(values, traced=traced)
             results = [measure.value(view) for measure in measures]
-            bounds: list[Bound] = []
+            bounds: list[OutputComparison] = []
             for number, limit in enumerate(limits):
                 for value, bound, thread in _comparisons(limit, view, cores=self.cores):
-                    bounds.append(Bound(number, len(results), len(results) + 1, thread))
+                    bounds.append(OutputComparison(number, len(results), len(results) + 1, thread))
                     results += [value, bound]
         outputs = Outputs(
             tuple(measure.metric.name for measure in measures),
@@ -168,7 +168,7 @@ class DesignFunction:
         return program, program.run(given)
 
     def compared(
-        self, values: Values, bounds: Sequence[Bound], *, traced: bool = False
+        self, values: Values, bounds: Sequence[OutputComparison], *, traced: bool = False
     ) -> tuple[dict[int, Fraction], list[Any]]:
         """Both sides of some comparisons by the analysis itself, by output; with `traced` also the guards.
 
@@ -295,8 +295,8 @@ class DesignFunction:
         return [numpy.array(column) for column in zip(*rows, strict=True)]
 
     def broken(
-        self, outputs: Sequence[Fraction] | Mapping[int, Fraction], bounds: Sequence[Bound] | None = None
-    ) -> list[Bound]:
+        self, outputs: Sequence[Fraction] | Mapping[int, Fraction], bounds: Sequence[OutputComparison] | None = None
+    ) -> list[OutputComparison]:
         """The comparisons, of some or of all, that do not hold."""
         operators = self.outputs.operators
         return [

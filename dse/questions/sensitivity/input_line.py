@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 
-from dse.questions.sensitivity.design_function import Bound, DesignFunction, steps_or_none
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison, steps_or_none
 from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Program, TooManyGuardsError, untraced
 
 WORTH_IT = 3
@@ -19,13 +19,15 @@ TOO_LONG = 12
 """After figures that are too long to remember, so many places are analysed before it is tried again."""
 
 
-class Way:
+class LineComparisons:
     """Comparisons of a design where the input with index i has the value ``moving[i] * place``, for every i there.
 
     `bounds` are the comparisons that are looked at.
     """
 
-    def __init__(self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[Bound]) -> None:
+    def __init__(
+        self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[OutputComparison]
+    ) -> None:
         self.function, self.moving, self.bounds = function, moving, tuple(bounds)
         about_cores = function.outputs.about_cores
         groups = {here: [one for one in bounds if (one.requirement in about_cores) == here] for here in (False, True)}
@@ -39,11 +41,11 @@ class Way:
             values[index] = scale * place
         return values
 
-    def broken(self, place: Fraction) -> list[Bound]:
+    def broken(self, place: Fraction) -> list[OutputComparison]:
         """The comparisons that do not hold at a place."""
         return self.function.broken(self._at(place), self.bounds)
 
-    def gap(self, place: Fraction, bound: Bound) -> Fraction:
+    def gap(self, place: Fraction, bound: OutputComparison) -> Fraction:
         """Limit less value of a comparison at a place."""
         found = self._at(place)
         return found[bound.limit] - found[bound.value]
@@ -63,10 +65,15 @@ class _Sides:
     """
 
     def __init__(
-        self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[Bound], *, learns: bool
+        self,
+        function: DesignFunction,
+        moving: Mapping[int, Fraction],
+        bounds: Sequence[OutputComparison],
+        *,
+        learns: bool,
     ) -> None:
         self.function, self.moving, self.bounds, self.learns = function, moving, bounds, learns
-        self._parts: list[_Part] = []
+        self._parts: list[_ReachedSteps] = []
         self._misses = 0
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
@@ -79,7 +86,7 @@ class _Sides:
             outputs = {
                 number: program.outputs[number] for bound in self.bounds for number in (bound.value, bound.limit)
             }
-            self._parts.append(_Part(program, function.steps_as_stated, moving, outputs))
+            self._parts.append(_ReachedSteps(program, function.steps_as_stated, moving, outputs))
         moved = {index: scale * place for index, scale in self.moving.items()}
         for part in reversed(self._parts):  # the last one was made nearby
             found = part.run(moved)
@@ -91,13 +98,15 @@ class _Sides:
                 found, guards = function.compared(values, self.bounds, traced=True)
                 program = Program(list(found.values()), guards)
                 outputs = dict(zip(found, program.outputs, strict=True))
-                self._parts.append(_Part(program, steps_or_none(program, function.inputs.nominal), moving, outputs))
+                self._parts.append(
+                    _ReachedSteps(program, steps_or_none(program, function.inputs.nominal), moving, outputs)
+                )
                 return {number: untraced(value) for number, value in found.items()}
             self._misses = -TOO_LONG  # the analysis alone is quicker here
         return function.compared(values, self.bounds)[0]
 
 
-class _Part:
+class _ReachedSteps:
     """What is to be computed of a program where only some inputs move: the steps that they reach and that matter."""
 
     def __init__(

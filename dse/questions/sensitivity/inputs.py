@@ -10,7 +10,7 @@ from typing import Any
 
 from dse.analysis.limits import Limit, build_limit
 from dse.questions.problem import Problem, changed
-from dse.questions.sensitivity.traced_numbers import Node, Traced
+from dse.questions.sensitivity.traced_numbers import ExpressionNode, Traced
 from dse.space.build import build_space
 from dse.space.model.space import Space
 from dse.spec.quantities.quantities import Figure, matching, with_figures
@@ -45,7 +45,7 @@ def _traced(spec: Spec) -> tuple[Spec, tuple[Variable, ...]]:
     def make(value: Any, figure: Figure) -> Traced:
         variable = Variable(**vars(figure), index=len(variables))
         variables.append(variable)
-        return Traced(value, Node("var", (), variable.index))
+        return Traced(value, ExpressionNode("var", (), variable.index))
 
     return with_figures(spec, make).model_copy(update={"uncertainty": {}}), tuple(variables)
 

@@ -10,8 +10,8 @@ from fractions import Fraction
 
 from dse.analysis.views import View
 from dse.answers.studies.sensitivity import Bar, Break, Margin, Scaling
-from dse.questions.sensitivity.design_function import Bound, DesignFunction
-from dse.questions.sensitivity.input_line import Way
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
+from dse.questions.sensitivity.input_line import LineComparisons
 from dse.questions.sensitivity.inputs import Variable
 from dse.questions.sensitivity.uncertainty import stated_cores
 from dse.space.model.trees import at
@@ -37,7 +37,7 @@ def broken_texts(function: DesignFunction) -> list[str]:
     return list(dict.fromkeys(function.outputs.texts[bound.requirement] for bound in broken))
 
 
-def _held(function: DesignFunction) -> tuple[Bound, ...]:
+def _held(function: DesignFunction) -> tuple[OutputComparison, ...]:
     """The comparisons of the requirements that hold as it is."""
     broken = {bound.requirement for bound in function.broken(function.exact(function.inputs.nominal))}
     return tuple(bound for bound in function.outputs.bounds if bound.requirement not in broken)
@@ -57,13 +57,15 @@ def each_margin(function: DesignFunction) -> Iterator[Margin]:
             yield _margin(function, variable, bounds)
 
 
-def reaches(function: DesignFunction, bounds: Sequence[Bound]) -> Callable[[Variable], tuple[Bound, ...]]:
+def reaches(
+    function: DesignFunction, bounds: Sequence[OutputComparison]
+) -> Callable[[Variable], tuple[OutputComparison, ...]]:
     """What tells for an input the comparisons that it has a part in."""
     program = function.programs[0]
     sides = [{program.outputs[bound.value], program.outputs[bound.limit]} for bound in bounds]
     inside = [frozenset().union(*map(program.variables, numbers)) for numbers in sides]
 
-    def found(variable: Variable) -> tuple[Bound, ...]:
+    def found(variable: Variable) -> tuple[OutputComparison, ...]:
         if not function.applies or variable.index in program.deciding:
             return tuple(bounds)
         return tuple(bound for bound, indices in zip(bounds, inside, strict=True) if variable.index in indices)
@@ -71,8 +73,8 @@ def reaches(function: DesignFunction, bounds: Sequence[Bound]) -> Callable[[Vari
     return found
 
 
-def _margin(function: DesignFunction, variable: Variable, bounds: tuple[Bound, ...]) -> Margin:
-    way = Way(function, {variable.index: Fraction(1)}, bounds)
+def _margin(function: DesignFunction, variable: Variable, bounds: tuple[OutputComparison, ...]) -> Margin:
+    way = LineComparisons(function, {variable.index: Fraction(1)}, bounds)
     least, most = domain(function, variable)
     breaks = [_first_break(way, variable.nominal, end, variable.is_whole) for end in (least, most)]
     return Margin(variable.path, variable.unit, variable.nominal, breaks[0], breaks[1], (least, most))
@@ -108,7 +110,7 @@ def _fewest_cores(function: DesignFunction, variable: Variable) -> Fraction:
     return Fraction(max((core for core in cores if isinstance(core, int)), default=0))
 
 
-def _first_break(way: Way, start: Fraction, end: Fraction, is_whole: bool) -> Break | None:
+def _first_break(way: LineComparisons, start: Fraction, end: Fraction, is_whole: bool) -> Break | None:
     """The first break on the way from `start`, where all holds, to `end`."""
     if start == end:
         return None
@@ -146,7 +148,7 @@ def _places(start: Fraction, end: Fraction, is_whole: bool) -> Iterator[Fraction
     yield end
 
 
-def _narrowed(way: Way, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[Fraction, Fraction]:
+def _narrowed(way: LineComparisons, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[Fraction, Fraction]:
     """The last value that holds and the first that does not, between one of each.
 
     A step goes to where a straight line would meet its limit; after one that gains little, to the middle.
@@ -172,7 +174,7 @@ def _narrowed(way: Way, good: Fraction, bad: Fraction, is_whole: bool) -> tuple[
     return good, bad
 
 
-def _met(way: Way, good: Fraction, bad: Fraction) -> Fraction:
+def _met(way: LineComparisons, good: Fraction, bad: Fraction) -> Fraction:
     """Where the first of the broken comparisons would meet its limit if it moved in a straight line."""
     meets = []
     for bound in way.broken(bad):
@@ -182,7 +184,7 @@ def _met(way: Way, good: Fraction, bad: Fraction) -> Fraction:
     return good + min(meets, key=abs) if meets else (good + bad) / 2
 
 
-def _solved(way: Way, bound: Bound, good: Fraction, bad: Fraction) -> Fraction | None:
+def _solved(way: LineComparisons, bound: OutputComparison, good: Fraction, bad: Fraction) -> Fraction | None:
     """The exact place where the two sides of a comparison meet, if they are straight lines between two places."""
     first, second = way.gap(good, bound), way.gap(bad, bound)
     if first == second:
@@ -201,11 +203,11 @@ def scaling(function: DesignFunction) -> Scaling:
     breaks: dict[str, Break | None] = {}
     for number in dict.fromkeys(bound.requirement for bound in held):
         bounds = tuple(bound for bound in held if bound.requirement == number)
-        found = _first_break(Way(function, moving, bounds), Fraction(1), Fraction(FARTHEST), False)
+        found = _first_break(LineComparisons(function, moving, bounds), Fraction(1), Fraction(FARTHEST), False)
         breaks[function.outputs.texts[number]] = found
     known = [item for item in breaks.values() if item is not None]
     first = min(known, key=lambda item: item.last, default=None)
-    at = function.exact(Way(function, moving, ()).values(Fraction(1) if first is None else first.last))
+    at = function.exact(LineComparisons(function, moving, ()).values(Fraction(1) if first is None else first.last))
     names = function.outputs.names
     used = {
         name.removeprefix("utilisation of "): at[number]
@@ -244,7 +246,7 @@ def bars(
         ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
             continue
-        way = Way(function, {variable.index: Fraction(1)}, ())
+        way = LineComparisons(function, {variable.index: Fraction(1)}, ())
         outputs = [function.exact(way.values(end)) for end in ends]
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])

@@ -28,7 +28,7 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, count
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns
 from dse.analysis.views import View
 from dse.questions.robust.worst_case import Box, Corner, Worst
-from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.inputs import InputSpace, Values
 from dse.questions.sensitivity.intervals import (
     INFINITE,
@@ -42,7 +42,14 @@ from dse.questions.sensitivity.intervals import (
     undecided_over,
     values_over,
 )
-from dse.questions.sensitivity.traced_numbers import MOST_GUARDS, Node, Program, TooManyGuardsError, Traced, watching
+from dse.questions.sensitivity.traced_numbers import (
+    MOST_GUARDS,
+    ExpressionNode,
+    Program,
+    TooManyGuardsError,
+    Traced,
+    watching,
+)
 from dse.space.model.space import Design, Space
 from dse.support.units import is_unbounded
 
@@ -85,7 +92,7 @@ class ScheduledFunction(DesignFunction):
             self._known = (tuple(values), all_responses(self.inputs.at(values), View(self.design)))
         return self._known[1]
 
-    def broken_without_bound(self, box: Box) -> list[tuple[Bound, Worst]]:
+    def broken_without_bound(self, box: Box) -> list[tuple[OutputComparison, Worst]]:
         """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing."""
         if self.top is None:
             return []
@@ -96,7 +103,7 @@ class ScheduledFunction(DesignFunction):
 
 def _variable(response_ns: Any, number: int) -> Any:
     """A response time as a variable; one without a bound stays as it is, and what is made of it is of such places."""
-    variable = Traced(_counted(response_ns), Node("var", (), number))
+    variable = Traced(_counted(response_ns), ExpressionNode("var", (), number))
     return None if response_ns is None and variable >= UNBOUNDED_NS else variable  # which is a guard
 
 

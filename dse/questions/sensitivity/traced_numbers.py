@@ -36,21 +36,21 @@ def _extreme(kind: str, one: Number, other: Number) -> Number:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Node:
+class ExpressionNode:
     """An expression: ``var`` (`value` is its index), ``const`` (`value`), or an operation on other nodes."""
 
     operation: str
-    parts: tuple[Node, ...] = ()
+    parts: tuple[ExpressionNode, ...] = ()
     value: Any = None
 
 
 @dataclass(frozen=True, slots=True)
-class Guard:
+class TracedComparison:
     """A comparison that was made: `operation` of left and right had `outcome`."""
 
     operation: str
-    left: Node
-    right: Node
+    left: ExpressionNode
+    right: ExpressionNode
     outcome: bool
 
 
@@ -78,7 +78,7 @@ MOST_GUARDS = 5_000
 """Figures that need more comparisons (busy periods of thousands of jobs) are quicker computed than remembered."""
 
 
-class Guards(list[Guard]):
+class Guards(list[TracedComparison]):
     """The comparisons that were made; more than `most` (where it is set) are an error."""
 
     most: int | None = None
@@ -108,10 +108,10 @@ def watching() -> Any:
         _guards.pop()
 
 
-def _node(number: Any) -> Node:
+def _node(number: Any) -> ExpressionNode:
     if isinstance(number, Traced):
         return number.node
-    return Node("const", (), number if is_unbounded(number) else Fraction(number))
+    return ExpressionNode("const", (), number if is_unbounded(number) else Fraction(number))
 
 
 def untraced(number: Any) -> Any:
@@ -121,7 +121,7 @@ def untraced(number: Any) -> Any:
 
 def _noted(operation: str, left: Any, right: Any, outcome: bool) -> bool:
     if _guards:
-        _guards[-1].append(Guard(operation, _node(left), _node(right), outcome))
+        _guards[-1].append(TracedComparison(operation, _node(left), _node(right), outcome))
         if _guards[-1].most is not None and len(_guards[-1]) > _guards[-1].most:
             raise TooManyGuardsError
     return outcome
@@ -138,7 +138,7 @@ def _binary(sign: str, *, swapped: bool = False) -> Callable[[Any, Any], Any]:
         neutral = 0 if sign in "+-" else 1
         if (not swapped or sign in "+*") and not isinstance(other, Traced) and other == neutral:
             return Traced(value, self.node)
-        return Traced(value, Node(sign, (_node(left), _node(right))))
+        return Traced(value, ExpressionNode(sign, (_node(left), _node(right))))
 
     return method
 
@@ -196,10 +196,10 @@ class Traced(Fraction):
     """An exact fraction with the expression that made it; equal to, and hashed like, the plain number."""
 
     __slots__ = ("node", "plain")
-    node: Node
+    node: ExpressionNode
     plain: Fraction
 
-    def __new__(cls, value: Any, node: Node) -> Traced:
+    def __new__(cls, value: Any, node: ExpressionNode) -> Traced:
         """A number with the expression that made it."""
         plain = Fraction(untraced(value))
         made = super().__new__(cls, plain)
@@ -234,12 +234,12 @@ class Traced(Fraction):
     def picked(self, kind: str, other: Any) -> Traced:
         """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard."""
         value = _extreme(kind, self.plain, untraced(other))
-        return Traced(value, Node(kind, (self.node, _node(other))))
+        return Traced(value, ExpressionNode(kind, (self.node, _node(other))))
 
     def whole_steps(self, step: Any) -> Traced:
         """How many whole steps are in a number: an expression that jumps, no guard."""
         value = self.plain // untraced(step)
-        return Traced(value, Node("//", (self.node, _node(step))))
+        return Traced(value, ExpressionNode("//", (self.node, _node(step))))
 
     def __neg__(self) -> Any:
         return 0 - self
@@ -276,11 +276,11 @@ class Traced(Fraction):
 class Program:
     """Expressions in the order of evaluation, each once, with their outputs and guards by number."""
 
-    def __init__(self, outputs: Sequence[Fraction], guards: Sequence[Guard]) -> None:
+    def __init__(self, outputs: Sequence[Fraction], guards: Sequence[TracedComparison]) -> None:
         self.steps: list[tuple[str, Any, int]] = []
         self._numbers: dict[int, int] = {}
         self._known: dict[tuple[str, Any, int], int] = {}
-        self._kept: list[Node] = []
+        self._kept: list[ExpressionNode] = []
         self.outputs = [self._number(_node(output)) for output in outputs]
         listed = {
             (guard.operation, self._number(guard.left), self._number(guard.right), guard.outcome) for guard in guards
@@ -294,7 +294,7 @@ class Program:
         self._numbers.clear()
         self._kept.clear()
 
-    def _number(self, node: Node) -> int:
+    def _number(self, node: ExpressionNode) -> int:
         """The number of a node's step; adds the steps that it needs, children first."""
         stack = [node]
         look_at_the_clock()

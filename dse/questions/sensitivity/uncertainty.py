@@ -16,7 +16,7 @@ from dse.space.model.space import Component
 from dse.space.model.trees import leaves
 from dse.space.question.open_cores import OWNERS
 from dse.spec.quantities.quantities import RANGES
-from dse.spec.schema.uncertainty import Stated, normal_share
+from dse.spec.schema.uncertainty import UncertainInput, normal_share
 from dse.support.errors import UsageError
 from dse.support.units.text import count_words
 
@@ -158,14 +158,14 @@ def _check_cores(problem: Problem, item: Uncertain) -> None:
                 )
 
 
-def _near(item: Stated, variables: Sequence[Variable]) -> tuple[Fraction, Fraction]:
+def _near(item: UncertainInput, variables: Sequence[Variable]) -> tuple[Fraction, Fraction]:
     """The mean, and `DEVIATIONS` less and more; never less than there can be."""
     least = 0 if item.is_factor else max(variable.least for variable in variables)
     reach = DEVIATIONS * item.deviation
     return max(Fraction(least), item.mean - reach), max(Fraction(least), item.mean + reach)
 
 
-def _quantile(item: Stated) -> Quantile:
+def _quantile(item: UncertainInput) -> Quantile:
     """The values below which a share of all lies."""
     if item.distribution == "samples":
         return _quantile_of_samples(item)
@@ -186,7 +186,7 @@ def _quantile(item: Stated) -> Quantile:
     return quantile
 
 
-def _quantile_of_normal(item: Stated) -> Quantile:
+def _quantile_of_normal(item: UncertainInput) -> Quantile:
     from scipy.special import ndtr, ndtri
 
     mean, deviation = float(item.mean), float(item.deviation)
@@ -196,7 +196,7 @@ def _quantile_of_normal(item: Stated) -> Quantile:
     return lambda share: mean + deviation * ndtri(bottom + (top - bottom) * share)
 
 
-def _quantile_of_samples(item: Stated) -> Quantile:
+def _quantile_of_samples(item: UncertainInput) -> Quantile:
     ordered = numpy.array([float(number) for number in item.numbers])
     return lambda share: ordered[numpy.minimum((share * len(ordered)).astype(int), len(ordered) - 1)]
 

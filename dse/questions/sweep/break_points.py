@@ -48,7 +48,7 @@ Row: TypeAlias = tuple[tuple[int, ...], Design]
 
 
 @dataclass(frozen=True)
-class Stretch:
+class LimitInterval:
     """From `value` (in the limit's unit) up to the next stretch towards looser limits.
 
     The front of the rest is `rows`.
@@ -65,7 +65,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     """
     check_objectives(space)
     rest = tuple(item for item in space.objectives if item.metric != axis.metric) or space.objectives
-    question = _Question(replace(space, objectives=rest), axis, seed)
+    question = _LimitSweep(replace(space, objectives=rest), axis, seed)
     stretches, proved = question.stretches()
     jury = Jury(question.space, None if question.is_share else axis.metric)
     figures = MetricReader(Evaluator(question.space), jury)
@@ -87,7 +87,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     return written(FoundBreaks, found)
 
 
-def _described(question: _Question, figures: MetricReader, stretches: list[Stretch]) -> dict[str, Any]:
+def _described(question: _LimitSweep, figures: MetricReader, stretches: list[LimitInterval]) -> dict[str, Any]:
     """The designs of all stretches, numbered in order of appearance, and each stretch by those numbers."""
     numbers: dict[Design, int] = {}
     shown = []
@@ -150,7 +150,7 @@ def _over(term: Term, bound: Callable[[View], Fraction]) -> Term:
     return replace(term, value=value, coefficient=scaled if coefficient is not None else None)
 
 
-def _settled(stretches: Sequence[Stretch]) -> list[Stretch]:
+def _settled(stretches: Sequence[LimitInterval]) -> list[LimitInterval]:
     """The stretches with one design for each vector: that of the tightest limit, which every looser one admits."""
     designs: dict[tuple[int, ...], Design] = {}
     return [
@@ -159,7 +159,7 @@ def _settled(stretches: Sequence[Stretch]) -> list[Stretch]:
     ]
 
 
-class _Question:
+class _LimitSweep:
     """A limit over an interval: `sign` is 1 where larger limits are looser (``<=``), -1 for ``>=``."""
 
     def __init__(self, space: Space, axis: LimitAxis, seed: int) -> None:
@@ -187,9 +187,9 @@ class _Question:
         shares = [needed_share(build_limit(self.space, item), View(design))[0] for item in limits]
         return (max(shares) if self.sign > 0 else min(shares)) * self.factor
 
-    def stretches(self) -> tuple[list[Stretch], bool]:
+    def stretches(self) -> tuple[list[LimitInterval], bool]:
         """The stretches from the tightest limit to the loosest, and whether they are proved."""
-        found: list[Stretch] = []
+        found: list[LimitInterval] = []
         proved = True
         steps = self._by_shares() if self.is_share and self.share is None else self._by_values()
         for stretch in steps:
@@ -220,7 +220,7 @@ class _Question:
         sense: Literal["minimise", "maximise"] = "minimise" if self.sign > 0 else "maximise"
         return Objective(f"{sense} {self.axis.metric.name}", sense, self.axis.metric)
 
-    def _by_values(self) -> Iterator[Stretch | None]:
+    def _by_values(self) -> Iterator[LimitInterval | None]:
         """One front; then the limits on it from the loosest to the tightest."""
         tight, loose = self.ends if self.sign > 0 else self.ends[::-1]
         rows = self._front(loose, self.axis.operator, self._objective())
@@ -231,7 +231,7 @@ class _Question:
         for value in sorted({key for key, _, _ in keyed}, reverse=True):
             admitted = [(vector, design) for key, vector, design in keyed if key <= value]
             kept = self._rest_front(admitted)
-            yield Stretch(self._needed_by(kept), kept)
+            yield LimitInterval(self._needed_by(kept), kept)
             if value <= self.sign * tight:
                 return
 
@@ -245,7 +245,7 @@ class _Question:
         """The tightest limit that all designs of a front keep."""
         return self.sign * max(self.sign * self.needed(design) for _, design in rows)
 
-    def _by_shares(self) -> Iterator[Stretch | None]:
+    def _by_shares(self) -> Iterator[LimitInterval | None]:
         """One front for each share that a front needs, from the loosest to the tightest."""
         tight, loose = self.ends if self.sign > 0 else self.ends[::-1]
         limit, operator = loose, str(self.axis.operator)
@@ -263,6 +263,6 @@ class _Question:
                 yield None  # whether the threads fit on cores is undecided: nothing tighter can be proved
                 return
             operator = "<" if self.sign > 0 else ">"
-            yield Stretch(limit, kept)
+            yield LimitInterval(limit, kept)
             if (limit - tight) * self.sign <= 0:
                 return

@@ -25,8 +25,8 @@ from dse.support.units import (
     TIME_RANGE,
     TRANSMISSION,
     UNITS,
-    Kind,
     Quantity,
+    QuantityKind,
     canonical_unit,
     format_number,
     parse_quantity,
@@ -48,7 +48,7 @@ class InputValue:
 
     path: str
     place: Place
-    kind: Kind
+    kind: QuantityKind
     text: str | int
     end: str = ""
 
@@ -183,7 +183,7 @@ def copied(data: Mapping[str, Any]) -> dict[str, Any]:
     return copy.deepcopy(dict(data))
 
 
-def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
+def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, QuantityKind, Any]]:
     """Path, place, kind and value of each field that holds quantities."""
     for section, fields in FIELDS.items():
         for name, entry in (data.get(section) or {}).items():
@@ -212,7 +212,7 @@ def _transmission_parents(path: str) -> list[str]:
     return [whole, *(f"{whole}.{name}" for name in names)] if found else []
 
 
-def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, Kind, Any]]:
+def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, QuantityKind, Any]]:
     if set(times) & {*PARTS, "sizes"}:
         for part in PARTS:
             if part in times:
@@ -224,7 +224,7 @@ def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator
                 yield f"{path}.{machine}.{part}", (*place, machine, part), TRANSMISSION, parts[part]
 
 
-def _values(path: str, place: Place, kind: Kind, value: Any) -> Iterator[tuple[tuple[str, ...], InputValue]]:
+def _values(path: str, place: Place, kind: QuantityKind, value: Any) -> Iterator[tuple[tuple[str, ...], InputValue]]:
     """Each single value of a field, with the paths that stand for several."""
     if isinstance(value, dict):
         for machine, inner in value.items():
@@ -258,12 +258,12 @@ def scaled_text(item: InputValue, factor: Fraction) -> str | int:
     return _scaled(str(item.text), item.kind, factor)
 
 
-def _scaled(text: str, kind: Kind, factor: Fraction) -> str:
+def _scaled(text: str, kind: QuantityKind, factor: Fraction) -> str:
     quantity = parse_quantity(text)
     return quantity_text(Quantity(quantity.value * factor, quantity.dimension, quantity.unit), kind)
 
 
-def quantity_text(quantity: Quantity, kind: Kind) -> str:
+def quantity_text(quantity: Quantity, kind: QuantityKind) -> str:
     """Exact text of a quantity, in the unit that it was written in.
 
     >>> from dse.support.units import PERIOD

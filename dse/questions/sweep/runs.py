@@ -29,7 +29,7 @@ OTHER_VERSION = "other version"
 
 
 @dataclass(frozen=True)
-class Run:
+class SweepPoint:
     """One point of a sweep: where it stands, what to solve, and the key of the outcome."""
 
     point: tuple[int, ...]

@@ -18,7 +18,7 @@ from dse.questions.sweep.axes import Axis, InputAxis, LimitAxis, grid_points, re
 from dse.questions.sweep.cluster import run_on_cluster
 from dse.questions.sweep.fronts import check_objectives
 from dse.questions.sweep.inputs_of_file import Inputs, copied, merged_data, needed_data
-from dse.questions.sweep.runs import OTHER_VERSION, OutcomeError, Run, make_payload, read_outcome, solve_payload
+from dse.questions.sweep.runs import OTHER_VERSION, OutcomeError, SweepPoint, make_payload, read_outcome, solve_payload
 from dse.questions.sweep.store import Store, semantics_version
 from dse.questions.sweep.workers import Task, check_workers, run_all
 from dse.space.question.settings import SETTINGS, settings_of
@@ -208,7 +208,7 @@ def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axi
     return axes
 
 
-def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[Run]:
+def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
     """The runs of a sweep, in order."""
     exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]
@@ -226,12 +226,12 @@ def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> lis
                 axis.write(inputs, data, number)
             else:
                 shipped.append(axis.shipped(number))
-        runs.append(Run(point, make_payload(data, changes, shipped, exact, seed)))
+        runs.append(SweepPoint(point, make_payload(data, changes, shipped, exact, seed)))
     return runs
 
 
 def _solved(
-    runs: Sequence[Run], means: Means, progress: Callable[[SweepProgress], None] | None
+    runs: Sequence[SweepPoint], means: Means, progress: Callable[[SweepProgress], None] | None
 ) -> tuple[dict[int, dict[str, object]], int]:
     """Outcomes by number, as far as they are there when all is done or Ctrl-C is pressed.
 
@@ -281,7 +281,7 @@ def _read(text: str) -> dict[str, Any]:
         raise DseError(f"a worker has sent what is no outcome of a run: {error}") from error
 
 
-def _taken(runs: Sequence[Run], kept: Mapping[str, str], store: Path | None) -> dict[int, dict[str, object]]:
+def _taken(runs: Sequence[SweepPoint], kept: Mapping[str, str], store: Path | None) -> dict[int, dict[str, object]]:
     """What a store has of these runs, all of it about the same objectives.
 
     Raises
@@ -319,7 +319,7 @@ def _varied(axis: Axis) -> VariedAxis:
     return VariedAxis(axis.name, "factor" if axis.factors else "value", axis.labels)
 
 
-def _labels(axes: Sequence[Axis], run: Run) -> tuple[str, ...]:
+def _labels(axes: Sequence[Axis], run: SweepPoint) -> tuple[str, ...]:
     grid = [axis for axis in axes if axis.labels]
     return tuple(axis.labels[number] for axis, number in zip(grid, run.point, strict=True))
 

@@ -302,7 +302,7 @@ def _shares(space: Space) -> Iterator[str]:
         if item.metric.kind == "utilisation" and item.operator == "==":
             upper = item.text.replace("==", "<=", 1)
             yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
-        is_upper = item.operator in ("<=", "<") and not item.implied
+        is_upper = item.is_upper and not item.implied
         if is_upper and (of := overload_needed(space, item, item.limit.value)):
             yield f"{item.text} lifts no implied limit: 100 % counts all the same, unless `overload: allowed` for {of}"
 

@@ -63,11 +63,13 @@ def compare(one: Side, other: Side, problem: str | Path | None = None) -> Design
     if isinstance(first, Result) or isinstance(second, Result):
         raise UsageError("a whole result compares with a result; name a design of it (RESULT.json#ID)")
     found = compare_designs(names, _analysis(first, second), _analysis(second, first))
-    return replace(found, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _Design))))
+    return replace(
+        found, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _ComparedDesign)))
+    )
 
 
 @dataclass(frozen=True)
-class _Design:
+class _ComparedDesign:
     """A design of a result, by its id."""
 
     path: str
@@ -75,7 +77,7 @@ class _Design:
     result: Result
 
 
-def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _Design | None:
+def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _ComparedDesign | None:
     """What a side means; None for the baseline of the other."""
     if isinstance(side, Result | Analysis):
         return side
@@ -90,7 +92,7 @@ def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _Design
         return None
     path, mark, number = str(side).rpartition("#")
     if mark and path.endswith(".json"):
-        return _Design(path, number, reopen(path, problem))
+        return _ComparedDesign(path, number, reopen(path, problem))
     return reopen(side, problem)
 
 
@@ -106,7 +108,7 @@ def _name(side: Side) -> str:
     return f"a design of {side.space.name}" if isinstance(side, Analysis) else str(side)
 
 
-def _analysis(side: Analysis | _Design | None, other: Analysis | _Design | None) -> Analysis:
+def _analysis(side: Analysis | _ComparedDesign | None, other: Analysis | _ComparedDesign | None) -> Analysis:
     """The analysis of a design; of the baseline of the other side's problem where there is none."""
     if isinstance(side, Analysis):
         return side
@@ -115,7 +117,7 @@ def _analysis(side: Analysis | _Design | None, other: Analysis | _Design | None)
             return analyse_design(Evaluator(side.result.space), find_design(side.result, side.number).design)
     assert other is not None
     space = other.space if isinstance(other, Analysis) else other.result.space
-    with about(other.path if isinstance(other, _Design) else space.name):
+    with about(other.path if isinstance(other, _ComparedDesign) else space.name):
         return _baseline(space)
 
 

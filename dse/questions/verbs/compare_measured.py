@@ -323,7 +323,7 @@ class _Bench:
         ends = self.shown.get(verdict.requirement.metric.name)
         if ends is None or operator not in ("<=", "<", ">=", ">"):
             return None, None
-        value = ends[1] if operator in ("<=", "<") else ends[0]
+        value = ends[1] if verdict.requirement.is_upper else ends[0]
         if verdict.requirement.metric.kind != "utilisation":
             return value, HOLDS[operator](value, verdict.limit)
         holds = HOLDS[operator](value, verdict.whole_limit)

@@ -9,7 +9,7 @@ from typing import get_args
 
 from pydantic import TypeAdapter, ValidationError
 
-from dse.fitting.fit import Options, Sizes, fit_measurements
+from dse.fitting.fit import FitOptions, Sizes, fit_measurements
 from dse.fitting.fitted import Fit
 from dse.fitting.lines import Method
 from dse.spec.schema.fields import Name
@@ -100,7 +100,7 @@ def fit(
     for platform, kind in (platforms or {}).items():
         _check_name(f"--platform {platform}=", kind)
     chosen: Method = method  # type: ignore[assignment] # refused below where it is none
-    options = Options(
+    options = FitOptions(
         method=chosen,
         quantiles=_shares(quantiles if quantiles is not None else "1 % .. 99 %"),
         is_round_trip=round_trip,

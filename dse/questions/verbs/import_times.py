@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.fitting.fit import Options, fit_measurements
+from dse.fitting.fit import FitOptions, fit_measurements
 from dse.fitting.fitted import Execution, Fit, catalogue
 from dse.importers.registry import Imported, importer_of, read_foreign
 from dse.importers.ros2.bags import read_bag
@@ -46,7 +46,7 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
         timed |= found_in
         remarks += said
     by_thread: dict[str, list[Execution]] = {}
-    found = fit_measurements(tables, Options()) if tables else None
+    found = fit_measurements(tables, FitOptions()) if tables else None
     for item in in_time(found.executions if found is not None else (), every=10):
         name = _thread_of(item, {**dict.fromkeys(threads), **imported.aliases})
         if name is None:

@@ -29,7 +29,7 @@ from dse.questions.question import Decided, Question, decisions_as_texts
 from dse.simulation.engine import simulate_once
 from dse.simulation.observing import Execution, Setting
 from dse.simulation.plan import Plan, build_plan
-from dse.simulation.search import Record, histogram, random_offsets, search_flow
+from dse.simulation.search import Observations, histogram, random_offsets, search_flow
 from dse.space.model.flows import Flow
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
@@ -139,7 +139,7 @@ def simulate(
     whole = _setting(space, plan, _read_duration(duration))
     setting = replace(whole, execution=execution, bus_contention=bus_contention, seed=seed)
     _check_effort(plan, setting)
-    record, is_stopped = Record([Counter() for _ in space.flows]), False
+    record, is_stopped = Observations([Counter() for _ in space.flows]), False
     try:
         with until(limit):
             if offsets == "worst":
@@ -241,7 +241,7 @@ def _sources(plan: Plan, flow: Flow) -> set[str]:
 
 
 def _sample(
-    plan: Plan, setting: Setting, offsets: str, runs: int, drift_ppm: int, record: Record, *, late_only: bool
+    plan: Plan, setting: Setting, offsets: str, runs: int, drift_ppm: int, record: Observations, *, late_only: bool
 ) -> None:
     """Runs with drawn (or zero) offsets and drifts; after a search a few, for the shape of the histogram."""
     rng = random.Random(f"{setting.seed} sample")
@@ -280,7 +280,14 @@ def _notes(space: Space, plan: Plan, *, contention: bool) -> Iterator[str]:
 
 
 def _flows(
-    space: Space, plan: Plan, record: Record, view: View, excuses: Sequence[str], drift_ppm: int, *, contention: bool
+    space: Space,
+    plan: Plan,
+    record: Observations,
+    view: View,
+    excuses: Sequence[str],
+    drift_ppm: int,
+    *,
+    contention: bool,
 ) -> Iterator[FlowObservation]:
     scheduled_space = replace(space, processing="response_time")
     for number, flow in enumerate(space.flows):
@@ -307,7 +314,7 @@ def _flows(
 
 
 def _disparities(
-    space: Space, record: Record, view: View, flows: Sequence[FlowObservation], drift_ppm: int
+    space: Space, record: Observations, view: View, flows: Sequence[FlowObservation], drift_ppm: int
 ) -> Iterator[DisparityObservation]:
     """What was seen at each component at which flows meet; what excuses a flow excuses it, too, and so do losses."""
     for metric in all_disparities(space, range(len(space.components))):
@@ -331,7 +338,7 @@ def _bounds(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
     return table.min_ns, table.max_ns
 
 
-def _extreme(record: Record, flow: int, goal: str) -> Extreme | None:
+def _extreme(record: Observations, flow: int, goal: str) -> Extreme | None:
     found = record.extremes.get((flow, goal))
     if found is None:
         return None
@@ -377,7 +384,7 @@ def _late(space: Space, flow: Flow, view: View, *, contention: bool) -> Iterator
             yield f"{component.name} may end after its deadline, at which its data pass"
 
 
-def _tasks(space: Space, plan: Plan, record: Record, view: View) -> Iterator[TaskObservation]:
+def _tasks(space: Space, plan: Plan, record: Observations, view: View) -> Iterator[TaskObservation]:
     """Every task on a core that has run, in the order of processors, cores and priorities."""
     design: Design = view.design
     for number, slot in enumerate(space.processors):

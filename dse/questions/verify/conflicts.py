@@ -35,7 +35,7 @@ from dse.verification.solver_calls import Reply
 
 
 @dataclass(frozen=True)
-class Choice:
+class FixedDecision:
     """A decision that was fixed beyond the file."""
 
     decision: int
@@ -44,7 +44,7 @@ class Choice:
     origin: str = "command line"
 
 
-Demand: TypeAlias = Requirement | Rule | Choice
+Demand: TypeAlias = Requirement | Rule | FixedDecision
 
 
 def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> None:
@@ -81,7 +81,7 @@ class _Court:
         space = bench.space
         names = [decision.name for decision in space.decisions]
         chosen = [
-            Choice(index, option, f"{names[index]} = {space.decisions[index].options[option]}")
+            FixedDecision(index, option, f"{names[index]} = {space.decisions[index].options[option]}")
             for index, option in space.fixed.items()
         ]
         self.demands: tuple[Demand, ...] = (*space.requirements, *space.rules, *chosen)
@@ -246,7 +246,7 @@ class _Court:
             self.bench.space,
             requirements=tuple(item for item in demands if isinstance(item, Requirement)),
             rules=tuple(item for item in demands if isinstance(item, Rule)),
-            fixed={item.decision: item.option for item in demands if isinstance(item, Choice)},
+            fixed={item.decision: item.option for item in demands if isinstance(item, FixedDecision)},
             objectives=(),
         )
         evaluator = Evaluator(space, further=limits)
@@ -286,7 +286,7 @@ def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction)
             [_limit(space, member, ">=", closest - off), _limit(space, member, "<=", closest + off)],
             [_limit(space, member, ">", own - miss), _limit(space, member, "<", own + miss)],
         )
-    operators: tuple[Operator, Operator] = ("<=", "<") if member.operator in ("<=", "<") else (">=", ">")
+    operators: tuple[Operator, Operator] = ("<=", "<") if member.is_upper else (">=", ">")
     off = off if operators[0] == "<=" else -off
     return [_limit(space, member, operators[0], closest + off)], [_limit(space, member, operators[1], closest - off)]
 

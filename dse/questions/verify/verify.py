@@ -64,7 +64,7 @@ def verify_with(
         return Verification(name, "(it was not read)", "rejected", tuple(wrong[:MOST_FINDINGS]), said)
     with until(limit):
         found = belonging(data, name, problem)
-        bench = _checked(data, found, name, Means(robust, method, limit))
+        bench = _checked(data, found, name, ProofMeans(robust, method, limit))
     status = "rejected" if bench.findings else "unfinished" if bench.left_open else "verified"
     return Verification(
         result=name,
@@ -88,7 +88,7 @@ def _claim(data: Mapping[str, Any]) -> str:
 
 
 @dataclass(frozen=True)
-class Means:
+class ProofMeans:
     """By what a result is checked: the witness of a robust question, the method of the second proof, until when."""
 
     robust: Callable[[Problem, Mapping[str, Any]], Witness]
@@ -96,7 +96,7 @@ class Means:
     limit: TimeLimit
 
 
-def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: Means) -> Bench:
+def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofMeans) -> Bench:
     """All checks, one after the other; later ones need what earlier ones found sound."""
     bench = Bench(data, found.problem, has_moved=not found.is_same_text or _is_of_a_model(found))
     method, limit = means.method, means.limit
@@ -133,7 +133,7 @@ def _is_of_a_model(found: Belonging) -> bool:
     return found.is_carried and found.problem.loaded.spec.imported is not None
 
 
-def _check_robust(bench: Bench, means: Means) -> None:
+def _check_robust(bench: Bench, means: ProofMeans) -> None:
     """Whoever knows what holds for all stated values is there where that is asked."""
     assert bench.asked is not None
     if bench.asked.robust:
@@ -142,7 +142,7 @@ def _check_robust(bench: Bench, means: Means) -> None:
         bench.find("robust", "is stated, but the question is not robust")
 
 
-def _check_costs(bench: Bench, means: Means) -> None:
+def _check_costs(bench: Bench, means: ProofMeans) -> None:
     """What a robust result says of the nominal front and of the difference."""
     if bench.witness is not None:
         bench.witness.check(bench, means.method, means.limit.deadline)

@@ -18,7 +18,7 @@ from dse.analysis.validity import canonical
 from dse.encode.linear import set_domain
 from dse.encode.model import Demands
 from dse.search.referee import refused
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found, Unfinished
 from dse.search.workers import heard
 from dse.space.model.space import Design, Space
@@ -67,10 +67,10 @@ class Switchboard:
         self._switch(kept)
         for _, guard in more:
             self._bound(guard, 1, 1)
-        solver = Solver(encoded, seed=seed, deadline=deadline)
+        strategy = Strategy(encoded, seed=seed, deadline=deadline)
         try:
             while True:
-                answer = heard(solver, lambda: solver.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
+                answer = heard(strategy, lambda: strategy.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
                 if isinstance(answer, Unfinished):
                     raise OutOfTime
                 if not isinstance(answer, Found):
@@ -80,7 +80,7 @@ class Switchboard:
                 if not broken:
                     return canonical(self.space, answer.design)
                 for number in broken:  # within what rounding admits, but not exactly
-                    solver.exclude(answer.design, unless=[asked[number][1].negated()])
+                    strategy.exclude(answer.design, unless=[asked[number][1].negated()])
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)

@@ -20,7 +20,7 @@ from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.search.feasibility.guarded_model import Switchboard
 from dse.search.referee import accepted
-from dse.search.solver.solver import Solver
+from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found, Unfinished
 from dse.search.workers import heard
 from dse.space.model.criteria import Objective, Requirement, Rule
@@ -97,9 +97,9 @@ def find_design(
     objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
     evaluator = Evaluator(replace(space, objectives=objectives), measures, reading=reading)
     encoded = encode(evaluator)
-    solver = Solver(encoded, seed=seed, deadline=deadline)
+    strategy = Strategy(encoded, seed=seed, deadline=deadline)
     while True:
-        answer = heard(solver, lambda: solver.minimise([1] * len(measures), [encoded.everywhere]))
+        answer = heard(strategy, lambda: strategy.minimise([1] * len(measures), [encoded.everywhere]))
         if isinstance(answer, Unfinished):
             raise OutOfTime
         if not isinstance(answer, Found):
@@ -107,7 +107,7 @@ def find_design(
         evaluation = accepted(evaluator, answer.design)
         if evaluation is not None:
             return evaluation.design
-        solver.exclude(answer.design)  # within what rounding admits, but not exactly
+        strategy.exclude(answer.design)  # within what rounding admits, but not exactly
 
 
 @dataclass

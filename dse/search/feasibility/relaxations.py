@@ -15,7 +15,7 @@ from math import lcm
 from dse.analysis.limits import Limit, excess, needed_share
 from dse.analysis.measures import SCALE_LIMIT, Measure
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.terms import Extreme, extreme_term
+from dse.analysis.terms import ExtremeOfSums, extreme_term
 from dse.analysis.views import View
 from dse.search.feasibility.oracle import Oracle
 from dse.space.model.criteria import Requirement
@@ -103,7 +103,7 @@ def _extreme(
     of_total: bool = False,
 ) -> Closest | None:
     """The least limit of all requirements for ``<=`` and ``<``, the greatest for ``>=`` and ``>``."""
-    is_upper = requirements[0].operator in ("<=", "<")
+    is_upper = requirements[0].is_upper
     strictly: Operator = "<" if is_upper else ">"
     space, build = oracle.space, _total if of_total else _built
     best: Closest | None = None
@@ -132,5 +132,5 @@ def _worst_excess(space: Space, limits: Sequence[Limit]) -> Measure:
         return measures[0]
     scale = lcm(*(item.scale if not item.rounded else SCALE_LIMIT + 1 for item in measures))
     metric = worst_of("excess", [item.metric for item in measures], "<=")
-    term = extreme_term(metric.name, Extreme("max", tuple(item.terms for item in measures)))
+    term = extreme_term(metric.name, ExtremeOfSums("max", tuple(item.terms for item in measures)))
     return Measure(metric, measures[0].unit, (term,), min(scale, SCALE_LIMIT), rounded=scale > SCALE_LIMIT)

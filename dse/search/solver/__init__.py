@@ -1,8 +1,9 @@
 """One call of CP-SAT, and the heuristics that make it short.
 
-Read `solver.py` first.
+Read `strategy.py` first.
 
-* `solver.py`: the model with its settings, deadline and stop switch; every question about a region.
+* `strategy.py`, `call.py`: which settings and heuristics a question is asked with; one call, its limits and what its
+  solutions say.
 * `settings.py`, `portfolio.py`: settings of CP-SAT; the choice between them by measured work.
 * `subspaces.py`: a question asked for each combination of shared options, such as the types of processors.
 * `bounding.py`, `value_grid.py`, `knapsack.py`: bounds of an objective from both sides; its possible values; two

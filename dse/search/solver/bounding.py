@@ -44,36 +44,36 @@ class Narrowing:
         self.improved.clear()
 
 
-def narrowed(solver: Call, known: Narrowing, work: float) -> Answer:
+def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
     """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
-    end, tuning = solver.work + work, solver.tuning.bounding
-    is_single = _counts_one(solver)
-    first = solver.raise_least(0)
+    end, tuning = call.work + work, call.tuning.bounding
+    is_single = _counts_one(call)
+    first = call.raise_least(0)
     answer: Answer = Unfinished(first)
-    if is_single and solver.within not in known.bounded:
-        answer = solver.run(FROM_BELOW, min(tuning.most_below, work / tuning.below))
+    if is_single and call.within not in known.bounded:
+        answer = call.run(FROM_BELOW, min(tuning.most_below, work / tuning.below))
         if isinstance(answer, Unfinished) and first and (answer.bound or 0) <= first:
-            known.bounded.add(solver.within)
+            known.bounded.add(call.within)
     while isinstance(answer, Unfinished) and answer.bound is not None:
-        least, before = answer.bound, solver.work
-        best = _bettered(solver, known, answer.best)
-        end += solver.work - before
-        left = end - solver.work
-        if left < work / tuning.least or solver.out_of_time():
+        least, before = answer.bound, call.work
+        best = _bettered(call, known, answer.best)
+        end += call.work - before
+        left = end - call.work
+        if left < work / tuning.least or call.out_of_time():
             return Unfinished(least, best)
-        solver.raise_least(least)
-        most = solver.most(best)
+        call.raise_least(least)
+        most = call.most(best)
         if most is None:  # nothing to be better than
-            answer = solver.any_design([(CLOSING, left)])
+            answer = call.any_design([(CLOSING, left)])
             if isinstance(answer, Unfinished):
                 return Unfinished(least)
             answer = Unfinished(least, answer) if isinstance(answer, Found) else answer
             continue
         middle = least + (most - least) // known.slices if is_single else most
-        answer = _in_range(solver, known, left, best, middle)
+        answer = _in_range(call, known, left, best, middle)
         if isinstance(answer, NoSuchDesign):
             narrower = known.slices // tuning.change
-            known.slices = tuning.widest if _counts_options(solver) else max(tuning.widest, narrower)
+            known.slices = tuning.widest if _counts_options(call) else max(tuning.widest, narrower)
             if middle >= most:
                 return best or answer
             answer = Unfinished(middle + 1, best)
@@ -86,39 +86,39 @@ def narrowed(solver: Call, known: Narrowing, work: float) -> Answer:
     return answer
 
 
-def _in_range(solver: Call, known: Narrowing, work: float, best: Found | None, most: int) -> Answer:
+def _in_range(call: Call, known: Narrowing, work: float, best: Found | None, most: int) -> Answer:
     """The best design in a range of values, or that there is none; unfinished with any that is better than `best`."""
-    tuning = solver.tuning.bounding
+    tuning = call.tuning.bounding
     answer: Answer = Unfinished(best=best)
     if known.quick >= tuning.least_quick:
-        answer = solver.run(BARE, min(work, known.quick), best, most)
+        answer = call.run(BARE, min(work, known.quick), best, most)
         known.quick = known.quick / 2 if isinstance(answer, Unfinished) else min(tuning.most_quick, 2 * known.quick)
     if isinstance(answer, Unfinished) and answer.best is best:
-        answer = solver.run(CLOSING_RANGE, work, best, most)
+        answer = call.run(CLOSING_RANGE, work, best, most)
     return answer
 
 
-def _bettered(solver: Call, known: Narrowing, best: Found | None) -> Found | None:
+def _bettered(call: Call, known: Narrowing, best: Found | None) -> Found | None:
     """A better design than the best one, or than that of another part where there is none, if one is near it."""
-    start = best or solver.start
-    if start is None or (solver.within, start.point) in known.improved:
+    start = best or call.start
+    if start is None or (call.within, start.point) in known.improved:
         return best
-    found = improved(solver, start)
-    known.improved |= {(solver.within, start.point), (solver.within, found.point)}
+    found = improved(call, start)
+    known.improved |= {(call.within, start.point), (call.within, found.point)}
     return best if found is start else found
 
 
-def _counts_one(solver: Call) -> bool:
+def _counts_one(call: Call) -> bool:
     """Whether one objective is minimised, without regard to others."""
-    return solver.weights is not None and sum(map(bool, solver.weights)) == 1
+    return call.weights is not None and sum(map(bool, call.weights)) == 1
 
 
-def _counts_options(solver: Call) -> bool:
+def _counts_options(call: Call) -> bool:
     """Whether what is minimised is a plain sum over options: then a range of it says nothing of waiting."""
-    if solver.weights is None:
+    if call.weights is None:
         return False
-    weighed = {number for number, weight in enumerate(solver.weights) if weight}
-    return weighed.isdisjoint(waiting_axes(solver.encoded))
+    weighed = {number for number, weight in enumerate(call.weights) if weight}
+    return weighed.isdisjoint(waiting_axes(call.encoded))
 
 
 def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
@@ -135,37 +135,37 @@ def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
     )
 
 
-def lowest(solver: Call, work: float, pools: PoolMemory | None = None) -> Answer:
+def lowest(call: Call, work: float, pools: PoolMemory | None = None) -> Answer:
     """The best design from the known bound on: one value of the objective at first, then twice as many at a time.
 
     Where designs are hard to pack a solver finds those near its bound when it is asked for nothing else, or proves that
     there are none. With `pools`, what it does not find at once is asked of pooled cores first
     (`dse.search.solver.pooled_cores`), and what is left is less.
     """
-    end, width = solver.work + work, 0
+    end, width = call.work + work, 0
     best: Found | None = None
     while True:
-        least, known = solver.raise_least(0), solver.most(best)
+        least, known = call.raise_least(0), call.most(best)
         if best is not None and known is not None and known < least:
             return best
         most = EXACT_LIMIT if known is None else known  # no sum is beyond it
         middle = min(most, least + width)
-        limit = max(0.0, end - solver.work)
-        limit = limit if pools is None else min(limit, solver.tuning.lowest_first.at_once)
-        answer = solver.run(RELAXED, limit, None, middle)
+        limit = max(0.0, end - call.work)
+        limit = limit if pools is None else min(limit, call.tuning.lowest_first.at_once)
+        answer = call.run(RELAXED, limit, None, middle)
         if isinstance(answer, Unfinished) and pools is not None:
-            before = solver.work
-            told, pools = pooled(solver, pools, answer.best or best), None
+            before = call.work
+            told, pools = pooled(call, pools, answer.best or best), None
             if not isinstance(told, Unfinished):
                 return told
-            solver.raise_least(told.bound or 0)
+            call.raise_least(told.bound or 0)
             best = told.best or answer.best
-            end += solver.work - before
+            end += call.work - before
             continue
         if isinstance(answer, Unfinished):
             return Unfinished(max(least, answer.bound or 0), answer.best or best)
         if isinstance(answer, Found) or middle == most:
             return best or answer if isinstance(answer, NoSuchDesign) else answer
-        width = 2 * (solver.raise_least(middle + 1) - least)
-        if solver.out_of_time() or solver.work >= end:
+        width = 2 * (call.raise_least(middle + 1) - least)
+        if call.out_of_time() or call.work >= end:
             return Unfinished(middle + 1, best)

@@ -1,7 +1,8 @@
 """One call of the solver: a model, what is asked of it, limits on time and work, and what its solutions say.
 
 A `Call` knows settings, not heuristics. Where the analysis refuses a solution it asks two hooks, which a strategy
-overrides (`dse.search.solver.solver`): for the design on other cores, and for one with the objectives of the solution.
+overrides (`dse.search.solver.strategy`): for the design on other cores, and for one with the objectives of the
+solution.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dse.encode.model import EncodedSpace
 from dse.encode.search_order import searched_by
 from dse.search import tuning as tuned
 from dse.search.regions import Bound, restrict, strictly_inside, valued
-from dse.search.solver.settings import Settings, sound_solver
+from dse.search.solver.settings import SolverSettings, sound_solver
 from dse.search.solver.value_grid import EVERY
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -97,7 +98,7 @@ class Call:
             variables = [objective.variable for objective in self.encoded.objectives]
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
 
-    def any_design(self, ways: Sequence[tuple[Settings, float]]) -> Answer:
+    def any_design(self, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
         """Some design in the regions, whatever is minimised: with settings, and so much work, one after the other."""
         weights = self.weights or ()
         self.encoded.model.clear_objective()
@@ -120,7 +121,7 @@ class Call:
         """Whether there is no time left, or the search was stopped."""
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
-    def run(self, settings: Settings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
+    def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact, or as good as they can be.
 
         The designs of solutions on the way are weighed by the analysis: once no solution is better than the `best` of
@@ -163,7 +164,7 @@ class Call:
         return self.below(weighted(self.weights, best.point))
 
     def once(
-        self, settings: Settings, work: float, best: Found | None, most: int | None
+        self, settings: SolverSettings, work: float, best: Found | None, most: int | None
     ) -> tuple[Answer | None, Found | None]:
         """One run of the solver for something better than `best`; no answer where the model is sharper now.
 
@@ -184,7 +185,7 @@ class Call:
             return self._judged(solver, settings, best, is_optimal=status == cp_model.OPTIMAL)
         return Unfinished(self._bound(solver), best), best
 
-    def limited(self, settings: Settings, work: float) -> cp_model.CpSolver:
+    def limited(self, settings: SolverSettings, work: float) -> cp_model.CpSolver:
         """A solver that is to do so much work, and no longer than there is time."""
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
@@ -193,7 +194,7 @@ class Call:
             parameters.max_time_in_seconds = max(0.01, self.deadline - time.monotonic())
         return solver
 
-    def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: Settings) -> Any:
+    def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: SolverSettings) -> Any:
         """The status with which a solver of `limited` ends on a model; what it takes counts."""
         self._running = solver
         is_ordered = settings.in_order or settings.options_first
@@ -208,7 +209,7 @@ class Call:
         return solver.response_proto.inner_objective_lower_bound if self.encoded.model.has_objective() else None
 
     def _judged(
-        self, solver: cp_model.CpSolver, settings: Settings, best: Found | None, *, is_optimal: bool
+        self, solver: cp_model.CpSolver, settings: SolverSettings, best: Found | None, *, is_optimal: bool
     ) -> tuple[Answer | None, Found | None]:
         """What a solution says; no answer where the model has learnt from it."""
         point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)

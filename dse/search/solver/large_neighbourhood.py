@@ -26,7 +26,7 @@ from dse.space.model.trees import at
 
 
 def best_around(
-    solver: Call,
+    call: Call,
     design: Design,
     free: Collection[int],
     work: float,
@@ -38,35 +38,33 @@ def best_around(
     Each of up to `most_moves` calls may do so much work, and ends with a lesson or an answer; `most` as in
     `Call.once`.
     """
-    proved = solver.least
-    with all_but(solver.encoded, design, free):
-        for _ in range(solver.tuning.improving.most_moves):
-            answer, best = solver.once(BARE, work, best, most)
+    proved = call.least
+    with all_but(call.encoded, design, free):
+        for _ in range(call.tuning.improving.most_moves):
+            answer, best = call.once(BARE, work, best, most)
             best = answer if isinstance(answer, Found) else best
             if answer is not None:
                 break
-    solver.least = proved  # what was proved since is true of these options only
+    call.least = proved  # what was proved since is true of these options only
     return best
 
 
-def packed(
-    solver: Call, packings: set[Design], design: Design, value: Callable[[cp_model.IntVar], int]
-) -> Found | None:
+def packed(call: Call, packings: set[Design], design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
     """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
 
     Each choice of everything but cores is tried once, and is among the `packings` then.
     """
-    contention, space, tuning = solver.encoded.contention, solver.encoded.space, solver.tuning.other_cores
-    if not tuning.is_on or contention is None or space is None or not space.open_cores or solver.weights is None:
+    contention, space, tuning = call.encoded.contention, call.encoded.space, call.tuning.other_cores
+    if not tuning.is_on or contention is None or space is None or not space.open_cores or call.weights is None:
         return None
     cores = {item.index for item in space.open_cores}
     rest = tuple(option for index, option in enumerate(design) if index not in cores)
     if rest in packings or len(packings) >= tuning.most:
         return None
     packings.add(rest)
-    weights = solver.weights
-    weighed = [(solver.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
-    found = [Found(exact, other) for exact, other in weighed if exact is not None and solver.is_wanted(exact, None)]
+    weights = call.weights
+    weighed = [(call.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
+    found = [Found(exact, other) for exact, other in weighed if exact is not None and call.is_wanted(exact, None)]
     return min(found, key=lambda one: weighted(weights, one.point), default=None)
 
 
@@ -97,25 +95,25 @@ def all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Ite
 # a better one (decision record 42).
 
 
-def improved(solver: Call, best: Found) -> Found:
+def improved(call: Call, best: Found) -> Found:
     """A design at least as good as a known one, by what is minimised, in the part of the space that is asked about.
 
     The threads of two cores have other options and cores as long as that makes something better, then those of three,
     with limited work. The model learns from solutions that are none, and is left as it was else.
     """
-    space, contention, tuning = solver.encoded.space, solver.encoded.contention, solver.tuning.improving
-    if not tuning.is_on or space is None or contention is None or not space.open_cores or solver.weights is None:
+    space, contention, tuning = call.encoded.space, call.encoded.contention, call.tuning.improving
+    if not tuning.is_on or space is None or contention is None or not space.open_cores or call.weights is None:
         return best
     tried: set[frozenset[str]] = set()
-    end = solver.work + tuning.most_work
+    end = call.work + tuning.most_work
     with contention.any_numbers():
-        while solver.work < end and not solver.out_of_time():
+        while call.work < end and not call.out_of_time():
             free, work = next(_neighbourhoods(space, best.design, tried, tuning.work), (None, 0.0))
             if free is None:
                 break
             tried.add(free)
-            solver.work += READING * len(solver.encoded.model.proto.variables)
-            best = best_around(solver, best.design, _free_decisions(space, free), work, best) or best
+            call.work += READING * len(call.encoded.model.proto.variables)
+            best = best_around(call, best.design, _free_decisions(space, free), work, best) or best
     return best
 
 
@@ -156,21 +154,21 @@ def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
 # Another design with the figures of a solution, for whose threads there are cores where there are none for its own.
 
 
-def roomier(solver: Call, design: Design, point: Bound) -> Design | None:
+def roomier(call: Call, design: Design, point: Bound) -> Design | None:
     """A design with the objectives `point` that leaves its processors so much room that cores are found for it.
 
     None where none is found within some work, and where designs with the same figures are not all as good. `design` is
     a solution of the solver's model.
     """
-    encoded, tuning = solver.encoded, solver.tuning.least_used
+    encoded, tuning = call.encoded, call.tuning.least_used
     if not tuning.is_on or encoded.contention is None or encoded.open_terms or not encoded.contention.may_move:
         return None
     model = least_used(encoded, design, point)
     for work in tuning.work:
-        if solver.out_of_time():
+        if call.out_of_time():
             return None
-        found = solver.limited(RELAXED, work)
-        status = solver.solved(found, model, RELAXED)
+        found = call.limited(RELAXED, work)
+        status = call.solved(found, model, RELAXED)
         if status == cp_model.INFEASIBLE:
             return None
         if status != cp_model.UNKNOWN:

@@ -123,58 +123,58 @@ class PoolMemory:
         return self.pools
 
 
-def pooled(solver: Call, memory: PoolMemory, best: Found | None) -> Answer:
+def pooled(call: Call, memory: PoolMemory, best: Found | None) -> Answer:
     """The best design of the model as it stands, if pooled cores tell; what is proved is a bound of the solver, too.
 
     Better than `best`, which is the answer where nothing is.
     """
-    encoded, weights, tuning = solver.encoded, solver.weights, solver.tuning.pooled_cores
+    encoded, weights, tuning = call.encoded, call.weights, call.tuning.pooled_cores
     contention = encoded.contention
     if not tuning.is_on or contention is None or contention.without_rows is None or weights is None:
         return Unfinished(best=best)
     if not contention.may_move:
         return Unfinished(best=best)
     pools = memory.of(encoded, tuning)
-    question = (tuple(weights), solver.within, solver.least, solver.most(best))
+    question = (tuple(weights), call.within, call.least, call.most(best))
     if not pools.all or question in pools.tried:
-        return Unfinished(solver.least, best)
+        return Unfinished(call.least, best)
     for _ in range(tuning.most_rounds):
         pools.follow(encoded, weights)
-        solution, is_refuted = _least(solver, pools, best)
+        solution, is_refuted = _least(call, pools, best)
         if is_refuted:
             return best or NoSuchDesign()
-        if solution is None or solver.out_of_time():
-            return Unfinished(solver.least, best)
+        if solution is None or call.out_of_time():
+            return Unfinished(call.least, best)
         least = _value(encoded, weights, solution)
-        solution = _sketched(solver, pools.roomiest(encoded, weights, least), tuning.room_work) or solution
-        if least > (solver.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
+        solution = _sketched(call, pools.roomiest(encoded, weights, least), tuning.room_work) or solution
+        if least > (call.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
             break
     else:
         pools.follow(encoded, weights)
         solution = None
-    found = _placed(solver, pools, least, solution, best)
-    if found is None or weighted(weights, found.point) > (solver.least or 0):
-        pools.tried.add((tuple(weights), solver.within, solver.least, solver.most(found or best)))
-        return Unfinished(solver.least, found or best)
+    found = _placed(call, pools, least, solution, best)
+    if found is None or weighted(weights, found.point) > (call.least or 0):
+        pools.tried.add((tuple(weights), call.within, call.least, call.most(found or best)))
+        return Unfinished(call.least, found or best)
     return found
 
 
-def _placed(solver: Call, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
+def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
     """A design whose threads are put on the cores of their pools, with the least value if there is one, else one near.
 
     The more its value may be above the least, the more room there is; `known` is the solution that leaves most at it.
     """
-    encoded, weights, top, tuning = solver.encoded, solver.weights, solver.most(best), solver.tuning.pooled_cores
+    encoded, weights, top, tuning = call.encoded, call.weights, call.most(best), call.tuning.pooled_cores
     assert weights is not None, "nothing is minimised"
-    step = max(solver.above(least) - least, least // tuning.finest)
+    step = max(call.above(least) - least, least // tuning.finest)
     for more in tuning.more_steps:
         most = least + more * step
-        if solver.out_of_time() or (top is not None and most > top):
+        if call.out_of_time() or (top is not None and most > top):
             return None
-        solution, known = known or _sketched(solver, pools.roomiest(encoded, weights, most), tuning.room_work), None
-        placed = None if solution is None else _sketched(solver, pools.placing(encoded, solution), tuning.place_work)
+        solution, known = known or _sketched(call, pools.roomiest(encoded, weights, most), tuning.room_work), None
+        placed = None if solution is None else _sketched(call, pools.placing(encoded, solution), tuning.place_work)
         found = None if placed is None else judged(encoded, placed)
-        if placed is not None and found is not None and solver.is_wanted(found.point, best):
+        if placed is not None and found is not None and call.is_wanted(found.point, best):
             return found
     return None
 
@@ -201,37 +201,37 @@ def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
     return None if settled is None else Found(point, settled)
 
 
-def _least(solver: Call, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
+def _least(call: Call, pools: Pools, best: Found | None) -> tuple[Sequence[int] | None, bool]:
     """The best solution of the pools that is better than `best`, and whether it is proved that there is none.
 
     A solver with presolve, in which solutions may be lost, finds one; one without proves that no better one is left.
     """
-    assert solver.weights is not None, "nothing is minimised"
-    top, work = solver.most(best), solver.tuning.pooled_cores.solve_work
-    if top is not None and top < (solver.least or 0):
+    assert call.weights is not None, "nothing is minimised"
+    top, work = call.most(best), call.tuning.pooled_cores.solve_work
+    if top is not None and top < (call.least or 0):
         return None, True
-    with valued(pools.model, solver.least, top):
-        solution = _sketched(solver, pools.model, work)
+    with valued(pools.model, call.least, top):
+        solution = _sketched(call, pools.model, work)
     if solution is not None:
-        top = solver.below(_value(solver.encoded, solver.weights, solution))
-    if top is not None and top < (solver.least or 0):
+        top = call.below(_value(call.encoded, call.weights, solution))
+    if top is not None and top < (call.least or 0):
         return solution, solution is None
-    proof = solver.limited(RELAXED, work)
-    with valued(pools.model, solver.least, top):
-        status = solver.solved(proof, pools.model, RELAXED)
+    proof = call.limited(RELAXED, work)
+    with valued(pools.model, call.least, top):
+        status = call.solved(proof, pools.model, RELAXED)
     if status == cp_model.INFEASIBLE:
         if solution is not None and top is not None:
-            solver.raise_least(top + 1)
+            call.raise_least(top + 1)
         return solution, solution is None
-    solver.raise_least(proof.response_proto.inner_objective_lower_bound)
+    call.raise_least(proof.response_proto.inner_objective_lower_bound)
     return (solution if status == cp_model.UNKNOWN else list(proof.response_proto.solution)), False
 
 
-def _sketched(solver: Call, model: cp_model.CpModel, work: float) -> list[int] | None:
+def _sketched(call: Call, model: cp_model.CpModel, work: float) -> list[int] | None:
     """A good solution of a model, of which nothing is believed but that it is one."""
-    run = solver.limited(CUTTING, work)
+    run = call.limited(CUTTING, work)
     run.parameters.cp_model_presolve = True
-    status = solver.solved(run, model, CUTTING)
+    status = call.solved(run, model, CUTTING)
     return list(run.response_proto.solution) if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) else None
 
 

@@ -23,7 +23,7 @@ seconds, where searches that find their design have some 1,000 conflicts in 0.01
 
 
 @dataclass(frozen=True)
-class Settings:
+class SolverSettings:
     """How much linear relaxation a call uses.
 
     `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
@@ -75,33 +75,33 @@ class Settings:
             parameters.max_number_of_conflicts = max(1, round(work * CONFLICTS_IN_ORDER))
 
 
-BARE = Settings(0, has_cuts=False, weight=1.0)
+BARE = SolverSettings(0, has_cuts=False, weight=1.0)
 """Nothing but propagation and clause learning: the models are small and tight, and most calls take milliseconds."""
-RELAXED = Settings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
+RELAXED = SolverSettings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 """A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
-LOWEST = Settings(2, has_cuts=False, weight=1.8, lowest=True)
+LOWEST = SolverSettings(2, has_cuts=False, weight=1.8, lowest=True)
 """The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
-POOLING = Settings(2, has_cuts=False, weight=1.8, lowest=True, pools=True)
+POOLING = SolverSettings(2, has_cuts=False, weight=1.8, lowest=True, pools=True)
 """The same, which asks pooled cores where it does not find a design at once."""
-OPTIONS_FIRST = Settings(2, has_cuts=False, weight=1.8, options_first=True)
+OPTIONS_FIRST = SolverSettings(2, has_cuts=False, weight=1.8, options_first=True)
 """The same, rates before cores: where cores are so full that few rates are left, each of these is soon refuted."""
-CUTTING = Settings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
+CUTTING = SolverSettings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
 """The same with cuts, for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
-FROM_BELOW = Settings(0, has_cuts=False, weight=1.0, from_below=True)
+FROM_BELOW = SolverSettings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
-CLOSING = Settings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
+CLOSING = SolverSettings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
 """A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 19)."""
 CLOSING_RANGE = replace(CLOSING, any_value=True)
 """The same for any design in a range of values: a better one is found near it."""
-FINDING = Settings(1, has_cuts=False, weight=2.0, only_finds=True)
+FINDING = SolverSettings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
-NARROWING = Settings(1, has_cuts=False, weight=1.0, narrows=True)
+NARROWING = SolverSettings(1, has_cuts=False, weight=1.0, narrows=True)
 """Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 19)."""
 WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
-BARE_IN_ORDER = Settings(0, has_cuts=False, weight=1.0, in_order=True)
-RELAXED_IN_ORDER = Settings(2, has_cuts=False, weight=1.0, in_order=True)
-CUTTING_IN_ORDER = Settings(2, has_cuts=True, weight=1.0, in_order=True)
+BARE_IN_ORDER = SolverSettings(0, has_cuts=False, weight=1.0, in_order=True)
+RELAXED_IN_ORDER = SolverSettings(2, has_cuts=False, weight=1.0, in_order=True)
+CUTTING_IN_ORDER = SolverSettings(2, has_cuts=True, weight=1.0, in_order=True)
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 ANY = (BRIEF, (FINDING, 1.0), (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
@@ -115,7 +115,7 @@ ANY_PACKING = (BRIEF, (RELAXED, 0.1))
 """The same where threads share cores: what these do not find is as hard as the search, whose design stays."""
 
 
-def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[Settings, float], ...]:
+def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[SolverSettings, float], ...]:
     """Those of the three that fit: whether response times are in what is asked, and whether threads share cores."""
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 

@@ -16,7 +16,7 @@ from typing import Protocol
 from dse.encode.model import EncodedSpace
 from dse.search.regions import Bound, RefutedRegions, strictly_inside
 from dse.search.solver.knapsack import Knapsacks, knapsacks_of
-from dse.search.solver.settings import NARROWING, READING, Settings
+from dse.search.solver.settings import NARROWING, READING, SolverSettings
 from dse.search.solver.value_grid import EVERY, Grid, grids_of
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
@@ -86,7 +86,7 @@ def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Gr
     return bounds
 
 
-class Parts:
+class AllSubspaces:
     """All parts of a space, in the order of the file; one alone where nothing is shared."""
 
     def __init__(self, encoded: EncodedSpace, tuning: Tuning) -> None:
@@ -184,7 +184,7 @@ WHOLE = -1
 class Asks(Protocol):
     """What a question part by part needs of whoever asks the solver."""
 
-    parts: Parts
+    parts: AllSubspaces
     tuning: Tuning
     encoded: EncodedSpace
     work: float
@@ -195,14 +195,14 @@ class Asks(Protocol):
         """Whether there is no time left."""
         ...
 
-    def solve_in(self, regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
         """One attempt at a question as a whole."""
         ...
 
     def solve_part(
         self,
         part: Subspace,
-        way: tuple[Settings, float],
+        way: tuple[SolverSettings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
         best: Found | None,
@@ -212,16 +212,16 @@ class Asks(Protocol):
         ...
 
 
-def as_a_whole(solver: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
+def as_a_whole(strategy: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
     """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
-    tuning, missed = solver.tuning.briefly_whole, solver.missed_briefly[WHOLE]
-    if not tuning.is_on or len(solver.parts) < tuning.fewest or missed >= tuning.most_missed:
+    tuning, missed = strategy.tuning.briefly_whole, strategy.missed_briefly[WHOLE]
+    if not tuning.is_on or len(strategy.parts) < tuning.fewest or missed >= tuning.most_missed:
         return None
-    answer = solver.solve_in(regions, *tuning.way)
+    answer = strategy.solve_in(regions, *tuning.way)
     if isinstance(answer, Unfinished):
-        solver.missed_briefly[WHOLE] += 1
+        strategy.missed_briefly[WHOLE] += 1
         return None
-    solver.missed_briefly[WHOLE] = 0
+    strategy.missed_briefly[WHOLE] = 0
     return answer
 
 
@@ -231,27 +231,27 @@ class Apart:
     What is found in one part limits the others, and what earlier questions proved of a part may answer for it.
     """
 
-    def __init__(self, solver: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> None:
-        self.solver = solver
-        self.tuning = solver.tuning.subspaces
+    def __init__(self, strategy: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> None:
+        self.strategy = strategy
+        self.tuning = strategy.tuning.subspaces
         self.weights = weights
         self.regions = regions
-        self.best = solver.parts.best(weights, regions)
+        self.best = strategy.parts.best(weights, regions)
         self._has_asked_rest = False
 
     @cached_property
     def waiting(self) -> list[tuple[int, int, int]]:
         """Turn, bound and number of each part that may hold something; most questions are answered as a whole."""
         return [
-            (int(number in self.solver.relaxed_first), weighted(self.weights, part.floor(open_regions)), number)
-            for number, part in enumerate(self.solver.parts.all)
+            (int(number in self.strategy.relaxed_first), weighted(self.weights, part.floor(open_regions)), number)
+            for number, part in enumerate(self.strategy.parts.all)
             if (open_regions := part.open(self.regions))
         ]
 
     def attempt(self, work: float) -> Answer:
         """Go on for so much work, and more: what was done is not lost; with rows of cores to the end."""
-        solver = self.solver
-        end = solver.work + self.tuning.factor * work
+        strategy = self.strategy
+        end = strategy.work + self.tuning.factor * work
         while self.waiting:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
@@ -260,7 +260,7 @@ class Apart:
                 break
             was_full = self._is_full
             answer = self._ask(number, turn, bound)
-            solver.work += READING * len(solver.encoded.model.proto.variables)
+            strategy.work += READING * len(strategy.encoded.model.proto.variables)
             if isinstance(answer, Found):
                 self.best = answer
             elif isinstance(answer, Unfinished):
@@ -268,40 +268,45 @@ class Apart:
                 self.waiting.append((turn + 1, bound if answer.bound is None else max(bound, answer.bound), number))
                 if self._is_full and not was_full:  # other settings are better from now on: their turns begin
                     self.waiting = [(min(turn, 1), bound, number) for turn, bound, number in self.waiting]
-            if self.waiting and (solver.out_of_time() or (solver.work >= end and not self._is_full)):
+            if self.waiting and (strategy.out_of_time() or (strategy.work >= end and not self._is_full)):
                 return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
 
     def _is_rest_worth_it(self) -> bool:
         """Whether what is known limits parts that nothing was tried on, which are read once then, not one by one."""
-        tuning = self.solver.tuning.rest_at_once
-        if not tuning.is_on or self.best is None or self._has_asked_rest or self.solver.encoded.contention is not None:
+        tuning = self.strategy.tuning.rest_at_once
+        if (
+            not tuning.is_on
+            or self.best is None
+            or self._has_asked_rest
+            or self.strategy.encoded.contention is not None
+        ):
             return False
         return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= tuning.fewest
 
     def _ask_rest(self) -> bool:
         """Ask for something better than the best design wherever it is; whether that gave an answer."""
         self._has_asked_rest = True
-        solver, everywhere = self.solver, Subspace((), tuple(EVERY for _ in self.weights))
-        answer = solver.solve_part(everywhere, self.tuning.brief, self.weights, self.regions, self.best)
-        solver.work += READING * len(solver.encoded.model.proto.variables)
+        strategy, everywhere = self.strategy, Subspace((), tuple(EVERY for _ in self.weights))
+        answer = strategy.solve_part(everywhere, self.tuning.brief, self.weights, self.regions, self.best)
+        strategy.work += READING * len(strategy.encoded.model.proto.variables)
         if isinstance(answer, Unfinished):
             self.best = answer.best or self.best
             return False
         self.best = answer if isinstance(answer, Found) else self.best
         assert self.best is not None
         least = weighted(self.weights, self.best.point)
-        for part in solver.parts.all:
+        for part in strategy.parts.all:
             part.learn(Unfinished(least), self.weights, part.open(self.regions), None)
         return True
 
     @property
     def _is_full(self) -> bool:
         """Whether the model has rows of cores."""
-        return self.solver.encoded.contention is not None and bool(self.solver.encoded.contention.known)
+        return self.strategy.encoded.contention is not None and bool(self.strategy.encoded.contention.known)
 
-    def _ways(self) -> Sequence[Settings]:
-        if self.solver.encoded.contention is None:
+    def _ways(self) -> Sequence[SolverSettings]:
+        if self.strategy.encoded.contention is None:
             return self.tuning.ways
         return self.tuning.full_ways if self._is_full else self.tuning.sharing_ways
 
@@ -310,27 +315,27 @@ class Apart:
 
         No design of it has a weighted sum below `least`.
         """
-        solver, part, tuning = self.solver, self.solver.parts.all[number], self.tuning
+        strategy, part, tuning = self.strategy, self.strategy.parts.all[number], self.tuning
         if turn == 0:
             attempt = tuning.brief
         else:
             ways = self._ways()
             rounds, way = divmod(turn - 1, len(ways))
             attempt = ways[way], tuning.work * 2**rounds
-            if solver.encoded.is_loose and solver.tuning.bounding.is_on:
+            if strategy.encoded.is_loose and strategy.tuning.bounding.is_on:
                 first = tuning.work if self.waiting else tuning.last_work
                 attempt = NARROWING, first * 2 ** (max(turn, part.round) - 1)
-        before = solver.work
-        answer = solver.solve_part(part, attempt, self.weights, self.regions, self.best, least)
+        before = strategy.work
+        answer = strategy.solve_part(part, attempt, self.weights, self.regions, self.best, least)
         if turn and not isinstance(answer, Unfinished):
             part.round = max(turn, part.round)
         if turn == 0 and isinstance(answer, Unfinished):
-            solver.missed_briefly[number] += 1
+            strategy.missed_briefly[number] += 1
         elif turn == 0:
-            solver.missed_briefly[number] = 0
-        is_hard = solver.encoded.contention is None and solver.missed_briefly[number] >= tuning.most_missed
-        if is_hard or (turn == 1 and solver.work - before <= tuning.cheap):
-            solver.relaxed_first.add(number)
+            strategy.missed_briefly[number] = 0
+        is_hard = strategy.encoded.contention is None and strategy.missed_briefly[number] >= tuning.most_missed
+        if is_hard or (turn == 1 and strategy.work - before <= tuning.cheap):
+            strategy.relaxed_first.add(number)
         else:
-            solver.relaxed_first.discard(number)
+            strategy.relaxed_first.discard(number)
         return answer

@@ -88,6 +88,16 @@ class Requirement:
     stated: str = field(default="", compare=False)
 
     @property
+    def is_upper(self) -> bool:
+        """Whether it is an upper limit: ``<=`` or ``<``."""
+        return self.operator in ("<=", "<")
+
+    @property
+    def is_deadline(self) -> bool:
+        """Whether it is an upper limit on a response time."""
+        return self.metric.kind == "response time" and self.is_upper
+
+    @property
     def is_share(self) -> bool:
         """Whether the limit is a share of what the processor or the bus has."""
         return self.metric.kind in ("utilisation", "load") and self.limit.dimension == DIMENSIONLESS

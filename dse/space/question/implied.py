@@ -34,7 +34,7 @@ def with_implied(space: Space) -> Space:
 
 
 def _keeps_whole(item: Requirement) -> bool:
-    is_share = item.operator in ("<=", "<") and item.limit.dimension == DIMENSIONLESS
+    is_share = item.is_upper and item.limit.dimension == DIMENSIONLESS
     return is_share and item.limit.value <= 1
 
 

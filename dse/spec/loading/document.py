@@ -12,7 +12,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from dse.spec.loading.reader import Node
+from dse.spec.loading.reader import YamlNode
 from dse.spec.loading.samples import SampleError, Samples
 from dse.spec.schema.model import Catalogue, Spec
 
@@ -21,7 +21,7 @@ WORDS = ("description", "source", "assumptions", "imported", "ros2")
 """Keys that say something to readers and to other tools only."""
 
 
-def merged_document(trees: Sequence[Node], samples: Samples, sizes: Mapping[str, int]) -> dict[str, Any]:
+def merged_document(trees: Sequence[YamlNode], samples: Samples, sizes: Mapping[str, int]) -> dict[str, Any]:
     """Plain data of a problem: the main file first, then what it includes; samples as a list, with their unit.
 
     Connections that name a message have the `sizes` of theirs, in bytes, instead.

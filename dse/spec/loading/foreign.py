@@ -7,7 +7,7 @@ from typing import Any
 
 from dse.importers.registry import Imported, Key, Place
 from dse.spec.loading.document import SECTIONS
-from dse.spec.loading.reader import Entry, Node
+from dse.spec.loading.reader import MappingEntry, YamlNode
 from dse.support.errors import Diagnostic, did_you_mean
 from dse.support.units import shown
 
@@ -19,32 +19,32 @@ SLOTS = ("processors", "buses", "devices", "threads")
 LISTS = ("requirements", "assumptions", "rules", "objectives")
 
 
-def tree_of(imported: Imported, file: str) -> Node:
+def tree_of(imported: Imported, file: str) -> YamlNode:
     """The document of a model as a tree whose values have the places that the model gives them."""
     return _node(imported.document, (), imported.places, Place(file, 0, 0))
 
 
-def _node(value: Any, key: Key, places: Any, around: Place) -> Node:
+def _node(value: Any, key: Key, places: Any, around: Place) -> YamlNode:
     place = places.get(key, around)
     if isinstance(value, dict):
         entries = {}
         for name, inner in value.items():
             at = places.get((*key, name), place)
-            entries[name] = Entry(at.line, at.column, _node(inner, (*key, name), places, place), at.file)
-        return Node(place.line, place.column, entries, place.file)
+            entries[name] = MappingEntry(at.line, at.column, _node(inner, (*key, name), places, place), at.file)
+        return YamlNode(place.line, place.column, entries, place.file)
     if isinstance(value, list | tuple):
         items = tuple(_node(inner, (*key, number), places, place) for number, inner in enumerate(value))
-        return Node(place.line, place.column, items, place.file)
-    return Node(place.line, place.column, value, place.file)
+        return YamlNode(place.line, place.column, items, place.file)
+    return YamlNode(place.line, place.column, value, place.file)
 
 
-def _entries(node: Node, *path: str) -> dict[str, Entry]:
+def _entries(node: YamlNode, *path: str) -> dict[str, MappingEntry]:
     """The entries of the mapping at a path; none where there is none."""
     found = node.at(path).value if len(node.known(path)) == len(path) else None
     return found if isinstance(found, dict) else {}
 
 
-def offered(node: Node) -> dict[str, dict[str, list[str]]]:
+def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
     """The types that a file offers for components, by section and name."""
     found: dict[str, dict[str, list[str]]] = {}
     for section in SLOTS:
@@ -58,7 +58,7 @@ def offered(node: Node) -> dict[str, dict[str, list[str]]]:
     return found
 
 
-def strangers(node: Node, model: Node, file: str) -> Iterator[Diagnostic]:
+def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic]:
     """What a file says of components and connections that the model does not have."""
     homes = {name: section for section in SECTIONS if section not in OWN for name in _entries(model, section)}
     for section in SECTIONS:
@@ -72,7 +72,7 @@ def strangers(node: Node, model: Node, file: str) -> Iterator[Diagnostic]:
             yield Diagnostic(message, f"{section}.{name}", file, entry.line, entry.column, hint)
 
 
-def overlaid(node: Node, model: Node) -> Node:
+def overlaid(node: YamlNode, model: YamlNode) -> YamlNode:
     """What a file states, field by field over what the model states; lists of the question one after the other."""
     mine, theirs = (part.value if isinstance(part.value, dict) else {} for part in (node, model))
     merged = {key: entry for key, entry in mine.items() if key not in DECIDING}
@@ -81,23 +81,25 @@ def overlaid(node: Node, model: Node) -> Node:
         if own is None:
             merged[key] = entry
         elif key in LISTS and isinstance(own.node.value, tuple) and isinstance(entry.node.value, tuple):
-            both = Node(own.node.line, own.node.column, (*own.node.value, *entry.node.value))
-            merged[key] = Entry(own.line, own.column, both)
+            both = YamlNode(own.node.line, own.node.column, (*own.node.value, *entry.node.value))
+            merged[key] = MappingEntry(own.line, own.column, both)
         elif key in SECTIONS:
             merged[key] = _section(own, entry)
     if "unread" in theirs and "unread" not in mine:
         merged["unread"] = _still_unread(theirs["unread"], _entries(node, "flows"))
-    return Node(node.line, node.column, merged, node.file)
+    return YamlNode(node.line, node.column, merged, node.file)
 
 
-def _still_unread(entry: Entry, stated: Mapping[str, Entry]) -> Entry:
+def _still_unread(entry: MappingEntry, stated: Mapping[str, MappingEntry]) -> MappingEntry:
     """The flows that the model could not give, but those that the file states itself."""
     listed = entry.node.value if isinstance(entry.node.value, dict) else {}
     left = {name: flow for name, flow in listed.items() if name not in stated}
-    return Entry(entry.line, entry.column, Node(entry.node.line, entry.node.column, left, entry.node.file), entry.file)
+    return MappingEntry(
+        entry.line, entry.column, YamlNode(entry.node.line, entry.node.column, left, entry.node.file), entry.file
+    )
 
 
-def _section(own: Entry, entry: Entry) -> Entry:
+def _section(own: MappingEntry, entry: MappingEntry) -> MappingEntry:
     """A section: the model's components in their order, with the fields that the file states instead."""
     mine = own.node.value if isinstance(own.node.value, dict) else None
     theirs = entry.node.value if isinstance(entry.node.value, dict) else {}
@@ -105,13 +107,13 @@ def _section(own: Entry, entry: Entry) -> Entry:
         return own
     found = {name: _component(mine.get(name), there) for name, there in theirs.items()}
     found |= {name: here for name, here in mine.items() if name not in found}
-    return Entry(own.line, own.column, Node(own.node.line, own.node.column, found))
+    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, found))
 
 
-def _component(own: Entry | None, entry: Entry) -> Entry:
+def _component(own: MappingEntry | None, entry: MappingEntry) -> MappingEntry:
     if own is None:
         return entry
     mine, theirs = own.node.value, entry.node.value
     if not isinstance(mine, dict) or not isinstance(theirs, dict):
         return own
-    return Entry(own.line, own.column, Node(own.node.line, own.node.column, {**theirs, **mine}))
+    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, {**theirs, **mine}))

@@ -15,7 +15,7 @@ from dse.importers.registry import IMPORTERS, is_model, read_foreign
 from dse.spec.loading.document import SECTIONS, identity_of, merged_document
 from dse.spec.loading.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.loading.messages import CARRIED, Sized, read_sizes, with_sizes
-from dse.spec.loading.reader import MAX_BYTES, Node, PathPart, RepeatedKeysError, Source, decode_text, read_yaml
+from dse.spec.loading.reader import MAX_BYTES, PathPart, RepeatedKeysError, Source, YamlNode, decode_text, read_yaml
 from dse.spec.loading.recognising import no_answer
 from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.samples import Samples, read_samples
@@ -24,7 +24,7 @@ from dse.spec.loading.wording import translated
 from dse.spec.loading.writing import block_text
 from dse.spec.quantities.totals import in_declared_units
 from dse.spec.schema.model import Catalogue, Spec
-from dse.spec.schema.uncertainty import Stated, UncertaintyError, read_stated
+from dse.spec.schema.uncertainty import UncertainInput, UncertaintyError, read_stated
 from dse.support.errors import Diagnostic, ProblemError, in_order
 
 MAX_FILES = 200
@@ -59,11 +59,11 @@ class LoadedSpec:
         return merged_document([source.node for source in self.sources], self.samples, self.sized.sizes)
 
     @cached_property
-    def _uncertainties(self) -> tuple[tuple[Stated, ...], tuple[UncertaintyError, ...]]:
+    def _uncertainties(self) -> tuple[tuple[UncertainInput, ...], tuple[UncertaintyError, ...]]:
         return read_stated(self.spec, self.samples)
 
     @property
-    def stated(self) -> tuple[Stated, ...]:
+    def stated(self) -> tuple[UncertainInput, ...]:
         """What is not known of its figures, in the order of the file; entries with mistakes are left out."""
         return self._uncertainties[0]
 
@@ -114,7 +114,7 @@ def load_spec(
     UnreadableError
         All findings in all files, main file first, then in the order of inclusion, by line. Names are not looked up.
     """
-    loader = _Loader(path, OnDisk() if texts is None else Carried(path, texts), options or {})
+    loader = _SpecLoader(path, OnDisk() if texts is None else Carried(path, texts), options or {})
     if texts is None and is_model(path):
         loader.take_model(path)
     else:
@@ -130,7 +130,7 @@ def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
     UnreadableError
         All findings, by line.
     """
-    loader = _Loader(Path(file))
+    loader = _SpecLoader(Path(file))
     loader.is_text = True
     loader.take(text, file, Spec, text.encode("utf-8", "replace"))
     if loader.parts and loader.parts[0].source.node.known(["include"]):
@@ -139,7 +139,7 @@ def parse_spec(text: str, file: str = "<text>") -> LoadedSpec:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _FileRead:
     """One file that was read; where it has errors `model` is the rest, if any, without what was at `lost`."""
 
     source: Source
@@ -149,7 +149,7 @@ class _Part:
     lost: tuple[Place, ...] = ()
 
 
-class _Loader:
+class _SpecLoader:
     """Collects the files of one problem and the findings about them."""
 
     def __init__(self, main: Path, files: Files | None = None, options: Mapping[str, str] | None = None) -> None:
@@ -159,7 +159,7 @@ class _Loader:
         self.told: list[Diagnostic] = []
         self.is_text = False
         self.files: Files = OnDisk() if files is None else files
-        self.parts: list[_Part] = []
+        self.parts: list[_FileRead] = []
         self.findings: list[Diagnostic] = []
         self._files: list[str] = []
         self._seen: set[Path] = set()
@@ -206,7 +206,9 @@ class _Loader:
             self._note(error, source, model)
             if rest := salvaged(model, source.node.to_data(), error):
                 valid, lost = rest[0], (*lost, *rest[1])
-        self.parts.append(_Part(source, hashlib.sha256(data).hexdigest(), valid, data.decode(errors="replace"), lost))
+        self.parts.append(
+            _FileRead(source, hashlib.sha256(data).hexdigest(), valid, data.decode(errors="replace"), lost)
+        )
         return source
 
     def take_model(self, path: Path) -> None:
@@ -227,7 +229,7 @@ class _Loader:
             self._note(error, source, Spec)
             valid = None
         digest = hashlib.sha256(text.encode()).hexdigest()
-        self.parts.append(_Part(source, digest, valid, text))
+        self.parts.append(_FileRead(source, digest, valid, text))
 
     def _with_model(self, source: Source) -> Source:
         """A file that decides over a model, laid over what that states."""
@@ -242,7 +244,7 @@ class _Loader:
         self._is_complete &= not wrong
         return Source(source.file, overlaid(source.node, found))
 
-    def models_of(self, source: Source) -> Node:
+    def models_of(self, source: Source) -> YamlNode:
         """The tree of the model that a file decides over."""
         if self.is_text:
             raise ProblemError([source.diagnostic(["of"], "a text cannot decide over a model, which is a file")])
@@ -370,12 +372,12 @@ class _Loader:
                         self.miss(part.source.diagnostic((section, name), message, at_key=True))
 
 
-def _names(node: Node, section: str) -> list[str]:
+def _names(node: YamlNode, section: str) -> list[str]:
     entry = node.value.get(section) if isinstance(node.value, dict) else None
     return list(entry.node.value) if entry and isinstance(entry.node.value, dict) else []
 
 
-def _includes(node: Node) -> Iterator[tuple[tuple[PathPart, ...], str]]:
+def _includes(node: YamlNode) -> Iterator[tuple[tuple[PathPart, ...], str]]:
     """Place and text of each path that `include` names, also in a file that has errors elsewhere."""
     entry = node.value.get("include") if isinstance(node.value, dict) else None
     if entry is None:

@@ -25,7 +25,7 @@ MOST_BYTES = 8_000_000
 
 
 @dataclass(frozen=True)
-class Mistake:
+class MessageMistake:
     """What is wrong with a message, and where."""
 
     path: tuple[PathPart, ...]
@@ -38,7 +38,7 @@ class Sized:
     """Sizes in bytes by connection; connections with a mistake have none."""
 
     sizes: dict[str, int] = field(default_factory=dict)
-    mistakes: list[Mistake] = field(default_factory=list)
+    mistakes: list[MessageMistake] = field(default_factory=list)
 
     @property
     def text(self) -> str:
@@ -62,7 +62,7 @@ def read_sizes(spec: Spec, main: Path, files: Files, *, is_text: bool = False, d
     for name, item in sound.items():
         found.mistakes += _contradictions(name, item)
     if spec.messages is not None and spec.messages.definitions and is_text:
-        found.mistakes.append(Mistake(("messages", "definitions"), "a text cannot name files of definitions"))
+        found.mistakes.append(MessageMistake(("messages", "definitions"), "a text cannot name files of definitions"))
     if not named or found.mistakes:
         return found
     if isinstance(files, Carried):
@@ -71,15 +71,15 @@ def read_sizes(spec: Spec, main: Path, files: Files, *, is_text: bool = False, d
     return found
 
 
-def _contradictions(name: str, item: Connection) -> Iterator[Mistake]:
+def _contradictions(name: str, item: Connection) -> Iterator[MessageMistake]:
     path = ("connections", name)
     if item.message is None and item.lengths:
-        yield Mistake((*path, "lengths"), "lengths are those of a `message`, which is not stated")
+        yield MessageMistake((*path, "lengths"), "lengths are those of a `message`, which is not stated")
     if item.message is None:
         return
     for other in ("data_size", "data_rate"):
         if getattr(item, other) is not None:
-            yield Mistake((*path, other), f"give `message` or `{other}`, not both")
+            yield MessageMistake((*path, other), f"give `message` or `{other}`, not both")
 
 
 def _carried(found: Sized, named: Named, main: Path, files: Files) -> Sized:
@@ -93,7 +93,9 @@ def _carried(found: Sized, named: Named, main: Path, files: Files) -> Sized:
         if isinstance(size, int) and size >= 0:
             found.sizes[name] = size
         else:
-            found.mistakes.append(Mistake(("connections", name, "message"), "the result does not carry its size"))
+            found.mistakes.append(
+                MessageMistake(("connections", name, "message"), "the result does not carry its size")
+            )
     return found
 
 
@@ -104,23 +106,23 @@ def _compute(found: Sized, named: Named, stated: Messages, main: Path) -> None:
             if not folder.exists():
                 hint = "the path is relative to this file"
                 path: tuple[PathPart, ...] = ("messages", "definitions", *((position,) if len(folders) > 1 else ()))
-                found.mistakes.append(Mistake(path, f"no such file or folder: {shown(str(folder))}", hint))
+                found.mistakes.append(MessageMistake(path, f"no such file or folder: {shown(str(folder))}", hint))
         if found.mistakes:
             return
         types = Types(stated.distribution or DEFAULT, folders)
     except UsageError as error:  # no rosbags, or no such distribution
         where = ("messages", "distribution") if stated.distribution else ("connections", next(iter(named)), "message")
-        found.mistakes.append(Mistake(where, str(error).removeprefix("--")))
+        found.mistakes.append(MessageMistake(where, str(error).removeprefix("--")))
         return
     except ProblemError as error:
         where = ("messages", "definitions")
-        found.mistakes += [Mistake(where, str(item)) for item in error.diagnostics]
+        found.mistakes += [MessageMistake(where, str(item)) for item in error.diagnostics]
         return
     for name, item in named.items():
         try:
             found.sizes[name] = _size(types, item, stated)
         except _WrongError as error:
-            found.mistakes += [Mistake(("connections", name, *path), *said) for path, *said in error.mistakes]
+            found.mistakes += [MessageMistake(("connections", name, *path), *said) for path, *said in error.mistakes]
 
 
 class _WrongError(Exception):

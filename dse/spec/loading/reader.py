@@ -48,22 +48,22 @@ _HINTS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class MappingEntry:
     """A key of a mapping, with its place, and its value."""
 
     line: int
     column: int
-    node: Node
+    node: YamlNode
     file: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class YamlNode:
     """A value of the file and its place, counted from 1; `file` where it is from another file than its root."""
 
     line: int
     column: int
-    value: Scalar | tuple[Node, ...] | dict[str, Entry]
+    value: Scalar | tuple[YamlNode, ...] | dict[str, MappingEntry]
     file: str = ""
 
     def to_data(self) -> Any:
@@ -83,18 +83,18 @@ class Node:
         place = self.place(path, at_key=at_key)
         return place.line, place.column
 
-    def place(self, path: Sequence[PathPart], *, at_key: bool = False) -> Node | Entry:
+    def place(self, path: Sequence[PathPart], *, at_key: bool = False) -> YamlNode | MappingEntry:
         """The value at the path, or its key; or the last part of it that exists."""
-        places: list[Node | Entry] = [self, *(place for _, place in self._walk(path))]
+        places: list[YamlNode | MappingEntry] = [self, *(place for _, place in self._walk(path))]
         place = places[-1]
-        return place.node if isinstance(place, Entry) and not at_key else place
+        return place.node if isinstance(place, MappingEntry) and not at_key else place
 
-    def at(self, path: Sequence[PathPart]) -> Node:
+    def at(self, path: Sequence[PathPart]) -> YamlNode:
         """The value at the path, or at the last part of it that exists."""
-        nodes = [self, *(item.node if isinstance(item, Entry) else item for _, item in self._walk(path))]
+        nodes = [self, *(item.node if isinstance(item, MappingEntry) else item for _, item in self._walk(path))]
         return nodes[-1]
 
-    def _walk(self, path: Sequence[PathPart]) -> Iterator[tuple[PathPart, Node | Entry]]:
+    def _walk(self, path: Sequence[PathPart]) -> Iterator[tuple[PathPart, YamlNode | MappingEntry]]:
         node = self
         for part in path:
             value = node.value
@@ -118,7 +118,7 @@ def dotted(path: Sequence[PathPart]) -> str:
 class RepeatedKeysError(ProblemError):
     """Keys are there twice and nothing else is wrong; `root` has the first of each, `paths` are their places."""
 
-    def __init__(self, findings: Sequence[Diagnostic], root: Node, paths: Sequence[tuple[PathPart, ...]]) -> None:
+    def __init__(self, findings: Sequence[Diagnostic], root: YamlNode, paths: Sequence[tuple[PathPart, ...]]) -> None:
         super().__init__(findings)
         self.root, self.paths = root, tuple(paths)
 
@@ -152,7 +152,7 @@ def check_characters(text: str, file: str) -> None:
         raise ProblemError([Diagnostic(f"control character {code} in the text", file=file, line=line, column=column)])
 
 
-def read_yaml(text: str, file: str) -> Node:
+def read_yaml(text: str, file: str) -> YamlNode:
     """The tree of the one document in `text`.
 
     Raises
@@ -164,7 +164,7 @@ def read_yaml(text: str, file: str) -> Node:
         a problem file includes); or not the YAML described above, with every finding.
     """
     check_characters(text, file)
-    builder, work = _Builder(file), Work()
+    builder, work = _NodeBuilder(file), Work()
     try:
         for event in yaml.parse(text, Loader=_LOADER):
             work.go_on()
@@ -209,8 +209,8 @@ class _Frame:
     line: int
     column: int
     anchor: str | None
-    items: list[Node] = field(default_factory=list)
-    entries: dict[str, Entry] = field(default_factory=dict)
+    items: list[YamlNode] = field(default_factory=list)
+    entries: dict[str, MappingEntry] = field(default_factory=dict)
     key: tuple[str, int, int] | None = None
     has_key: bool = False
     size: int = 1
@@ -221,20 +221,20 @@ class _Frame:
 class _Measured:
     """A finished node with its number of nodes and levels after aliases are expanded; `text` is that of a scalar."""
 
-    node: Node
+    node: YamlNode
     size: int = 1
     height: int = 0
     text: str | None = None
     plain: bool = False
 
 
-class _Builder:
+class _NodeBuilder:
     """Builds nodes from events with a stack of open collections, so that depth costs no recursion."""
 
     def __init__(self, file: str) -> None:
         self.file = file
         self.findings: list[Diagnostic] = []
-        self.root: Node | None = None
+        self.root: YamlNode | None = None
         self.repeated: list[tuple[PathPart, ...]] = []
         self._stack: list[_Frame] = []
         self._anchors: dict[str, _Measured] = {}
@@ -292,7 +292,7 @@ class _Builder:
     def _close(self) -> None:
         frame = self._stack.pop()
         value = tuple(frame.items) if frame.kind == "sequence" else frame.entries
-        node = Node(frame.line, frame.column, value)
+        node = YamlNode(frame.line, frame.column, value)
         self._finish(_Measured(node, frame.size, frame.height), frame.anchor)
 
     def _alias(self, name: str | None, line: int, column: int) -> _Measured:
@@ -311,7 +311,7 @@ class _Builder:
                 value = _resolve(event.value)
             except ValueError as error:
                 self._find(str(error), line, column)
-        return _Measured(Node(line, column, value), text=event.value, plain=plain)
+        return _Measured(YamlNode(line, column, value), text=event.value, plain=plain)
 
     def _finish(self, done: _Measured, anchor: str | None) -> None:
         if anchor is not None:
@@ -335,10 +335,10 @@ class _Builder:
         else:
             frame.key, frame.has_key = self._key(frame, done), True
 
-    def _add_value(self, frame: _Frame, node: Node) -> None:
+    def _add_value(self, frame: _Frame, node: YamlNode) -> None:
         if frame.key is not None:
             text, line, column = frame.key
-            frame.entries[text] = Entry(line, column, node)
+            frame.entries[text] = MappingEntry(line, column, node)
         frame.key, frame.has_key = None, False
 
     def _path(self) -> tuple[PathPart, ...]:
@@ -390,7 +390,7 @@ class Source:
     """One file of a problem: its name in diagnostics and its tree."""
 
     file: str
-    node: Node
+    node: YamlNode
 
     def diagnostic(
         self,

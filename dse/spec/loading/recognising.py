@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from dse.spec.loading.reader import Node
+from dse.spec.loading.reader import YamlNode
 from dse.support.errors import Diagnostic, ProblemError
 
 _YAML = re.compile(r"""^["']?dse["']?\s*:""", re.MULTILINE)
@@ -29,7 +29,7 @@ def is_problem(text: str) -> bool:
     return _YAML.search(text) is not None
 
 
-def no_answer(root: Node, file: str) -> Node:
+def no_answer(root: YamlNode, file: str) -> YamlNode:
     """The tree of a file, where that is not one of the formats that commands write.
 
     Raises

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from dse.spec.loading.reader import Node, PathPart, Source
+from dse.spec.loading.reader import PathPart, Source, YamlNode
 from dse.spec.schema.fields import describe, kind_of
 from dse.spec.schema.frames import MODELS as FRAMES
 from dse.spec.schema.hardware import TransmissionTime
@@ -114,7 +114,7 @@ def _unknown_key(path: Sequence[PathPart], source: Source, root: type[SpecMappin
     return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
 
 
-def _decimal_comma(key: str, node: Node) -> str:
+def _decimal_comma(key: str, node: YamlNode) -> str:
     """What ``{price: 60,50 EUR}`` says, of which YAML makes two entries: the number with a point; else ""."""
     keys = list(node.value) if isinstance(node.value, dict) else []
     if not key[:1].isdigit() or key not in keys[1:]:

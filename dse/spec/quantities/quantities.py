@@ -29,9 +29,9 @@ from dse.support.units import (
     SIZE,
     TIME_RANGE,
     TRANSMISSION,
-    Kind,
     Money,
     Quantity,
+    QuantityKind,
     TimeRange,
     Total,
     UnitError,
@@ -51,7 +51,7 @@ NOT_VARIED = (("bus_types", "period"), ("processor_types", "speed"), ("partition
 """Figures that studies do not vary: OSATE's profiles alone look at them."""
 
 
-def _kinds(section: str) -> dict[str, Kind]:
+def _kinds(section: str) -> dict[str, QuantityKind]:
     """The fields of the entries of a section that hold figures; of hardware its own before what it costs."""
     entries = get_args(Catalogue.model_fields[section].annotation)[1]
     found = {name: kind for name, info in entries.model_fields.items() if (kind := _kind(info)) is not None}
@@ -60,18 +60,18 @@ def _kinds(section: str) -> dict[str, Kind]:
     return {**found, **costs} if section in ("processor_types", "bus_types") else {**costs, **found}
 
 
-def _kind(info: FieldInfo) -> Kind | None:
+def _kind(info: FieldInfo) -> QuantityKind | None:
     """The kind that stands beside the type of a field, or of its options; None where there is none."""
     todo: list[Any] = [*info.metadata, info.annotation]
     for item in todo:
-        if isinstance(item, Kind):
+        if isinstance(item, QuantityKind):
             return item
         todo += [*getattr(item, "__metadata__", ()), *get_args(item)]
     return None
 
 
 PRICED = ("price", "power")
-FIELDS: Mapping[str, Mapping[str, Kind]] = {section: _kinds(section) for section in SECTIONS}
+FIELDS: Mapping[str, Mapping[str, QuantityKind]] = {section: _kinds(section) for section in SECTIONS}
 """Which fields hold figures, and of which kind: as the form of the problem file says."""
 PARTS = ("fixed", "per_byte")
 LIKE_A_PATH = 0.5
@@ -95,7 +95,7 @@ class Figure:
     """
 
     path: str
-    kind: Kind
+    kind: QuantityKind
     nominal: Fraction
     unit: str
     end: str = ""
@@ -154,7 +154,7 @@ def with_figures(spec: Spec, make: Make) -> Spec:
     return spec.model_copy(update=sections)
 
 
-def _model(path: str, model: Any, kinds: Mapping[str, Kind], make: Make) -> Any:
+def _model(path: str, model: Any, kinds: Mapping[str, QuantityKind], make: Make) -> Any:
     stated = model.model_fields_set
     update: dict[str, Any] = {}
     for name, kind in kinds.items():
@@ -192,7 +192,7 @@ def _transmission(path: str, times: TransmissionTime, make: Make) -> Transmissio
     return times.model_copy(update=update)
 
 
-def _field(path: str, given: Any, kind: Kind, make: Make) -> Any:
+def _field(path: str, given: Any, kind: QuantityKind, make: Make) -> Any:
     if isinstance(given, dict):
         return {machine: _field(f"{path}.{machine}", item, kind, make) for machine, item in given.items()}
     if isinstance(given, int):
@@ -203,7 +203,7 @@ def _field(path: str, given: Any, kind: Kind, make: Make) -> Any:
     )
 
 
-def _value(path: str, given: Any, kind: Kind, make: Make) -> Any:
+def _value(path: str, given: Any, kind: QuantityKind, make: Make) -> Any:
     def made(value: Any, unit: str, end: str = "") -> Any:
         where = f"{path}.{end}" if end else path
         return make(value, Figure(where, kind, Fraction(value), unit, end))
@@ -222,7 +222,7 @@ def _value(path: str, given: Any, kind: Kind, make: Make) -> Any:
     return made(given, "mW" if kind.noun == "a power" else BASE.get(kind, ""))
 
 
-def read_value(text: str, kind: Kind, path: str) -> Quantity:
+def read_value(text: str, kind: QuantityKind, path: str) -> Quantity:
     """A value for a path.
 
     Raises

@@ -19,10 +19,10 @@ from pydantic import (
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from dse.importers.ros2.messages import LONGEST
-from dse.spec.schema.parts import Reads
+from dse.spec.schema.parts import ReadBy
 from dse.support import units
 from dse.support.arguments import respelt
-from dse.support.units import Kind
+from dse.support.units import QuantityKind
 
 T = TypeVar("T")
 MAX_NAME = 200
@@ -102,7 +102,7 @@ def _carrier(value: Any) -> str:
 
 Line: TypeAlias = Annotated[
     str,
-    Reads(_line),
+    ReadBy(_line),
     WithJsonSchema({"type": "string", "minLength": 1, "maxLength": MAX_LINE, "pattern": r"^[^\r\n]*$"}),
 ]
 _NAME_SCHEMA = WithJsonSchema(
@@ -115,12 +115,12 @@ _NAME_SCHEMA = WithJsonSchema(
         "description": 'A name: any text without line breaks but "none".',
     }
 )
-Name: TypeAlias = Annotated[str, Reads(_name), _NAME_SCHEMA]
-SlotType: TypeAlias = Annotated[str, Reads(_slot_type), _NAME_SCHEMA]
+Name: TypeAlias = Annotated[str, ReadBy(_name), _NAME_SCHEMA]
+SlotType: TypeAlias = Annotated[str, ReadBy(_slot_type), _NAME_SCHEMA]
 """The type of a slot, which may stay empty."""
-Reference: TypeAlias = Annotated[str, Reads(_reference), _NAME_SCHEMA]
+Reference: TypeAlias = Annotated[str, ReadBy(_reference), _NAME_SCHEMA]
 """The name of something else in the file."""
-Carrier: TypeAlias = Annotated[str, Reads(_carrier), _NAME_SCHEMA]
+Carrier: TypeAlias = Annotated[str, ReadBy(_carrier), _NAME_SCHEMA]
 """The name of a bus that a connection may take."""
 
 
@@ -188,43 +188,44 @@ def _version(value: Any) -> int:
     return value
 
 
-COUNT = Kind("a whole number", "4", units.DIMENSIONLESS)
-"""A figure that counts: a `Kind` beside a type tells that studies may vary its values (`dse.spec.quantities`)."""
+COUNT = QuantityKind("a whole number", "4", units.DIMENSIONLESS)
+"""A figure that counts: a `QuantityKind` beside a type tells that studies may vary its values
+(`dse.spec.quantities`)."""
 
-Version: TypeAlias = Annotated[int, Reads(_version), WithJsonSchema({"const": 1})]
-Count: TypeAlias = Annotated[int, Reads(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
+Version: TypeAlias = Annotated[int, ReadBy(_version), WithJsonSchema({"const": 1})]
+Count: TypeAlias = Annotated[int, ReadBy(_count(1)), WithJsonSchema({"type": "integer", "minimum": 1})]
 MOST_CORES = 1024
 """The most cores of one processor."""
 Cores: TypeAlias = Annotated[
     int,
     COUNT,
-    Reads(_count(1, MOST_CORES)),
+    ReadBy(_count(1, MOST_CORES)),
     WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MOST_CORES}),
 ]
 Core: TypeAlias = Annotated[
     int | str,
-    Reads(_core),
+    ReadBy(_core),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string"}]}),
 ]
 Priority: TypeAlias = Annotated[
     int | str,
-    Reads(_priority),
+    ReadBy(_priority),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
-QueueSize: TypeAlias = Annotated[int, COUNT, Reads(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+QueueSize: TypeAlias = Annotated[int, COUNT, ReadBy(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 Length: TypeAlias = Annotated[
     int,
-    Reads(_count(0, LONGEST)),
+    ReadBy(_count(0, LONGEST)),
     WithJsonSchema({"type": "integer", "minimum": 0, "maximum": LONGEST}),
 ]
 Weight: TypeAlias = Annotated[
     int,
-    Reads(_count(0)),
+    ReadBy(_count(0)),
     WithJsonSchema({"type": "integer", "minimum": 0, "description": "What changing the decision costs, in any unit."}),
 ]
 Setting: TypeAlias = Annotated[
     str | int,
-    Reads(_setting),
+    ReadBy(_setting),
     WithJsonSchema({"type": ["string", "integer"], "description": "The option that the baseline has."}),
 ]
 

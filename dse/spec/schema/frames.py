@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Discriminator, Field, Tag, WithJsonSchema
 
 from dse.spec.schema.fields import describe, field_error
-from dse.spec.schema.parts import Reads, StrictMapping
+from dse.spec.schema.parts import ReadBy, StrictMapping
 from dse.spec.schema.quantity_fields import Bandwidth, DataSize
 
 
@@ -36,7 +36,7 @@ def _stop_bits(value: Any) -> int:
     return int(2 * value)
 
 
-StopBits: TypeAlias = Annotated[int, Reads(_stop_bits), WithJsonSchema({"enum": [1, 1.5, 2]})]
+StopBits: TypeAlias = Annotated[int, ReadBy(_stop_bits), WithJsonSchema({"enum": [1, 1.5, 2]})]
 """Counted in halves."""
 
 
@@ -110,7 +110,7 @@ def _word(value: Any) -> FrameModel:
     return MODELS[f" {value} "].model_validate({"protocol": value})
 
 
-FrameWord: TypeAlias = Annotated[FrameModel, Reads(_word), WithJsonSchema({"enum": list(WORDS)})]
+FrameWord: TypeAlias = Annotated[FrameModel, ReadBy(_word), WithJsonSchema({"enum": list(WORDS)})]
 FrameType: TypeAlias = Annotated[
     Annotated[CanFrame, Tag(" can ")]
     | Annotated[CanFdFrame, Tag(" can_fd ")]

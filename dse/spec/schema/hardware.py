@@ -8,7 +8,7 @@ from pydantic import Discriminator, Tag, WithJsonSchema
 
 from dse.spec.schema.fields import Cores, Count, Items, Line, Name, Options, describe, field_error
 from dse.spec.schema.frames import FrameType
-from dse.spec.schema.parts import Reads, SpecMapping
+from dse.spec.schema.parts import ReadBy, SpecMapping
 from dse.spec.schema.quantity_fields import (
     Bandwidth,
     DataSize,
@@ -107,7 +107,7 @@ def _from_bandwidth(value: Any) -> str:
 
 FromBandwidth: TypeAlias = Annotated[
     str,
-    Reads(_from_bandwidth),
+    ReadBy(_from_bandwidth),
     WithJsonSchema({"const": FROM_BANDWIDTH, "description": "The size of a message over the bandwidth."}),
 ]
 

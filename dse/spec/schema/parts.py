@@ -13,7 +13,7 @@ _inside: ContextVar[bool] = ContextVar("_inside", default=False)
 """Whether the validator of a class is being made, of which others are parts."""
 
 
-class Reads:
+class ReadBy:
     """Annotation of a value of a problem file: one function reads it, and another may write it back.
 
     As pydantic's `PlainValidator`, which besides prepares for every field a way to write its Python type, for four

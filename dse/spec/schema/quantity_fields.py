@@ -9,9 +9,9 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import WithJsonSchema
 
 from dse.spec.schema.fields import T, describe, field_error
-from dse.spec.schema.parts import Reads
+from dse.spec.schema.parts import ReadBy
 from dse.support import units
-from dse.support.units import Kind, Rounding, UnitError
+from dse.support.units import QuantityKind, Rounding, UnitError
 
 OFFSET_WORDS = ("any", "unknown")
 """What may stand where an offset does: the search decides on the grid, or it is constant and nobody knows it."""
@@ -36,7 +36,7 @@ def _write_offset(value: int | str) -> str:
 _NUMBER = r"\+?([0-9]+/[0-9]+|([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?)"
 
 
-def _text_of(kind: Kind, parse: Callable[[str], T], write: Callable[[Any], str]) -> Reads:
+def _text_of(kind: QuantityKind, parse: Callable[[str], T], write: Callable[[Any], str]) -> ReadBy:
     def read(value: Any) -> T:
         if not isinstance(value, str):
             raise field_error(f"expected {units.expectation(kind)}, got {describe(value)}")
@@ -45,16 +45,16 @@ def _text_of(kind: Kind, parse: Callable[[str], T], write: Callable[[Any], str])
         except UnitError as error:
             raise field_error(error.message, error.hint) from None
 
-    return Reads(read, write)
+    return ReadBy(read, write)
 
 
-def _unit_pattern(kind: Kind) -> str:
+def _unit_pattern(kind: QuantityKind) -> str:
     names = list(units.units_of(kind.dimension))
     names += [spelling for spelling, unit in units.SPELLINGS.items() if unit in names]
     return "(" + "|".join(names) + ")"
 
 
-def _describe_quantity(kind: Kind, *examples: str, pattern: str = "") -> WithJsonSchema:
+def _describe_quantity(kind: QuantityKind, *examples: str, pattern: str = "") -> WithJsonSchema:
     text = pattern or rf"^\s*{_NUMBER}\s*{_unit_pattern(kind)}\s*$"
     named = kind.noun.split(" ", 1)[1].capitalize()
     known = ", ".join(units.units_of(kind.dimension))
@@ -78,7 +78,7 @@ def _demand_ns(text: str) -> int:
     return units.parse_duration_ns(text, Rounding.UP)
 
 
-def _range_pattern(kind: Kind) -> str:
+def _range_pattern(kind: QuantityKind) -> str:
     unit = _unit_pattern(kind)
     return rf"^\s*({_NUMBER}\s*{unit}|{_NUMBER}\s*{unit}?\s*\.\.\s*{_NUMBER}\s*{unit})\s*$"
 
@@ -86,7 +86,7 @@ def _range_pattern(kind: Kind) -> str:
 _RANGE = _range_pattern(units.TIME_RANGE)
 
 
-TOTAL = Kind("a figure", "90 g", units.DIMENSIONLESS)
+TOTAL = QuantityKind("a figure", "90 g", units.DIMENSIONLESS)
 
 
 Duration: TypeAlias = Annotated[
@@ -108,7 +108,7 @@ Demand: TypeAlias = Annotated[
 Offset: TypeAlias = Annotated[
     int | str,
     units.DURATION,
-    Reads(_offset, _write_offset),
+    ReadBy(_offset, _write_offset),
     WithJsonSchema(
         {
             "type": "string",

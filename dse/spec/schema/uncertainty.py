@@ -24,7 +24,7 @@ from dse.support.units import (
     DIMENSIONLESS,
     POWER_DRAW,
     UNITS,
-    Kind,
+    QuantityKind,
     UnitError,
     expectation,
     parse_quantity,
@@ -33,7 +33,7 @@ from dse.support.units import (
     unit_ratio,
 )
 
-PLAIN = Kind("a factor", "1.1", DIMENSIONLESS)
+PLAIN = QuantityKind("a factor", "1.1", DIMENSIONLESS)
 Ends = tuple[Fraction, Fraction]
 
 
@@ -56,7 +56,7 @@ class UncertaintyError(ValueError):
 
 
 @dataclass(frozen=True)
-class Stated:
+class UncertainInput:
     """An uncertain input: the figures that it moves, by their value or (`is_factor`) by a common factor.
 
     `low` and `high` bound it (None: it has no bounds); `distribution` is that of the entry, or ``samples``, whose
@@ -76,15 +76,15 @@ class Stated:
     numbers: tuple[Fraction, ...] = ()
 
 
-def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[Stated, ...], tuple[UncertaintyError, ...]]:
+def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...], tuple[UncertaintyError, ...]]:
     """What the problem states, in the order of the file, and every mistake in it."""
     figures = figures_of(spec) if spec.uncertainty else ()
-    found: list[Stated] = []
+    found: list[UncertainInput] = []
     mistakes: list[UncertaintyError] = []
     taken: set[Figure] = set()
     for path, entry in spec.uncertainty.items():
         try:
-            item = _Reader(path, entry, figures, samples).read()
+            item = _UncertaintyReader(path, entry, figures, samples).read()
             if not taken.isdisjoint(item.figures):
                 raise UncertaintyError("", "another entry states the same quantity")
         except UncertaintyError as error:
@@ -96,7 +96,7 @@ def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[Stated, ...], tuple
     return tuple(found), tuple(mistakes)
 
 
-class _Reader:
+class _UncertaintyReader:
     """Reads one entry."""
 
     def __init__(self, path: str, entry: Uncertainty, figures: Sequence[Figure], samples: Samples) -> None:
@@ -112,7 +112,7 @@ class _Reader:
             raise UncertaintyError("", f"it stands for {len(self.figures)} values", hint)
         self.kind = PLAIN if self.is_factor else self.figures[0].kind
 
-    def read(self) -> Stated:
+    def read(self) -> UncertainInput:
         """The entry; `UncertaintyError` where it is wrong."""
         entry = self.entry
         forms = [name for name in ("range", "factor") if getattr(entry, name) is not None]
@@ -137,10 +137,10 @@ class _Reader:
         words = "uniform" if entry.distribution == "uniform" else "anything"
         return self._made(f"{words} in {getattr(entry, forms[0])}", ends)
 
-    def _made(self, words: str, ends: Ends | None, **more: Fraction) -> Stated:
+    def _made(self, words: str, ends: Ends | None, **more: Fraction) -> UncertainInput:
         low, high = ends if ends is not None else (None, None)
         said = f"factor: {words}" if self.is_factor else words
-        found = Stated(self.path, said, self.figures, self.is_factor, self.entry.distribution, low, high)
+        found = UncertainInput(self.path, said, self.figures, self.is_factor, self.entry.distribution, low, high)
         return replace(found, **more)  # type: ignore[arg-type] # numbers only
 
     def _refuse(self, *names: str) -> None:
@@ -184,7 +184,7 @@ class _Reader:
             raise UncertaintyError(field, "a whole number has no range: list it as options")
         return ends
 
-    def _normal(self, ends: Ends | None) -> Stated:
+    def _normal(self, ends: Ends | None) -> UncertainInput:
         entry = self.entry
         self._refuse("mode")
         if entry.mean is None or entry.deviation is None:
@@ -199,7 +199,7 @@ class _Reader:
         words += f", cut to {entry.range or entry.factor}" if ends else ""
         return self._made(words, ends, mean=mean, deviation=deviation)
 
-    def _triangular(self, ends: Ends) -> Stated:
+    def _triangular(self, ends: Ends) -> UncertainInput:
         if self.entry.mode is None:
             raise UncertaintyError("distribution", "a triangular distribution needs a `mode`")
         mode = self._number("mode", self.entry.mode)
@@ -208,13 +208,13 @@ class _Reader:
         words = f"triangular in {self.entry.range or self.entry.factor}, most likely {self.entry.mode}"
         return self._made(words, ends, mode=mode)
 
-    def _sampled(self) -> Stated:
+    def _sampled(self) -> UncertainInput:
         self._refuse("mean", "deviation", "mode")
         numbers, where = self._numbers()
         words = f"{len(numbers)} samples {where}"
         said = f"factor: {words}" if self.is_factor else words
         ends = numbers[0], numbers[-1]
-        return Stated(self.path, said, self.figures, self.is_factor, "samples", *ends, numbers=tuple(numbers))
+        return UncertainInput(self.path, said, self.figures, self.is_factor, "samples", *ends, numbers=tuple(numbers))
 
     def _numbers(self) -> tuple[list[Fraction], str]:
         given, unit = self.entry.samples, self.entry.unit
@@ -253,7 +253,7 @@ def _plain(text: str) -> Fraction:
     return quantity.value
 
 
-def in_base(value: Fraction, kind: Kind) -> Fraction:
+def in_base(value: Fraction, kind: QuantityKind) -> Fraction:
     """A value in coherent units (or of a factor, count, total) in the unit of the figures."""
     if kind in BASE:
         return value / UNITS[BASE[kind]][0]

@@ -26,9 +26,9 @@ from dse.support.units.table import (
     TRANSMISSION,
     UNITS,
     Exact,
-    Kind,
     Money,
     Quantity,
+    QuantityKind,
     Rounded,
     Rounding,
     SizeRange,
@@ -131,11 +131,11 @@ def _number(found: re.Match[str], text: str) -> Fraction:
     return sign * Fraction(parts["mantissa"]) * Fraction(10) ** int(exponent)
 
 
-def _refuse(kind: Kind, text: str, hint: str = "") -> NoReturn:
+def _refuse(kind: QuantityKind, text: str, hint: str = "") -> NoReturn:
     raise UnitError(f"expected {expectation(kind)}, got {shown(text)}", hint)
 
 
-def _read(kind: Kind, text: str, *, positive: bool = False) -> Quantity:
+def _read(kind: QuantityKind, text: str, *, positive: bool = False) -> Quantity:
     """A quantity of the kind, not negative; above zero when `positive`."""
     if not _NUMBER.match(text.strip()):
         _refuse(kind, text)
@@ -148,7 +148,12 @@ def _read(kind: Kind, text: str, *, positive: bool = False) -> Quantity:
 
 
 def _round(
-    kind: Kind, text: str, value: Fraction, rounding: Rounding, base: str, write: Callable[[int], str] | None = None
+    kind: QuantityKind,
+    text: str,
+    value: Fraction,
+    rounding: Rounding,
+    base: str,
+    write: Callable[[int], str] | None = None,
 ) -> int:
     """The value as an integer, which remembers that it was rounded (see `Rounded`)."""
     if rounding is Rounding.EXACT and value.denominator != 1:
@@ -233,7 +238,7 @@ def _meant_range(text: str) -> str:
     return f'a range is written "{found["low"].strip(". ")} .. {found["high"].strip(". ")}"' if found else ""
 
 
-def _range(kind: Kind, text: str, scale: int = 1) -> tuple[Fraction, Fraction]:
+def _range(kind: QuantityKind, text: str, scale: int = 1) -> tuple[Fraction, Fraction]:
     """Both ends, exact, times `scale`; they are equal where there is one figure."""
     low, separator, high = (part.strip() for part in text.partition(".."))
     if not separator:

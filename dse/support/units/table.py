@@ -186,7 +186,7 @@ _SLIPS = {
 }  # fmt: skip
 
 
-class Kind(NamedTuple):
+class QuantityKind(NamedTuple):
     """What a place in the file asks for."""
 
     noun: str
@@ -194,21 +194,21 @@ class Kind(NamedTuple):
     dimension: Dimension
 
 
-DURATION = Kind("a duration", "10 ms", TIME)
-PERIOD = Kind("a period", "10 ms", TIME)
-TIME_RANGE = Kind("a time range", "243 us .. 1.3 ms", TIME)
-TRANSMISSION = Kind("a time range", "87 ns .. 95.5 ns", TIME)
+DURATION = QuantityKind("a duration", "10 ms", TIME)
+PERIOD = QuantityKind("a period", "10 ms", TIME)
+TIME_RANGE = QuantityKind("a time range", "243 us .. 1.3 ms", TIME)
+TRANSMISSION = QuantityKind("a time range", "87 ns .. 95.5 ns", TIME)
 """What a message or a byte of it takes: bytes are many, so that these times are kept exactly, however fine."""
-SIZE = Kind("a data size", "30 B", DATA)
-SIZE_RANGE = Kind("a range of data sizes", "1 B .. 3 KB", DATA)
-BANDWIDTH = Kind("a bandwidth", "125 kbit/s", DATA_RATE)
-RATE_OF_DATA = Kind("a data rate", "11520 B/s", DATA_RATE)
-RATE = Kind("a rate", "20 Hz", FREQUENCY)
-PRICE = Kind("a price", "150 EUR", MONEY)
-POWER_DRAW = Kind("a power", "5 W", POWER)
-PROCESSOR_SPEED = Kind("a processor speed", "100 MIPS", PROCESSING)
-INSTRUCTIONS = Kind("a number of instructions", "250 KIPD", WORK)
-RATIO = Kind("a ratio", "70 %", DIMENSIONLESS)
+SIZE = QuantityKind("a data size", "30 B", DATA)
+SIZE_RANGE = QuantityKind("a range of data sizes", "1 B .. 3 KB", DATA)
+BANDWIDTH = QuantityKind("a bandwidth", "125 kbit/s", DATA_RATE)
+RATE_OF_DATA = QuantityKind("a data rate", "11520 B/s", DATA_RATE)
+RATE = QuantityKind("a rate", "20 Hz", FREQUENCY)
+PRICE = QuantityKind("a price", "150 EUR", MONEY)
+POWER_DRAW = QuantityKind("a power", "5 W", POWER)
+PROCESSOR_SPEED = QuantityKind("a processor speed", "100 MIPS", PROCESSING)
+INSTRUCTIONS = QuantityKind("a number of instructions", "250 KIPD", WORK)
+RATIO = QuantityKind("a ratio", "70 %", DIMENSIONLESS)
 
 
 def shown(text: str) -> str:
@@ -216,7 +216,7 @@ def shown(text: str) -> str:
     return f'"{text[:57]}..."' if len(text) > 60 else f'"{text}"'
 
 
-def expectation(kind: Kind) -> str:
+def expectation(kind: QuantityKind) -> str:
     """What a place asks for, in words: ``a duration such as "10 ms"``."""
     return f'{kind.noun} such as "{kind.example}"'
 

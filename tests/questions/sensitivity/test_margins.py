@@ -14,10 +14,10 @@ from dse.answers.studies.sensitivity import Break, Margin
 from dse.questions.complete_design import complete_design
 from dse.questions.problem import Problem, loads
 from dse.questions.sensitivity.design_function import DesignFunction
-from dse.questions.sensitivity.input_line import Way
+from dse.questions.sensitivity.input_line import LineComparisons
 from dse.questions.sensitivity.inputs import InputSpace
 from dse.questions.sensitivity.margins import _held, _margin, bars, broken_texts, margins, reaches, scaling
-from dse.questions.sensitivity.traced_numbers import STEPS, Node, Program, Traced, watching
+from dse.questions.sensitivity.traced_numbers import STEPS, ExpressionNode, Program, Traced, watching
 from dse.questions.sweep.fronts import front_outcome
 from dse.questions.sweep.inputs_of_file import Inputs, copied, effective_text, merged_data
 from dse.questions.verbs.analyse import analyse
@@ -257,7 +257,7 @@ def test_a_way_is_the_analysis_of_its_places(tmp_path: Path, name: str) -> None:
     problem = with_response_times(tmp_path) if name == "response times" else example(name)
     function = function_of(problem, design_of(problem.space))
     for variable in function.inputs.variables[:: 9 if name == "inmark" else 3]:
-        way = Way(function, {variable.index: Fraction(1)}, function.outputs.bounds)
+        way = LineComparisons(function, {variable.index: Fraction(1)}, function.outputs.bounds)
         for factor in (Fraction(1, 1000), Fraction(1, 2), Fraction(99, 100), Fraction(1), Fraction(3), Fraction(400)):
             place = max(variable.nominal * factor, Fraction(variable.least))
             place = place if variable.unit else Fraction(round(place))
@@ -279,11 +279,11 @@ def test_traced_numbers_say_where_their_integers_hold(wanted: str) -> None:
         lambda item: -(-item // 3),
     ):
         with watching() as guards:
-            result = operation(Traced(value, Node("var", (), 0)))
+            result = operation(Traced(value, ExpressionNode("var", (), 0)))
         assert result == operation(value)
         program = Program([Fraction(result)], guards)
         assert program.holds(program.run([value]))
         assert bool(program.holds(program.run([other]))) == (operation(other) == result)
     with watching() as guards:
-        assert Fraction(Traced(value, Node("var", (), 0))) == value
+        assert Fraction(Traced(value, ExpressionNode("var", (), 0))) == value
     assert not Program([], guards).holds(Program([], guards).run([other]))

@@ -15,7 +15,7 @@ import pytest
 
 import dse
 from dse.questions.problem import Problem, loads
-from dse.questions.sensitivity.design_function import Bound, DesignFunction
+from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.inputs import Variable
 from dse.questions.sensitivity.margins import _held, _margin, reaches
 from dse.questions.sweep.inputs_of_file import Inputs, copied, effective_text, merged_data
@@ -79,7 +79,7 @@ def _looked_at(drawn: Problem, decisions: dict[str, str], rng: random.Random) ->
     return seen
 
 
-def _execution_times(function: DesignFunction) -> Iterator[tuple[Variable, tuple[Bound, ...]]]:
+def _execution_times(function: DesignFunction) -> Iterator[tuple[Variable, tuple[OutputComparison, ...]]]:
     """Those of threads that are not among alternatives, with the comparisons that they have a part in."""
     of = reaches(function, _held(function))
     for variable in function.inputs.variables:

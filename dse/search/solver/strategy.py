@@ -1,6 +1,6 @@
 """The strategy: which settings and heuristics a question is asked with, and what earlier questions have shown.
 
-Every question the search asks goes through `Solver.minimise`, which answers with a design, a refutation, or neither.
+Every question the search asks goes through `Strategy.minimise`, which answers with a design, a refutation, or neither.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from dse.search.solver.call import Call
 from dse.search.solver.large_neighbourhood import packed, roomier
 from dse.search.solver.pooled_cores import PoolMemory
 from dse.search.solver.portfolio import Attempt, Portfolio
-from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, Settings
-from dse.search.solver.subspaces import Apart, Parts, Subspace, as_a_whole
+from dse.search.solver.settings import WAYS, WAYS_WITH_WAITING, SolverSettings
+from dse.search.solver.subspaces import AllSubspaces, Apart, Subspace, as_a_whole
 from dse.search.solver.value_grid import EVERY, weighted_grid
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, weighted
 from dse.search.tuning import Tuning
 from dse.space.model.space import Design
 
 
-class Solver(Call):
-    """The calls of one model, with what is known of the settings for it.
+class Strategy(Call):
+    """A call of one model, with the heuristics that decide its settings and what earlier questions have shown.
 
-    `calls` counts the questions asked. Several solvers share what is known of the `parts` of the space. Between
+    `calls` counts the questions asked. Several strategies share what is known of the `parts` of the space. Between
     questions the model may only become stricter, by `exclude`.
     """
 
@@ -41,12 +41,12 @@ class Solver(Call):
         *,
         seed: int = 0,
         deadline: float | None = None,
-        parts: Parts | None = None,
+        parts: AllSubspaces | None = None,
         tuning: Tuning | None = None,
     ) -> None:
         super().__init__(encoded, seed=seed, deadline=deadline, tuning=tuning)
         tuning = self.tuning
-        self.parts = parts if parts is not None else Parts(encoded, tuning)
+        self.parts = parts if parts is not None else AllSubspaces(encoded, tuning)
         self.calls = 0
         self._ways = WAYS_WITH_WAITING if encoded.is_loose and tuning.bounding.is_on else WAYS
         expected = [settings.least_work(encoded.model) for settings in self._ways]
@@ -109,7 +109,7 @@ class Solver(Call):
         ways = [partial(self._solve_whole, settings) for settings in WAYS]
         return self._asked.answer(ways, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
-    def solve_in(self, regions: Sequence[Bound], settings: Settings, work: float) -> Answer:
+    def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
         """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
@@ -125,7 +125,7 @@ class Solver(Call):
             return Unfinished(answer.bound, found)
         return answer
 
-    def _solve_whole(self, settings: Settings, work: float) -> Answer:
+    def _solve_whole(self, settings: SolverSettings, work: float) -> Answer:
         answer = self.run(settings, work)
         if isinstance(answer, Unfinished) and answer.best is not None:
             self.hint(answer.best.design)
@@ -134,7 +134,7 @@ class Solver(Call):
     def solve_part(
         self,
         part: Subspace,
-        way: tuple[Settings, float],
+        way: tuple[SolverSettings, float],
         weights: Sequence[int],
         regions: Sequence[Bound],
         best: Found | None,
@@ -154,7 +154,7 @@ class Solver(Call):
         part.learn(answer, weights, regions, better_than)
         return answer
 
-    def run_within(self, part: Subspace, settings: Settings, work: float, least: int = 0) -> Answer:
+    def run_within(self, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
         """One run of the solver in a part of the space; none of it may be left where decisions are fixed."""
         known = self.least  # which is of the whole
         self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)
@@ -165,7 +165,7 @@ class Solver(Call):
         finally:
             self.least, self._grid = known, EVERY
 
-    def run(self, settings: Settings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
+    def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
         """One run of the solver, or what settings stand for: bounds and designs in turns, or lowest values first."""
         if settings.narrows and self.weights is not None:
             return narrowed(self, self.narrowing, work)
