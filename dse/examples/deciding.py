@@ -55,9 +55,7 @@ def deciding_text(path: Path, options: Mapping[str, str], folder: Path) -> tuple
     document = {**head, "of": _seen_from(folder, path)}
     if folders := [_seen_from(folder, item) for item in libraries(options)]:
         document["library"] = folders
-    document |= choices
-    if baseline := dict(_baseline(choices)):
-        document["baseline"] = baseline
+    document |= {**choices, **_question(head, choices)}
     text = "".join(f"{line}\n" for line in _explained(block_text(document)))
     return _comments(imported) + text, imported.remarks
 
@@ -73,7 +71,7 @@ def _head(imported: Imported, path: Path, options: Mapping[str, str]) -> dict[st
     if deadlines and not any(text.startswith("0 ") for text in deadlines):
         found["deadlines"] = "stated"
     flows = list(imported.document.get("flows", {}))[:MOST_LATENCIES]
-    found["objectives"] = ["minimise changes", *(f'minimise latency of "{name}"' for name in flows)]
+    found["objectives"] = [f'minimise latency of "{name}"' for name in flows]
     found["assumptions"] = [ASSUMED]
     return found
 
@@ -136,7 +134,7 @@ def _accepted(
         file = Path(place) / "trial.yaml"
         for _ in range(TRIALS):
             document = {**head, **({"library": folders} if folders else {}), **choices}
-            file.write_text(block_text({**document, "baseline": dict(_baseline(choices))}), encoding="utf-8")
+            file.write_text(block_text({**document, **_question(head, choices)}), encoding="utf-8")
             try:
                 build_space(load_spec(file))
             except ProblemError as error:
@@ -158,6 +156,13 @@ def _dropped(choices: dict[str, dict[str, dict[str, list[str]]]], path: str) -> 
                         del entries[name]
                     return True
     return False
+
+
+def _question(head: Mapping[str, Any], choices: Mapping[str, Mapping[str, Mapping[str, list[str]]]]) -> dict[str, Any]:
+    """The baseline and the objectives; where nothing may be chosen there is no baseline, and no change to count."""
+    baseline = dict(_baseline(choices))
+    changes = ["minimise changes"] if baseline else []
+    return {"objectives": [*changes, *head["objectives"]], **({"baseline": baseline} if baseline else {})}
 
 
 def _baseline(choices: Mapping[str, Mapping[str, Mapping[str, list[str]]]]) -> Iterator[tuple[str, dict[str, str]]]:

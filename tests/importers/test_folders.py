@@ -177,3 +177,14 @@ def test_what_a_new_file_does_not_take_with_a_model(tmp_path: Path, monkeypatch:
     assert run(["new", "--from", "m.aadl"]) == 2  # it is there already
     assert run(["new", "--from", "m.aadl", "--force"]) == 0
     assert run(["check", "m-decisions.yaml"]) == 0
+
+
+def test_a_model_that_leaves_nothing_to_choose_gives_a_file_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("m.aadl").write_text(MODEL.replace(" with lib;", "").replace(" lib::d", ""), encoding="utf-8")
+    assert run(["new", "--from", "m.aadl", "q.yaml"]) == 0
+    stated = yaml.safe_load(Path("q.yaml").read_text(encoding="utf-8"))
+    assert "baseline" not in stated and stated["objectives"] == ['minimise latency of "e"']
+    assert run(["solve", "q.yaml"]) == 0
