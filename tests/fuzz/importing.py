@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tests.answers.written import write_bag
 from tests.importers.test_can import DBC, KCD
+from tests.importers.test_drawn_flows import DrawnChain
 from tests.importers.test_reading import model
 from tests.importers.test_ros2 import ARCHITECTURE, CONFIGURATION
 from tests.importers.test_trace import text as trace
@@ -89,6 +90,43 @@ IDL = """module other {
   };
 };
 """
+AADL = """package m public with SEI;
+  data flag properties Data_Size => 3 bits; end flag;
+  feature group pair features x : out event data port flag; y : in event port; end pair;
+  processor cpu properties SEI::MIPSCapacity => 9.0 MIPS; end cpu;
+  bus wire properties Period => 4 ms; end wire;
+  virtual bus line properties Period => 2 ms; Data_Size => 9 bits; end line;
+  subprogram job features i : in parameter flag; flows f : flow sink i; end job;
+  device s features o : feature group pair[2]; flows f : flow source o {Latency => 1 ms .. 1 ms;};
+    properties Period => 8 ms; Compute_Execution_Time => 1 ms .. 2 ms; end s;
+  data store end store;
+  thread r features i : feature group inverse of pair; a : requires data access store; flows f : flow sink i;
+    properties Dispatch_Protocol => Sporadic; Deadline => 0 ms; end r;
+  thread implementation r.j
+    subcomponents c : subprogram job; calls main : {k : subprogram c;}; connections z : parameter i.x -> k.i;
+    flows f : flow sink i -> z -> c.f;
+  end r.j;
+  process box features i : feature group inverse of pair[2]; flows f : flow sink i; end box;
+  process implementation box.i
+    subcomponents u : thread r.j; v : thread r; d : data store;
+    connections a : feature group i[1] <-> u.i; b : feature group i[2] <-> v.i; e : data access d -> v.a;
+    flows f : flow sink i -> a -> u.f in modes (one); f : flow sink i -> b -> v.f;
+    modes one : initial mode; two : mode;
+  end box.i;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s[3]; p : process box.i[3]; q : processor cpu; w : bus wire; l : virtual bus line[2];
+    connections
+      c : feature group s.o <-> p.i {Connection_Set => ([src => (1); dst => (2);], [src => (3); dst => (3);]);};
+    flows e : end to end flow s[1].f -> c -> p[2].f {Latency => 0 ms .. 90 ms;};
+    properties
+      Actual_Processor_Binding => (reference (q)) applies to p[1 .. 2], p[3].u, s;
+      Actual_Connection_Binding => (reference (w)) applies to l;
+      Actual_Connection_Binding => (reference (l[1]), reference (l[2]));
+      Reference_Processor => classifier (cpu); Data_Size => 5 bits applies to s[1].o[2].x;
+  end top.i;
+end m;
+"""
 TOKENS = (
     *("1000000000", "999999999999", "1e999999999", "9" * 5000, "-1", "0x", "1_000_000_000", "18446744073709551615"),
     *("9223372036854775808", "1 << 99999999999", "N * N", "((((1))))", "(" * 50 + "1" + ")" * 50, "/* ", "<!-- ", "\0"),
@@ -124,6 +162,9 @@ def sound_files(folder: Path) -> Iterator[Sound]:
     yield Sound("caret.yaml", ARCHITECTURE.encode(), ("import", "FILE", "--format", "caret", "-o", "out.yaml"))
     yield Sound("cie.yaml", CONFIGURATION.encode(), ("import", "FILE", "--format", "cie", "-o", "out.yaml"))
     yield Sound("small.aadl", model().encode(), ("import", "FILE", "-o", "out.yaml"))
+    yield Sound("chain.aadl", DrawnChain(4).text.encode(), ("analyse", "FILE", "--json", "out.json"))
+    yield Sound("arrays.aadl", AADL.encode(), ("analyse", "FILE", "--json", "out.json"))
+    yield Sound("start.aadl", AADL.encode(), ("new", "--from", "FILE", "out.yaml", "--force"))
     for path in sorted((ROOT / "problems" / "aadl").glob("*.aadl")):
         (folder / "aadl").mkdir(exist_ok=True)
         (folder / "aadl" / path.name).write_bytes(path.read_bytes())

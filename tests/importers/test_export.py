@@ -423,3 +423,40 @@ def test_what_aadl_admits_of_no_such_component_is_told_instead_of_set(tmp_path: 
     assert (
         "Not set, for AADL has no such property of a process: Compute_Execution_Time => 1 ms .. 1 ms of b" in exported
     )
+
+
+SENDING = """
+package m public with lib;
+  thread w features o : out data port lib::d; flows f : flow source o; properties Period => 20 ms; end w;
+  process p features o : out data port lib::d; flows f : flow source o; end p;
+  process implementation p.i
+    subcomponents w : thread w;
+    connections c : port w.o -> o;
+    flows f : flow source w.f -> c -> o;
+  end p.i;
+  device z features i : in data port lib::d; flows f : flow sink i; end z;
+  bus wire properties Transmission_Time => [PerByte => 1 ms .. 1 ms;]; end wire;
+  system top end top;
+  system implementation top.i
+    subcomponents p : process p.i; z : device z; b : bus wire;
+    connections c : port p.o -> z.i {Actual_Connection_Binding => (reference (b));};
+    flows e : end to end flow p.f -> c -> z.f;
+  end top.i;
+end m;
+"""
+
+
+def test_a_decided_size_goes_to_the_type_of_the_port(tmp_path: Path) -> None:
+    """OSATE's latency looks at the data type of the port, not at the port."""
+    (tmp_path / "lib.aadl").write_text(LIBRARY, encoding="utf-8")
+    (tmp_path / "m.aadl").write_text(SENDING, encoding="utf-8")
+    question = "connections: {p.w.o: {data_size: [4 B, 12 bit, 8 B]}}\nobjectives: [minimise latency of e]\n"
+    (tmp_path / "q.yaml").write_text(f"dse: 1\nname: q\nof: m.aadl\n{question}", encoding="utf-8")
+    for size, declared in (("4 B", "4 Bytes"), ("12 bit", "12 bits")):
+        result = dse.solve(tmp_path / "q.yaml", fix=f"p.w.o.data_size = {size}")
+        exported = dse.export(result, 1, "aadl")
+        assert f"Data_Size => {declared};" in exported and "applies to" not in exported
+        (tmp_path / "chosen.aadl").write_text(exported, encoding="utf-8")
+        back = dse.analyse(tmp_path / "chosen.aadl")
+        assert back.metrics["latency of e"] == result.front[0].metrics["latency of e"]
+        assert back.metrics["load of b"] == result.front[0].metrics["load of b"]

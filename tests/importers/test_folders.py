@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
+import dse
 from dse.cli.main import run
 
 LIBRARY = "package lib public data d properties Data_Size => 8 Bytes; end d; end lib;"
@@ -99,3 +101,90 @@ def test_a_file_that_decides_names_libraries_and_its_design_is_exported(
 def test_a_result_of_a_model_with_libraries_is_exported(apart: Path) -> None:
     assert run(["solve", "app/m.aadl", "--library", "sets", "--minimise", "price", "-q", "--json", "r.json"]) == 0
     assert run(["export", "r.json#1", "--format", "aadl", "-o", "chosen.aadl"]) == 0
+
+
+OFFERING = """
+package m public with SEI;
+  processor cpu end cpu;
+  processor implementation cpu.slow properties SEI::MIPSCapacity => 100.0 MIPS; end cpu.slow;
+  processor implementation cpu.quick properties SEI::MIPSCapacity => 200.0 MIPS; end cpu.quick;
+  bus wire properties SEI::BandWidthCapacity => 2.0 KBytesps; SEI::BandWidthBudget => 1.0 KBytesps; end wire;
+  bus fibre properties SEI::BandWidthCapacity => 9.0 KBytesps; end fibre;
+  data d properties Data_Size => 2 Bytes; end d;
+  device s features o : out event data port d; flows f : flow source o; properties Period => 10 ms; end s;
+  thread w
+    features i : in event data port d; o : out event data port d;
+    flows f : flow path i -> o;
+    properties Dispatch_Protocol => Periodic; Period => 20 ms; Deadline => 15 ms;
+      Compute_Execution_Time => 1 ms .. 3 ms;
+  end w;
+  thread v features i : in event data port d; flows f : flow sink i; properties Dispatch_Protocol => Aperiodic; end v;
+  process p end p;
+  process implementation p.i
+    subcomponents w : thread w; v : thread v;
+    connections a : port w.o -> v.i;
+  end p.i;
+  system top end top;
+  system implementation top.i
+    subcomponents c : processor cpu.slow; b : bus wire; s : device s; x : process p.i; z : process q.i;
+    connections k : port s.o -> z.i {Actual_Connection_Binding => (reference (b));};
+    flows e : end to end flow s.f -> k -> z.f {Latency => 0 ms .. 100 ms;};
+    properties
+      Actual_Processor_Binding => (reference (c)) applies to x, z;
+      Reference_Processor => classifier (cpu.slow) applies to x, z;
+  end top.i;
+  process q features i : in event data port d; flows f : flow sink i; end q;
+  process implementation q.i
+    subcomponents w : thread w; v : thread v;
+    connections a : port i -> w.i; b : port w.o -> v.i;
+    flows f : flow sink i -> a -> w.f -> b -> v.f;
+  end q.i;
+end m;
+"""
+
+
+def test_a_file_that_decides_is_written_from_a_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("models").mkdir()
+    Path("models/m.aadl").write_text(OFFERING, encoding="utf-8")
+    assert run(["new", "--from", "models/m.aadl", "--root", "m::top.i", "study/q.yaml"]) == 2  # no such folder
+    Path("study").mkdir()
+    assert run(["new", "--from", "models/m.aadl", "--root", "m::top.i", "study/q.yaml"]) == 0
+    text = Path("study/q.yaml").read_text(encoding="utf-8")
+    stated = yaml.safe_load(text)
+    assert stated["of"] == "../models/m.aadl" and stated["deadlines"] == "stated"
+    assert stated["threads"] == {
+        "x.w": {"period": ["20 ms", "10 ms", "40 ms"]},
+        "z.w": {"period": ["20 ms", "10 ms", "40 ms"], "dispatch_protocol": ["periodic", "aperiodic"]},
+    }
+    assert stated["processors"] == {"c": {"type": ["m::cpu.slow", "m::cpu.quick"]}}
+    assert stated["buses"] == {"b": {"type": ["m::wire", "m::fibre"]}}
+    assert "latency of e within 0 ms .. 100 ms" in text and 'load of "b" <= 1 KB/s' in text
+    result = dse.solve("study/q.yaml")
+    assert result.status == "complete" and min(point.objectives["changes"] for point in result.front) == 0
+    same = dse.analyse("study/q.yaml")
+    own = dse.analyse(dse.Model("models/m.aadl", "m::top.i"), deadlines="stated")
+    assert {name: own.metrics[name] for name in own.metrics} == {name: same.metrics[name] for name in own.metrics}
+
+
+def test_what_a_new_file_does_not_take_with_a_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("m.aadl").write_text(OFFERING, encoding="utf-8")
+    assert run(["new", "--root", "m::top.i"]) == 2
+    assert run(["new", "--from", "m.aadl", "--random"]) == 2
+    assert run(["new", "--from", "m.aadl", "--root", "m::absent.i"]) == 3
+    assert run(["new", "--from", "m.aadl"]) == 0
+    assert run(["new", "--from", "m.aadl"]) == 2  # it is there already
+    assert run(["new", "--from", "m.aadl", "--force"]) == 0
+    assert run(["check", "m-decisions.yaml"]) == 0
+
+
+def test_a_model_that_leaves_nothing_to_choose_gives_a_file_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("m.aadl").write_text(MODEL.replace(" with lib;", "").replace(" lib::d", ""), encoding="utf-8")
+    assert run(["new", "--from", "m.aadl", "q.yaml"]) == 0
+    stated = yaml.safe_load(Path("q.yaml").read_text(encoding="utf-8"))
+    assert "baseline" not in stated and stated["objectives"] == ['minimise latency of "e"']
+    assert run(["solve", "q.yaml"]) == 0

@@ -368,7 +368,8 @@ class Model:
 
     def load(self, bus: int) -> Fraction | None:
         """What a bus carries in B/s, a broadcast message once; None where it has frames, or a rate is not plain."""
-        total, sent = Fraction(0), set()
+        total = Fraction(0)
+        sent: set[tuple[Any, ...]] = set()
         for wire in self.space.connections:
             first = self.at(wire.bus)
             ways = [] if first is None else [way for one in (first, *wire.further) for way in self.ways(one)]

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from math import ceil
 from typing import NamedTuple
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
@@ -291,7 +292,7 @@ def _transfer(space: Space, number: int, item: Connection, view: View) -> _Trans
     stack, bus = bus_stack(space, item, view), space.buses[number]
     if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None
-    size, bandwidth_bps = max(message_sizes(space, item, number, view)), at(bus.bandwidth_bps, view)
+    size, bandwidth_bps = ceil(max(message_sizes(space, item, number, view))), at(bus.bandwidth_bps, view)
     times = carrying_ns(space, bus, item, size, view)
     if times is None or not size or not bandwidth_bps:
         return None
@@ -364,7 +365,7 @@ def _outside(space: Space, item: Connection, view: View) -> tuple[Outside, ...]:
     for number in bus_stack(space, item, view):
         bus = space.buses[number]
         sizes = _sizes(space, number, item, view)
-        for size in message_sizes(space, item, number, view):
+        for size in map(ceil, message_sizes(space, item, number, view)):
             if sizes is not None and not sizes.min_bytes <= size <= sizes.max_bytes:
                 found.append(Outside(item.name, size, bus.name, sizes))
     return tuple(found)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dse.analysis.latency.rows import NO_LATENCY, Row
+from dse.analysis.memo import Recall
 from dse.analysis.osate.components import OLD, is_sampling, later_rows, period_ns
 from dse.analysis.osate.media import Medium, media, medium_ends, medium_ns
 from dse.analysis.views import View
@@ -337,7 +338,9 @@ def is_rounded_to_bus(space: Space, place: FlowPosition, view: View) -> bool:
 
 def _waiting_ns(space: Space, place: FlowPosition, view: View) -> Exact:
     """What a message waits for the other connections of flows that its media carry, each for once."""
-    return sum(waiting_for_ns(space, place, other, view) for other in rivals(space, place))
+    others = rivals(space, place)
+    mine = _bound_to(space, place, view) if others else frozenset()
+    return sum(_shared_ns(space, mine, other, view) for other in others) if mine else 0
 
 
 def rivals(space: Space, place: FlowPosition) -> tuple[int, ...]:
@@ -346,15 +349,22 @@ def rivals(space: Space, place: FlowPosition) -> tuple[int, ...]:
     OSATE prints it in the last of the flows alone that have the connection.
     """
     number = place_step(space, place).index
-    if space.profile == OLD or space.bus_queuing == "not_counted" or _last_flow(space, number) != place.flow:
+    if space.profile == OLD or space.bus_queuing == "not_counted" or _last_flows(space)[number] != place.flow:
         return ()
-    used = {step.index for flow in space.flows for step in flow.steps if step.kind == "connection"}
-    return tuple(other for other in sorted(used) if other != number)
+    return tuple(other for other in sorted(_last_flows(space)) if other != number)
 
 
-def _last_flow(space: Space, number: int) -> int:
-    step = Step("connection", number)
-    return max(index for index, flow in enumerate(space.flows) if step in flow.steps)
+_LAST: Recall[dict[int, int]] = Recall()
+
+
+def _last_flows(space: Space) -> dict[int, int]:
+    """The connections of flows, each with the last flow that has it."""
+
+    def found(space: Space, _: object, __: View) -> dict[int, int]:
+        steps = ((number, step) for number, flow in enumerate(space.flows) for step in flow.steps)
+        return {step.index: number for number, step in steps if step.kind == "connection"}
+
+    return _LAST.recall(space, "last flows", View(()), found)
 
 
 def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
@@ -362,9 +372,17 @@ def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) ->
 
     A medium with a period of its own makes nobody wait. Of several messages over one medium OSATE keeps the last one.
     """
-    mine = {item.bus for item in media(space, space.connections[place_step(space, place).index], view) if item.is_bound}
-    if not mine:
-        return 0
+    return _shared_ns(space, _bound_to(space, place, view), other, view)
+
+
+def _bound_to(space: Space, place: FlowPosition, view: View) -> frozenset[int]:
+    """What the connection at a place is bound to, with what carries that."""
+    wire = space.connections[place_step(space, place).index]
+    return frozenset(item.bus for item in media(space, wire, view) if item.is_bound)
+
+
+def _shared_ns(space: Space, mine: frozenset[int], other: int, view: View) -> Exact:
+    """What another connection takes on some media."""
     rival = space.connections[other]
     longest: dict[int, Exact] = {}
     for item in media(space, rival, view):

@@ -230,7 +230,7 @@ def _setting_remarks(space: Space) -> Iterator[str]:
 
 def _rounded(problem: Problem) -> Iterator[str]:
     """What counts otherwise than it is written, for want of a finer unit."""
-    exact = () if problem.space.profile == "dse" else ("data_size", "overhead")
+    exact = () if problem.space.profile == "dse" else ("data_size", "type_size", "overhead")
     figures = rounded_figures(problem.loaded)
     found = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
     yield from found[:MOST_ROUNDED]

@@ -4,6 +4,7 @@ Read `whole.py` first.
 
 * `whole.py`: a design of a problem file as one package with a property set.
 * `chosen.py`: a design of an imported model as an implementation that extends it.
+* `resized.py`: ports whose messages have another size, in such an implementation.
 * `decided.py`: the document of a problem with every decision made.
 * `package.py`, `names.py`: parts of a package as text; identifiers and quantities as AADL writes them.
 * `flows.py`, `paths.py`: end-to-end flows; their paths, component by component.

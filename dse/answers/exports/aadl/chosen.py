@@ -19,6 +19,7 @@ from dse.answers.exports.aadl.names import (
     times,
     written_range,
 )
+from dse.answers.exports.aadl.resized import ResizedPorts
 from dse.importers.aadl.document.problem import Writer
 from dse.importers.aadl.instance.connections import ConnectionInstance
 from dse.importers.aadl.instance.instance import Instance
@@ -90,6 +91,7 @@ class ChosenModel:
         assert root is not None
         self.root = root.classifier
         self.type = next(item for item in root.chain if not item.is_implementation)
+        self.resized = ResizedPorts(model, {self.type.name.lower()})
         self.components = {
             name: item
             for item in model.root.below()
@@ -99,18 +101,22 @@ class ChosenModel:
 
     def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
         """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time."""
-        for component, classifier in self.implementations.items():
-            self._refined(component, classifier)
         self._slots()
         self._components(response_times or {})
         self._connections()
         self._left_out()
+        self.refined += self.resized.refined()
+        for component, classifier in self.implementations.items():
+            if component not in self.resized.components:
+                self._refined(component, classifier)
+        self.withs |= self.resized.withs
         stem = self.root.name.partition(".")[0]
         package = identifier(self.name, set())
         used = dict.fromkeys([self.root.package, self.type.package, *self.withs])
         uses_sei = any(line.startswith("SEI::") for line in self.lines)
         names = ", ".join([*used, *(["SEI"] if uses_sei else [])])
         lines = [f"package {package}", "public", f"  with {names};", ""]
+        lines += self.resized.declarations()
         lines += [f"  system {stem} extends {self.type.package}::{stem}", f"  end {stem};", ""]
         lines += [f"  system implementation {stem}.chosen extends {self.root.package}::{self.root.name}"]
         lines += ["    subcomponents", *(f"      {line}" for line in self.refined)] if self.refined else []
@@ -239,7 +245,8 @@ class ChosenModel:
                 continue
             self._carried(item, old, wire, bound)
             size, former = self.chosen.value(item.size_bytes), self.base.value(old.size_bytes)
-            if size is not None and unrounded(size) != unrounded(former):
+            differs = size is not None and unrounded(size) != unrounded(former)
+            if differs and (item.type_bytes is not None or not self.resized.add(wire, size)):
                 self._set(f"Data_Size => {size_in_units(size)}", ".".join([*_names(wire.source), *wire.source_path]))
             queue, former = self._queue(item, self.chosen), self._queue(old, self.base)
             if queue is not None and queue != former and item.port.startswith("event"):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
 
-from dse.cli.common import check_writable, write_text
-from dse.cli.saying import say
+from dse.cli.common import ExistingPath, check_writable, write_text
+from dse.cli.saying import in_a_line, say, tell
 from dse.examples.shipped import example_files, example_path
 from dse.support.errors import UsageError
 from dse.support.files.reading import MOST_BYTES, beginning
@@ -28,6 +29,16 @@ RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same file.")
 @click.option("--objectives", type=click.IntRange(min=1), default=2, show_default=True, help="1 to 5 of them.")
 @click.option("--family", default="robot", show_default=True, metavar="NAME", help="Which kind of random problem.")
+@click.option(
+    "--from",
+    "model",
+    type=ExistingPath(),
+    metavar="MODEL",
+    help="Write a file that decides over this AADL model (or folder) instead: periods, dispatch, classifiers.",
+)
+@click.option("--root", metavar="NAME", help="Of MODEL: the system implementation, package::type.implementation.")
+@click.option("--mode", metavar="MODE", help="Of MODEL: the mode it is in, or PATH.MODE.")
+@click.option("--library", multiple=True, metavar="DIR", help="Of MODEL: a folder with packages that it asks for.")
 @click.pass_context
 def command(
     ctx: click.Context,
@@ -40,23 +51,37 @@ def command(
     seed: int,
     objectives: int,
     family: str,
+    model: str | None,
+    root: str | None,
+    mode: str | None,
+    library: tuple[str, ...],
 ) -> int:
     """Write a problem file to start from (FILE, or the example's own name here), with the catalogues that it includes.
 
-    The file names its JSON Schema, which is written beside it, for editors with yaml-language-server.
+    The file names its JSON Schema, which is written beside it, for editors with yaml-language-server. With --from it
+    decides over a model: half and double of each stated period (assumptions), dispatch protocols, and the classifiers
+    of processors and buses that the model has; the model's own values are the baseline.
     With --random the problem is drawn: the families are robot, two-computers, event-driven, many-buses and automotive.
     """
     if list_only:
         for path in example_files():
             say(path.stem)
         return 0
+    if model is not None:
+        if is_random or _is_given(ctx, "example"):
+            raise click.UsageError("--from excludes --example and --random")
+        from dse.questions.problem import Model
+
+        return _write_deciding(Path(model), Model(model, root, mode, library).options, file, force)
+    if root or mode or library:
+        raise click.UsageError("--root, --mode and --library need --from")
     if is_random:
         if _is_given(ctx, "example"):
             raise click.UsageError("--example and --random exclude each other")
         from dse.examples.random import random_problem
 
         text = random_problem(threads, seed, objectives, family)
-        return _write_random(text, file or f"{family}-{threads}-{seed}.yaml", force)
+        return _write_new(text, file or f"{family}-{threads}-{seed}.yaml", force)
     meant = [name for name in RANDOM_OPTIONS if _is_given(ctx, name)]
     if meant:
         raise click.UsageError(f"--{meant[0]} needs --random")
@@ -67,7 +92,18 @@ def _is_given(ctx: click.Context, option: str) -> bool:
     return ctx.get_parameter_source(option) is click.core.ParameterSource.COMMANDLINE
 
 
-def _write_random(text: str, file: str, force: bool) -> int:
+def _write_deciding(path: Path, options: Mapping[str, str], file: str | None, force: bool) -> int:
+    from dse.examples.deciding import deciding_text
+
+    target = file or f"{path.resolve().stem}-decisions.yaml"
+    folder = Path() if target == "-" else Path(target).parent
+    text, remarks = deciding_text(path, options, folder)
+    for remark in remarks:
+        tell(in_a_line(str(remark)))
+    return _write_new(text, target, force)
+
+
+def _write_new(text: str, file: str, force: bool) -> int:
     if file != "-" and Path(file).exists() and not force:
         raise UsageError(f"{file} exists already; --force overwrites it")
     _check_schema(Path(file))
