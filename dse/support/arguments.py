@@ -223,6 +223,7 @@ class Kind:
 
 PATHS = (str, os.PathLike)
 RESULT = Kind(("Result",), "a result, as dse.solve or dse.reopen return it")
+DRAWN = Kind(("Result", "Problem"), "a result, as dse.solve or dse.reopen return it, or a problem to draw")
 ANSWER = Kind(("Answer", "DataAnswer"), "the answer of a verb, such as that of dse.solve")
 STATED = Kind(("Result", "RobustResult"), "a result, its dictionary, or the path of its file", (Mapping, *PATHS))
 PROBLEM = Kind(("Problem",), "a problem or the path of its file", (*PATHS, type(None)))
