@@ -111,6 +111,7 @@ def test_a_design_is_drawn_with_what_was_chosen() -> None:
     assert f"canbus0 {first.decisions['canbus0.type']}" in shown
     unused = {"ser1": "eth0", "eth0": "ser1"}[first.decisions["position.bus"]]
     assert f"{unused} not used" in shown
+    assert shown.count("device") == 3  # the IMU and both motors, whose rate nobody states
     assert any("unused" in group.get("class", "") for group in drawing.iter(f"{SVG}g"))
 
 

@@ -71,6 +71,8 @@ class Texts:
         protocol, period = at(item.protocol, self.view), at(item.period_ns, self.view)
         if period is not None:
             return f"{protocol or 'periodic'} {format_duration(period)}"
+        if item.section == "devices":
+            return item.category
         rate = rate_hz(self.space, ("activation", number), self.view)
         return f"{protocol or 'event-triggered'}" + (f", {_rate(rate)}" if rate else "")
 
