@@ -10,7 +10,8 @@ Read `base.py` first, then `result.py`, the answer of `dse solve`.
 * `studies/`: fronts over a varied input or limit; margins, tornado bars, probabilities.
 * `contention_verdicts.py`: requirements that a design keeps with CPU contention.
 * `reading.py`: results read back from JSON.
-* `ranking/`, `tables/`, `exports/`, `forms/`: order of a front; frames and units; other formats; JSON schemas.
+* `ranking/`, `tables/`, `forms/`: order of a front; frames and units; JSON schemas.
+* `exports/`, `drawing/`: a design in other formats; the architecture as SVG.
 
 Not allowed here: searching, proving, changing a question; `questions` does that. Figures stay exact; rounding is for
 display only.

@@ -19,21 +19,21 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
 from dse.report.content.decide import decide_data, further_metrics, insist_choices
 from dse.report.content.document import Alternative, Document
 from dse.report.content.front import verdict_blocks
 from dse.report.page import Page, Section, numbered
-from dse.report.plots.architecture import STYLE, Drafter
 from dse.report.plots.deadlines import DEADLINE_ROW, deadline_chart
 from dse.report.plots.design import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
 from dse.report.plots.front import EDGE, axis_title, colour_by, parallel, scatter
-from dse.report.theme import DARK, LIGHT, css_variables
 from dse.report.words.clocks import TIMELINE_ROW, timeline
 from dse.report.words.contention import contention_words
 from dse.report.words.reasons import proof_words
 from dse.support.extras import how_to_install, is_installed
 from dse.support.files.writing import utf8
+from dse.support.theme import DARK, LIGHT, css_variables
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import is_unbounded
 from dse.support.units.text import format_count

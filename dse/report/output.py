@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dse.answers.base import json_text
+from dse.answers.drawing.picture import Drafter
 from dse.answers.measured import MeasuredComparison
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
@@ -22,17 +23,16 @@ from dse.report.dispatch import Told, page_of
 from dse.report.html import html_page, html_report
 from dse.report.markdown import markdown_page
 from dse.report.page import Page, Section
-from dse.report.plots.architecture import Drafter
 from dse.report.plots.deadlines import deadline_chart
 from dse.report.plots.design import usage_chart, waterfall
 from dse.report.plots.front import Spec, parallel, scatter
-from dse.report.theme import LIGHT, with_colours
 from dse.report.words.clocks import timeline
 from dse.support import arguments
 from dse.support.errors import UsageError
 from dse.support.extras import needed_for
 from dse.support.files.guard import guarding
 from dse.support.files.writing import PAGES, write_files
+from dse.support.theme import LIGHT, with_colours
 
 if TYPE_CHECKING:
     from dse.answers.robust import RobustResult

@@ -235,6 +235,7 @@ class InstanceOf:
 
 PATHS = (str, os.PathLike)
 RESULT = InstanceOf(("Result",), "a result, as dse.solve or dse.reopen return it")
+DRAWN = InstanceOf(("Result", "Problem"), "a result, as dse.solve or dse.reopen return it, or a problem to draw")
 ANSWER = InstanceOf(("Answer", "DataAnswer"), "the answer of a verb, such as that of dse.solve")
 STATED = InstanceOf(("Result", "RobustResult"), "a result, its dictionary, or the path of its file", (Mapping, *PATHS))
 PROBLEM = InstanceOf(("Problem",), "a problem or the path of its file", (*PATHS, type(None)))

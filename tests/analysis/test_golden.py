@@ -17,13 +17,13 @@ from dse.space.model.criteria import Metric
 from dse.space.model.space import Space
 from dse.space.model.trees import PerProcessorType, at
 from dse.space.question.metrics import read_derived
-from tests.helpers.small import GOLDEN, MS, US, example, figure, rows_of, view_of
+from tests.helpers.small import MS, TABLES, US, example, figure, rows_of, view_of
 
 Cells = list[dict[str, str]]
 
 
 def table(name: str) -> Cells:
-    with (GOLDEN / f"{name}.csv").open(encoding="utf-8") as stream:
+    with (TABLES / f"{name}.csv").open(encoding="utf-8") as stream:
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 

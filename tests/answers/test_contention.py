@@ -18,13 +18,13 @@ from click.testing import CliRunner
 
 import dse
 from dse.analysis.diagnosis.front_verdicts import cores_of, is_left_out, with_contention
+from dse.answers.drawing.picture import Drafter
 from dse.answers.result import Result
 from dse.cli.main import cli
 from dse.questions.problem import loads
 from dse.questions.reopen import reopen
 from dse.questions.verify import contention as referee
 from dse.report.content.document import Document
-from dse.report.plots.architecture import Drafter
 from dse.report.words.contention import contention_words, placed_words
 from dse.space.question.settings import deadline_requirements
 from dse.support.errors import UsageError

@@ -22,7 +22,7 @@ from dse.fitting.lines import (
     squares_parts,
 )
 from dse.spec.loading.load import parse_spec
-from tests.helpers.small import GOLDEN
+from tests.helpers.small import TABLES
 
 US = 1000
 
@@ -63,7 +63,7 @@ def test_an_even_spread_is_no_anomaly(tmp_path: Path) -> None:
     assert "spread" not in kinds(even) and even.transports[0].sizes_bytes == (76, 13516)
     ends = dse.fit(tmp_path / "even.csv", without=["0 B .. 1 KB", "9 KB .. 90 KB"])
     assert ends.transports[0].sizes_bytes == (1196, 8476)
-    assert "spread" not in kinds(dse.fit(GOLDEN / "table_5_3.csv"))
+    assert "spread" not in kinds(dse.fit(TABLES / "table_5_3.csv"))
     rows = [f"{size},{size},{3 * size},{size // 9}" for size in range(100, 2000, 100)]
     growing = tmp_path / "growing.csv"
     growing.write_text("\n".join(["size_bytes,min_us,max_us,stddev_us", *rows]), encoding="utf-8")
@@ -144,7 +144,7 @@ threads: {t: {type: NAME, processor: c, period: 20 ms}}
 
 def test_table_5_5_is_a_catalogue_with_what_is_not_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    table = str(GOLDEN / "table_5_5.csv")
+    table = str(TABLES / "table_5_5.csv")
     names = ["--platform", "rt101=RT101", "--platform", "spectra=Spectra"]
     assert run(["fit", table, *names, "-o", "threads.yaml"]) == 0
     problem = parse_spec(PROBLEM.replace("NAME", "ekf_pose_provider_onTimer").replace("include: threads.yaml", "")

@@ -18,7 +18,7 @@ from dse.fitting.fitted import Transport
 from dse.fitting.judging import repeated_medians
 from dse.fitting.lines import LinearModel, envelope, least_squares, quantile_line
 from tests.helpers.effort import cases
-from tests.helpers.small import GOLDEN
+from tests.helpers.small import TABLES
 
 PRINTED = {"RT101": (87, 529, 95, 1115), "Spectra": (7, 113, 10, 295)}
 """Table 5.6: ns per byte and us fixed, of the minimum and of the maximum."""
@@ -28,7 +28,7 @@ TOLERANCE = {"RT101": (Fraction("1.1"), 28), "Spectra": (Fraction("0.6"), 3)}
 
 def table_5_3(**more: Any) -> dict[str, Transport]:
     """The report's round trips between two nodes."""
-    return {item.platform: item for item in dse.fit(GOLDEN / "table_5_3.csv", round_trip=True, **more).transports}
+    return {item.platform: item for item in dse.fit(TABLES / "table_5_3.csv", round_trip=True, **more).transports}
 
 
 @pytest.mark.parametrize("platform", PRINTED)

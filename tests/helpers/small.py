@@ -20,7 +20,8 @@ from dse.spec.language.expressions import MetricRef
 from dse.spec.loading.load import load_spec, parse_spec
 
 MS, US = 10**6, 10**3
-GOLDEN = Path(__file__).parents[1] / "golden"
+TABLES = Path(__file__).parents[2] / "problems" / "report" / "tables"
+"""The printed tables of ECE-TR-25."""
 
 
 def space_of(text: str, **changes: Any) -> Space:

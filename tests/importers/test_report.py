@@ -19,7 +19,7 @@ MS = 10**6
 
 
 def table(name: str) -> list[dict[str, str]]:
-    with (ROOT / "tests" / "golden" / f"{name}.csv").open(encoding="utf-8") as stream:
+    with (ROOT / "problems" / "report" / "tables" / f"{name}.csv").open(encoding="utf-8") as stream:
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 

@@ -8,7 +8,6 @@ import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -26,12 +25,11 @@ from dse.report.html import html_report
 from dse.report.markdown import escaped
 from dse.report.output import figure_files, markdown_report, report_files
 from dse.report.page import NOTHING
-from dse.report.plots.architecture import Drafter, layered
 from dse.report.plots.design import stacked_rows, usage_records
 from dse.report.plots.front import scatter
 from dse.report.terminal import print_page
-from dse.report.theme import DARK, LIGHT
 from dse.report.words.reasons import GAPS, REDUCED
+from dse.support.theme import DARK, LIGHT
 from tests.answers.hostile import NAMES, hostile_result
 from tests.helpers import effort
 
@@ -193,17 +191,6 @@ objectives: [minimise utilisation of computer]
     assert records[0]["title"] == "core 1 of computer (quad) · 40 %, limit 50 %"
 
 
-def test_processors_and_buses_are_told_apart() -> None:
-    """Two processors and five buses, six hues: the last line is dashed."""
-    result = dse.solve(dse.loads(ONE_OBJECTIVE))
-    drawing = Drafter(result.space).standalone(result.front[0].design)
-    colours = dict(re.findall(r"\.arch \.([pb]\d) \{ \w+: (#\w+); \}", drawing))
-    legend = re.findall(r"class='(?:edge flow )?([pb]\d)( again)?' (?:width='20'|d='M0 10)", drawing)
-    looks = [(colours[kind], again) for kind, again in legend]
-    assert len(set(looks)) == len(looks) == 7
-    assert looks[-1][1]
-
-
 def test_json_has_every_alternative_and_its_reasons(files: dict[str, str]) -> None:
     data = json.loads(files["inmark.json"])
     assert len(data["front"]) == 39
@@ -294,18 +281,6 @@ def test_colours_have_contrast(theme: dict[str, str]) -> None:
             assert contrast(theme[ink], theme[paper]) >= 4.5, (ink, paper)
     for name in ("c1", "c2", "c3", "c4", "c5", "c6", "s1", "s2", "s3", "s4"):
         assert contrast(theme[name], theme["paper"]) >= 3, name
-
-
-def test_layout_keeps_nodes_apart() -> None:
-    edges = [(0, 1), (0, 2), (1, 3), (2, 3), (3, 0), (0, 3), (4, 4)]
-    found = layered(5, edges)
-    assert found == layered(5, edges)
-    places = sorted((layer, column) for column, layer in found.place.values())
-    for (layer, column), (below, further) in pairwise(places):
-        assert layer != below or further - column >= 1 - 1e-9
-    for (source, target), route in zip(edges, found.routes, strict=True):
-        assert route[0] == found.place[source]
-        assert route[-1] == found.place[target]
 
 
 def test_the_command_writes_a_report_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,6 +14,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.analysis.views import View
 from dse.answers.analysis import analyse_design
 from dse.answers.designs import FurtherDesign, Point
+from dse.answers.drawing.picture import Drafter
 from dse.answers.exports.aadl.chosen import ChosenModel, Side
 from dse.answers.exports.aadl.whole import WholeModel
 from dse.answers.exports.cie import cie_configuration
@@ -26,7 +27,7 @@ from dse.importers.aadl.instance.model import InstanceModel as AadlModel
 from dse.importers.aadl.instance.model import read_model
 from dse.importers.registry import YAML, is_model
 from dse.questions.complete_design import complete_design
-from dse.questions.problem import Model, load, load_carried, model_of
+from dse.questions.problem import Model, Problem, load, load_carried, model_of
 from dse.space.model.metric_kinds import counts_changes
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
@@ -36,34 +37,35 @@ from dse.support import arguments
 from dse.support.errors import ProblemError, UsageError
 from dse.support.units import Exact
 
-Format = Literal["problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl"]
+Format = Literal["problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl", "svg"]
 TRIALS = 5
 
 
 @arguments.checked(
-    result=arguments.RESULT, form=arguments.Word(get_args(Format)), folder=arguments.path, response_times=arguments.flag
+    result=arguments.DRAWN, form=arguments.Word(get_args(Format)), folder=arguments.path, response_times=arguments.flag
 )
 def export(
-    result: Result,
-    alternative: int | str,
+    result: Result | Problem,
+    alternative: int | str | None = None,
     form: Format = "problem",
     folder: str | Path = ".",
     *,
     response_times: bool = False,
 ) -> str:
-    """One design of a result as text.
+    """One design of a result as text, or the drawing of a problem.
 
     Parameters
     ----------
     result
-        from `dse.solve` or `dse.questions.reopen.reopen`.
+        from `dse.solve` or `dse.questions.reopen.reopen`; or a problem, of which only ``svg`` can be written.
     alternative
-        the id of a point (``3``), or of another design (``3.1``).
+        the id of a point (``3``), or of another design (``3.1``); None for the drawing of a problem.
     form
         ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``cie``: a
         configuration of the callback-isolated executor, with priorities and cores; ``pinning``: cores and
         priority levels of threads as CSV; ``dot``;
-        ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of.
+        ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of; ``svg``: a
+        drawing of the architecture, of a problem with its open decisions marked.
     folder
         where a problem file will stand: it decides how included files and those of samples are named.
     response_times
@@ -81,9 +83,15 @@ def export(
     >>> chosen = dse.loads(dse.export(dse.solve("pump.yaml"), 1))
     >>> chosen.space.baseline is not None
     True
+    >>> dse.export(dse.load("pump.yaml"), form="svg").splitlines()[-1]
+    '</svg>'
     """
     if response_times and form != "aadl":
         raise UsageError("response times are written to AADL models only")
+    if form == "svg" and alternative is None:
+        return Drafter(result.space, for_designs=False).standalone(None)
+    if not isinstance(result, Result) or alternative is None:
+        raise UsageError(f"{form} is of a design: name an alternative of a result")
     chosen = find_design(result, alternative)
     title = f"{result.problem.name}: alternative {chosen.id} of dse solve, problem SHA-256 {result.problem.sha256}"
     if form == "ros2":
@@ -94,6 +102,8 @@ def export(
         return pinning_table(result.space, chosen.design, title)
     if form == "dot":
         return graphviz(result.space, chosen.design)
+    if form == "svg":
+        return Drafter(result.space).standalone(chosen.design)
     if form == "graphml":
         return graphml(result.space, chosen.design)
     if form == "aadl":

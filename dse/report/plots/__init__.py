@@ -1,4 +1,4 @@
-"""Plots of answers as Vega-Lite specifications, and the architecture of a design as SVG.
+"""Plots of answers as Vega-Lite specifications.
 
 Read `front.py` first.
 
@@ -6,7 +6,6 @@ Read `front.py` first.
 * `design.py`, `deadlines.py`: latency waterfalls and use of processors and buses; response times against deadlines.
 * `study.py`: sweeps, tornadoes, histograms.
 * `fit.py`: samples, lines and residuals of a fit.
-* `architecture.py`: the drawing of an architecture.
 
 Not allowed here: a name of the problem as a field or in an expression of a Vega-Lite specification; names are data and
 titles only. Each plot shows figures that a table has too.

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dse.cli.common import ExistingPath, check_writable, in_time, tell_carried, write_text
+from dse.cli.common import ExistingPath, check_writable, in_time, load_told, tell_carried, write_text
 from dse.cli.saying import tell
 from dse.support.errors import UsageError, about
 
 if TYPE_CHECKING:
     from dse.questions.verbs.export import Format
 
-FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl")
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl", "svg")
 
 
 FILE = ExistingPath(dir_okay=False, allow_dash=True)
@@ -56,9 +56,10 @@ def command(
     problem: str | None,
     response_times: bool,
 ) -> int:
-    """A chosen design: the problem file with its decisions fixed, for ROS 2, as Graphviz, GraphML or AADL.
+    """A chosen design: the problem file with its decisions fixed, for ROS 2, as Graphviz, GraphML, AADL or a drawing.
 
-    It is named as everywhere: r.json#3 is an alternative of a result, r.json#3.1 another design of it.
+    It is named as everywhere: r.json#3 is an alternative of a result, r.json#3.1 another design of it. A problem file
+    or model alone can be drawn (svg), with its open decisions marked.
 
     For ROS 2 there are parameters (ros2), and priorities and cores for the callback-isolated executor (cie).
 
@@ -72,12 +73,15 @@ def command(
     if number and alternative not in (None, number):
         raise click.UsageError(f"{file}#{number} and --alternative {alternative}: name one alternative")
     chosen = number or alternative
-    if not chosen:
+    if not chosen and form != "svg":
         raise click.UsageError(f"name an alternative: {file}#ID")
     check_writable(output, replaces_problems=True)
     from dse.questions.reopen import reopen
     from dse.questions.verbs.export import export
 
+    if not chosen:
+        write_text(output, export(load_told(file), form=form))
+        return 0
     opened = reopen(file, problem)
     tell_carried(opened.problem.file, is_carried=opened.problem.is_carried)
     folder = Path() if output == "-" else Path(output).parent

@@ -1,0 +1,146 @@
+"""The walk through ECE-TR-25 (`python -m tests.walk`), its page, and the problems beside the tables."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import dse
+from dse.cli.main import run
+from dse.support.errors import EXIT_NO
+from tests.walk import COMMANDS, EXPECTED, ROOT, TABLES, Figure, answer, main, rounded, table, walk
+
+FOLDER = ROOT / "problems" / "report"
+PAGE = (ROOT / "docs" / "report.md").read_text(encoding="utf-8")
+
+
+def test_every_figure_is_equal_or_differs_for_a_known_reason() -> None:
+    figures = list(walk())
+    assert [str(figure) for figure in figures if not figure.is_as_said] == []
+    assert {(figure.place, figure.what) for figure in figures if not figure.is_equal} == set(EXPECTED)
+    tables = {f"Table {path.stem.removeprefix('table_').replace('_', '.')}" for path in TABLES.glob("table_*.csv")}
+    assert {"Table 5.3"} == tables - {figure.place for figure in figures}  # the input of Table 5.6
+    said = re.search(r"(\d+) of (\d+) figures are equal", PAGE)
+    assert said is not None
+    assert [int(text) for text in said.groups()] == [sum(figure.is_equal for figure in figures), len(figures)]
+
+
+def test_the_page_has_every_command_of_the_walk() -> None:
+    for command in COMMANDS:
+        assert f"dse {command}" in PAGE, command
+
+
+def test_the_walk_fails_where_a_figure_is_not_as_said(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = Figure("Table 2.1", "row 1 max_ms", "0.0", "0.1")
+    monkeypatch.setattr("tests.walk.walk", lambda: iter([wrong]))
+    assert main(["--brief"]) == 1
+    assert "not as said: different  Table 2.1, row 1 max_ms: 0.0 in the report, 0.1 here" in capsys.readouterr().out
+    gone = Figure("Section 5.5.2", "jitter of Table 5.7, ms", "43", "43")  # said to differ
+    assert gone.is_equal and not gone.is_as_said
+
+
+def test_halves_are_rounded_up() -> None:
+    assert [rounded(Fraction(text), "0.00") for text in ("0.005", "0.0149", "1/3")] == ["0.01", "0.01", "0.33"]
+
+
+@pytest.mark.parametrize("command", sorted({*re.findall(r"`dse ([a-z][^`]*)`", PAGE)} - {*COMMANDS}))
+def test_every_other_command_of_the_page_runs(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = [str(ROOT / word) if word.startswith("problems/") else word for word in shlex.split(command)]
+    is_broken = words[0] == "explain" or "inmark_full.gnss_flow2" in words  # the 12 ms of Listing 2.2
+    assert words == ["fit"] or run(words) == (EXIT_NO if is_broken else 0)
+    assert "Traceback" not in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("name", ["ethernet", "remote", "budgets", "power", "middleware"])
+def test_every_problem_of_the_report_is_solved(name: str) -> None:
+    result = dse.solve(FOLDER / f"{name}.yaml")
+    assert result.status == "complete" and result.front
+    assert dse.analyse(FOLDER / f"{name}.yaml").is_feasible
+    assert {path.stem for path in FOLDER.glob("*.yaml")} == {
+        "ethernet", "remote", "budgets", "power", "middleware",
+    }  # fmt: skip
+
+
+def test_what_the_page_says_that_dse_adds() -> None:
+    front = sorted(
+        (
+            float(point.objectives["jitter of f_gnss_lat"] / 10**6),
+            float(point.objectives["utilisation of computer"] / 10**4),
+        )
+        for point in dse.solve(ROOT / "problems" / "inmark_chapter2.yaml").front
+    )
+    assert len(front) == 6 and front[0] == (55.7, 39.8) and (115.7, 11.8) in front
+    assert len(dse.solve(ROOT / "problems" / "inmark.yaml", max_jitter="20 ms").front) == 15
+    for computer, jitter in (("RT101", "53.436"), ("Spectra", "45.489")):
+        found = dse.analyse(ROOT / "problems" / "inmark.yaml", {"computer.type": computer})
+        assert rounded(Fraction(found.metrics["jitter of software_chain"]) / 10**6, "0.000") == jitter
+        assert f"{jitter} ms" in PAGE
+
+
+def test_the_estimate_of_section_5_1_is_what_a_serial_line_and_a_bridge_carry() -> None:
+    found = {bus.name: bus for bus in dse.analyse(FOLDER / "ethernet.yaml").buses}
+    assert (sum(found["ser0"].shares.values()), sum(found["eth0"].shares.values())) == (1200, 4560)
+
+
+def test_a_remote_message_costs_half_of_table_5_6_at_each_end_and_the_wire() -> None:
+    """152 B from the Spectra to the RT101; on the wire 230 B at 1 Gbit/s; its overhead counts in the sender's bytes."""
+    analysis = dse.analyse(FOLDER / "remote.yaml")
+    wire = Fraction((152 + 78) * 8)  # ns at 1 Gbit/s
+    sent = Fraction("147500") + 5 * (152 + 78)
+    received = Fraction("557500") + Fraction("47.5") * 152
+    assert analysis.metrics["latency of remote"] == sent + received + wire
+
+
+def test_a_budget_that_is_too_small_is_told() -> None:
+    """ekf_fusion at 20 ms needs 3 / 20 of 2,500 MIPS: 375, where its budget is 200."""
+    path = FOLDER / "budgets.yaml"
+    assert not [item for item in dse.analyse(path).resources if "ekf_fusion" in str(item) and "error" in str(item)]
+    assert "375" in str(dse.analyse(path, {"ekf_fusion.period": "20 ms"}).resources)
+
+
+def test_the_power_of_the_system_is_that_of_its_parts() -> None:
+    """RT101 5 W, GNSS 4.5 W, IMU 1 W, two motors of 6 W, IO box 2.5 W."""
+    assert dse.analyse(FOLDER / "power.yaml").metrics["power"] == 5_000 + 4_500 + 1_000 + 2 * 6_000 + 2_500
+
+
+def test_the_shape_of_figure_5_7_is_noticed() -> None:
+    [found] = dse.fit(FOLDER / "sweep.csv", round_trip=True).transports
+    assert "spread" in {remark.kind for remark in found.remarks}
+    assert found.sizes_bytes == (76, 2820)
+
+
+def test_the_catalogue_of_middlewares_is_what_the_figures_give() -> None:
+    written = (FOLDER.parent / "catalogues" / "rmw_rpi4b.yaml").read_text(encoding="utf-8")
+    fitted = dse.fit(FOLDER / "rmw_rpi4b.csv")
+    for item in fitted.transports:
+        assert item.transport in written
+        low, high = item.fixed_ns
+        assert f"{float(low) / 1000:.1f} us .. {float(high) / 1000:.1f} us" in written
+
+
+HEADERS = [
+    (path, *found)
+    for path in sorted((ROOT / "problems").rglob("*.aadl"))
+    for found in re.findall(r"^-- +dse (analyse \S.*?) +Table (\S+)$", path.read_text(encoding="utf-8"), re.M)
+]
+
+
+@pytest.mark.parametrize(("path", "command", "number"), HEADERS, ids=[number for _, _, number in HEADERS])
+def test_the_header_of_a_model_names_the_command_that_gives_its_table(path: Path, command: str, number: str) -> None:
+    words = [str(path) if word == path.name else word for word in command.split()]
+    total = table(number)[-1]
+    [flow] = answer(" ".join(words))["flows"].values()
+    rows = [row for row in flow["rows"] if row["contributor"] not in ("serial_driver", "io_driver")]
+    for end in ("min", "max"):
+        ours = sum(Fraction(row[f"{end}_ns"]) for row in rows) / 10**6
+        assert rounded(ours, total[f"{end}_ms"]) == total[f"{end}_ms"]
+    assert {number for _, _, number in HEADERS} == {"2.1", "2.2", "5.7", "5.9"}
