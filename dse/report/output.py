@@ -174,6 +174,8 @@ def write_report(
             if alternative is not None or top is not None or studies:
                 raise UsageError(f"{to}: an alternative, a number of them and studies go with the report in a folder")
             return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
+        if target.suffix[1:].isalpha() and not target.is_dir():
+            raise UsageError(f"{to}: a report is a page, {' or '.join(f'NAME{end}' for end in PAGES)}, or a folder")
         if not isinstance(answer, Result):
             raise UsageError(f"{to}: the report of this answer is a page: a path that ends in {' or '.join(PAGES)}")
         check_alternative(answer, alternative, "the result")
