@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from dse.examples.random import random_problem as random_problem
     from dse.examples.shipped import example_path as example_path
     from dse.fitting.fit import Fit as Fit
+    from dse.questions.builder import Builder as Builder
     from dse.questions.explain.explain import explain as explain
     from dse.questions.problem import Model as Model
     from dse.questions.problem import Problem as Problem
@@ -100,6 +101,8 @@ if TYPE_CHECKING:
     from dse.report.dispatch import Told as Told
     from dse.report.output import write_figures as write_figures
     from dse.report.output import write_report as write_report
+    from dse.report.picture import Picture as Picture
+    from dse.report.picture import plot as plot
     from dse.report.widget import widget as widget
     from dse.search.front import Progress as Progress
     from dse.space.model.space import Decision as Decision
@@ -144,6 +147,8 @@ _HOMES = {
     "write_report": "dse.report.output",
     "write_figures": "dse.report.output",
     "widget": "dse.report.widget",
+    "plot": "dse.report.picture",
+    "Builder": "dse.questions.builder",
     "Analysis": "dse.answers.analysis",
     "Explanation": "dse.answers.explanation",
     "architecture_graph": "dse.answers.tables.graph",
@@ -186,6 +191,7 @@ _TYPES = {
     "MeasuredComparison": "dse.answers.measured",
     "ObjectiveInfo": "dse.answers.result",
     "Origin": "dse.answers.result",
+    "Picture": "dse.report.picture",
     "Point": "dse.answers.designs",
     "Progress": "dse.search.front",
     "Question": "dse.questions.question",

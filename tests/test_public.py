@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -322,6 +323,35 @@ def test_messages_speak_of_keywords_in_python_and_of_options_on_the_command_line
         dse.solve(PUMP, max_utilization="5 %")  # type: ignore[call-arg]
     with pytest.raises(dse.UsageError, match=r"x\.pdf: a report is a page"):
         dse.write_report(dse.check(PUMP), "x.pdf")
+
+
+def test_a_plot_is_shown_and_saved(tmp_path: Path) -> None:
+    result = dse.solve(PUMP)
+    assert result.plot()._repr_svg_().startswith("<svg") and result.plot("latency", 2).name == "latency"
+    for name, begin in (("a.svg", b"<svg"), ("a.png", b"\x89PNG")):
+        result.plot("parallel").save(tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(begin)
+    for wrong in (lambda: result.plot("pie"), lambda: result.plot().save("a.pdf"), lambda: result.plot("usage", 9)):
+        with pytest.raises(dse.UsageError):
+            wrong()
+    assert dse.plot(dse.sweep(PUMP, VARY, store=None)).svg.startswith("<svg")
+    with pytest.raises(dse.UsageError, match="nothing to draw"):
+        dse.plot(dse.check(PUMP))
+
+
+def test_a_problem_is_built_without_a_file() -> None:
+    model = dse.Problem.build("Two", processing="response_time")
+    cpu = model.add_processor("cpu", type=[model.add_processor_type("small", price="5 EUR"), "large"])
+    with pytest.raises(dse.UsageError, match="processors: 'cpu' is there already"):
+        model.add_processor(cpu, type="small")
+    model.add_thread("a", processor=cpu, period=timedelta(milliseconds=10), compute_execution_time="1 ms")
+    with pytest.raises(dse.ProblemError, match="large"):
+        model.problem()
+    model.add_processor_type("large", price="9 EUR")
+    model.minimise("price")
+    problem = model.problem()
+    assert problem.space.processing == "response_time" and repr(model) == "<Builder of 'Two': 5 entries>"
+    assert [point.decisions for point in dse.solve(problem)] == [{"cpu.type": "small"}]
 
 
 def test_what_verbs_take_and_return_is_exported() -> None:

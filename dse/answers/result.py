@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, SupportsIndex, TypeVar, overload
 
 from dse.analysis.diagnosis.front_verdicts import cores_of, with_contention
@@ -245,6 +246,10 @@ class Result(Answer):
     def __bool__(self) -> bool:
         """Whether there is a design."""
         return bool(self.front)
+
+    def plot(self, kind: str = "scatter", alternative: int | None = None) -> Any:
+        """A plot of the front, as `dse.plot` draws it: a notebook shows it, its ``save`` writes it as SVG or PNG."""
+        return import_module("dse.report.picture").plot(self, kind, alternative)  # plots stand above answers
 
     def point(self, number: int) -> Point:
         """The design with an id, as commands call it (``result.json#4``).

@@ -8,23 +8,23 @@ import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, write_text
 from dse.cli.saying import in_a_line, tell
-from dse.importers.registry import IMPORTERS
+from dse.importers.registry import importers
 
 
 def _format_options(command: click.Command) -> click.Command:
     """The options of every format, each once."""
     texts: dict[str, list[str]] = {}
-    for importer in IMPORTERS:
+    for importer in importers():
         for name, text in importer.options.items():
             texts.setdefault(name, []).append(f"{importer.name}: {text}")
     command.params += [click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said)) for name, said in texts.items()]
     return command
 
 
-@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
+@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in importers()) + ".")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=ExistingPath())
 @click.option(
-    "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
+    "--format", "form", type=click.Choice([item.name for item in importers()]), help="What FILE is; else by its suffix."
 )
 @click.option(
     "--times",
