@@ -121,7 +121,8 @@ def test_each_folder_has_an_entrance() -> None:
                 assert item.stem == "__init__" or re.search(rf"\b{item.stem}\b", said), item
 
 
-HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands", "_repr_svg_"}
+HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands", "format_options",
+         "_repr_svg_"}  # fmt: skip
 """What others call by its name; so are the handlers of events (`dse/importers/ros2/trace.py`)."""
 
 

@@ -142,10 +142,13 @@ class Wording:
 def with_keywords(text: str) -> str:
     """A message about options as one about the keywords of Python.
 
-    >>> with_keywords("--max-jitter 20: expected a limit with its unit")
-    'max_jitter 20: expected a limit with its unit'
+    Commands, in backquotes, stay what they are.
+
+    >>> with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
+    'max_jitter 20: expected a limit; `dse solve --json r.json` writes one'
     """
-    return re.sub(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)", lambda found: found.group(1).replace("-", "_"), text)
+    option = r"(`[^`]*`)|(?<![\w-])--([a-z]+(?:-[a-z]+)*)"
+    return re.sub(option, lambda found: found[1] or found[2].replace("-", "_"), text)
 
 
 class UsageError(DseError):

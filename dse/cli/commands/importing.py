@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, write_text
+from dse.cli.grouping import GroupedCommand
 from dse.cli.saying import in_a_line, tell
 from dse.importers.registry import importers
 
@@ -21,7 +22,11 @@ def _format_options(command: click.Command) -> click.Command:
     return command
 
 
-@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in importers()) + ".")
+@click.command(
+    "import",
+    cls=GroupedCommand,
+    epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in importers()) + ".",
+)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=ExistingPath())
 @click.option(
     "--format", "form", type=click.Choice([item.name for item in importers()]), help="What FILE is; else by its suffix."
