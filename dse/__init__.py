@@ -26,36 +26,66 @@ from dse.support.version import __version__
 
 TYPE_CHECKING = False  # as that of `typing`, which is not imported here: Ctrl-C is heeded from `dse.cli.entry` on
 if TYPE_CHECKING:
+    from dse.analysis.limits import Verdict as Verdict
     from dse.answers.analysis import Analysis as Analysis
+    from dse.answers.analysis import FlowTable as FlowTable
+    from dse.answers.analysis import Usage as Usage
+    from dse.answers.base import Answer as Answer
+    from dse.answers.base import DataAnswer as DataAnswer
+    from dse.answers.comparison import DesignComparison as DesignComparison
+    from dse.answers.comparison import ResultComparison as ResultComparison
+    from dse.answers.contention_verdicts import Contended as Contended
+    from dse.answers.designs import FurtherDesign as FurtherDesign
+    from dse.answers.designs import FurtherDesigns as FurtherDesigns
+    from dse.answers.designs import Insisting as Insisting
+    from dse.answers.designs import ListedDesigns as ListedDesigns
+    from dse.answers.designs import ListedPoint as ListedPoint
+    from dse.answers.designs import Point as Point
     from dse.answers.explanation import Explanation as Explanation
     from dse.answers.forms.registry import schema as schema
+    from dse.answers.measured import MeasuredComparison as MeasuredComparison
     from dse.answers.ranking.order import ranked_by as ranked_by
+    from dse.answers.result import Clash as Clash
+    from dse.answers.result import Conflict as Conflict
+    from dse.answers.result import ObjectiveInfo as ObjectiveInfo
+    from dse.answers.result import Origin as Origin
     from dse.answers.result import Result as Result
+    from dse.answers.result import Search as Search
     from dse.answers.robust import RobustResult as RobustResult
     from dse.answers.simulation import Simulation as Simulation
+    from dse.answers.studies.sensitivity import Margin as Margin
     from dse.answers.studies.sensitivity import SensitivityResult as SensitivityResult
     from dse.answers.studies.sweep import SweepResult as SweepResult
+    from dse.answers.studies.sweep import SweepRun as SweepRun
+    from dse.answers.studies.sweep import VariedAxis as VariedAxis
     from dse.answers.tables.graph import architecture_graph as architecture_graph
+    from dse.answers.verification import Finding as Finding
     from dse.answers.verification import Verification as Verification
     from dse.examples.random import random_problem as random_problem
     from dse.examples.shipped import example_path as example_path
     from dse.fitting.fitted import Fit as Fit
+    from dse.questions.builder import Builder as Builder
     from dse.questions.explain.explain import explain as explain
     from dse.questions.problem import Model as Model
     from dse.questions.problem import Problem as Problem
+    from dse.questions.problem import Source as Source
     from dse.questions.problem import load as load
     from dse.questions.problem import loads as loads
+    from dse.questions.question import Decided as Decided
+    from dse.questions.question import Question as Question
     from dse.questions.reopen import read as read
     from dse.questions.reopen import reopen as reopen
     from dse.questions.resume import reopen_robust as reopen_robust
     from dse.questions.resume import resume as resume
     from dse.questions.robust.robust import solve_robust as solve_robust
     from dse.questions.sensitivity.sensitivity import sensitivity as sensitivity
+    from dse.questions.sweep.sweep import SweepProgress as SweepProgress
     from dse.questions.sweep.sweep import sweep as sweep
     from dse.questions.verbs.alternatives import with_further_designs as with_further_designs
     from dse.questions.verbs.analyse import analyse as analyse
     from dse.questions.verbs.check import Description as Description
     from dse.questions.verbs.check import check as check
+    from dse.questions.verbs.compare import Side as Side
     from dse.questions.verbs.compare import compare as compare
     from dse.questions.verbs.compare_measured import compare_measured as compare_measured
     from dse.questions.verbs.export import export as export
@@ -68,9 +98,18 @@ if TYPE_CHECKING:
     from dse.questions.verbs.sizes import sizes as sizes
     from dse.questions.verbs.solve import solve as solve
     from dse.questions.verify.verify import verify as verify
+    from dse.report.dispatch import Told as Told
     from dse.report.output import write_figures as write_figures
     from dse.report.output import write_report as write_report
+    from dse.report.picture import Picture as Picture
+    from dse.report.picture import plot as plot
     from dse.report.widget import widget as widget
+    from dse.search.front import Progress as Progress
+    from dse.space.model.space import Decision as Decision
+    from dse.space.model.space import Design as Design
+    from dse.space.model.space import Space as Space
+    from dse.spec.loading.load import LoadedSpec as LoadedSpec
+    from dse.support.arguments import Span as Span
     from dse.support.errors import Diagnostic as Diagnostic
     from dse.support.errors import DseError as DseError
     from dse.support.errors import ProblemError as ProblemError
@@ -108,6 +147,8 @@ _HOMES = {
     "write_report": "dse.report.output",
     "write_figures": "dse.report.output",
     "widget": "dse.report.widget",
+    "plot": "dse.report.picture",
+    "Builder": "dse.questions.builder",
     "Analysis": "dse.answers.analysis",
     "Explanation": "dse.answers.explanation",
     "architecture_graph": "dse.answers.tables.graph",
@@ -128,15 +169,57 @@ _HOMES = {
     "schema": "dse.answers.forms.registry",
 }
 
-__all__ = ["__version__", *_HOMES]
+_TYPES = {
+    "Answer": "dse.answers.base",
+    "Clash": "dse.answers.result",
+    "Conflict": "dse.answers.result",
+    "Contended": "dse.answers.contention_verdicts",
+    "DataAnswer": "dse.answers.base",
+    "Decided": "dse.questions.question",
+    "Decision": "dse.space.model.space",
+    "Design": "dse.space.model.space",
+    "DesignComparison": "dse.answers.comparison",
+    "Finding": "dse.answers.verification",
+    "FlowTable": "dse.answers.analysis",
+    "FurtherDesign": "dse.answers.designs",
+    "FurtherDesigns": "dse.answers.designs",
+    "Insisting": "dse.answers.designs",
+    "ListedDesigns": "dse.answers.designs",
+    "ListedPoint": "dse.answers.designs",
+    "LoadedSpec": "dse.spec.loading.load",
+    "Margin": "dse.answers.studies.sensitivity",
+    "MeasuredComparison": "dse.answers.measured",
+    "ObjectiveInfo": "dse.answers.result",
+    "Origin": "dse.answers.result",
+    "Picture": "dse.report.picture",
+    "Point": "dse.answers.designs",
+    "Progress": "dse.search.front",
+    "Question": "dse.questions.question",
+    "ResultComparison": "dse.answers.comparison",
+    "Search": "dse.answers.result",
+    "Side": "dse.questions.verbs.compare",
+    "Source": "dse.questions.problem",
+    "Space": "dse.space.model.space",
+    "Span": "dse.support.arguments",
+    "SweepProgress": "dse.questions.sweep.sweep",
+    "SweepRun": "dse.answers.studies.sweep",
+    "Told": "dse.report.dispatch",
+    "Usage": "dse.answers.analysis",
+    "VariedAxis": "dse.answers.studies.sweep",
+    "Verdict": "dse.analysis.limits",
+}
+"""Types of what verbs take and return, for annotations."""
+
+__all__ = ["__version__", *_HOMES, *_TYPES]
 
 
 if not TYPE_CHECKING:  # a type checker knows the names above, and no others
 
     def __getattr__(name: str) -> object:
-        if name not in _HOMES:
+        home = _HOMES.get(name) or _TYPES.get(name)
+        if home is None:
             raise AttributeError(f"module 'dse' has no attribute {name!r}{_nearest(name)}")
-        return getattr(import_module(_HOMES[name]), name)
+        return getattr(import_module(home), name)
 
 
 def _nearest(name: str) -> str:

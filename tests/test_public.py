@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import dse
 from dse.answers.comparison import DesignComparison
 from dse.cli.main import COMMANDS, run
 
-NAMES = [name for name in dse.__all__ if name != "__version__"]
+NAMES = [name for name in dse.__all__ if name != "__version__" and name not in dse._TYPES]
 PUMP = Path(__file__).parent / "fuzz" / "pump.yaml"
 DESIGN = {"computer.type": "small", "can0.type": "can_500k", "filter.dispatch_protocol": "aperiodic",
           "control.period": "10 ms"}  # fmt: skip
@@ -259,12 +260,12 @@ def test_figures_of_every_table_come_in_the_unit_that_is_wanted(tmp_path: Path) 
     result = dse.solve(PUMP)
     point = result.front[0]
     margins = dse.sensitivity(result, point, front=False)
-    exact, wanted = margins.frame().set_index("path"), margins.frame(("ms", "%")).set_index("path")
+    exact, wanted = margins.frame("exact").set_index("path"), margins.frame(("ms", "%")).set_index("path")
     assert set(exact["unit"]) > {"ns"} and not {"ns", "ppm"} & set(wanted["unit"])
     times = exact[exact["unit"] == "ns"]
     assert (times["nominal"] / 1e6).to_dict() == wanted["nominal"][times.index].to_dict()
     said = dse.explain(PUMP, max_jitter="5 ms")
-    assert (said.frame("us")["limit"].dropna() == said.frame()["limit"].dropna() / 1000).all()
+    assert (said.frame("us")["limit"].dropna() == said.frame("exact")["limit"].dropna() / 1000).all()
     told = dse.compare(dse.analyse(result, point), dse.analyse(result, result.front[1]))
     assert isinstance(told, DesignComparison)
     prices = told.frame("readable").set_index("name").loc["price"]
@@ -272,18 +273,116 @@ def test_figures_of_every_table_come_in_the_unit_that_is_wanted(tmp_path: Path) 
     assert "ct" in set(replace(told, currencies=("EUR", "USD")).frame("readable")["unit"])
     assert list(dse.verify(result).frame()["kind"].unique()) == ["checked"]
     sizes = dse.sizes("geometry_msgs/PoseArray", lengths={"poses": 32}, distribution="ros1_noetic")
-    assert sizes.frame("KB")["stated [KB]"].tolist() == [1.812] and "stated [B]" in sizes.frame()
+    assert sizes.frame("KB")["stated [KB]"].tolist() == [1.812] and "stated [B]" in sizes.frame("exact")
     times_us = tmp_path / "delays.csv"
     times_us.write_text("size_bytes,min_us,max_us\n0,10,20\n100,12,24\n300,20,29\n", encoding="utf-8")
     fit = dse.fit(times_us)
-    assert fit.frame("us")["fixed most [us]"][0] == fit.frame()["fixed most [ns]"][0] / 1000
+    assert fit.frame("us")["fixed most [us]"][0] == fit.frame("exact")["fixed most [ns]"][0] / 1000
     with pytest.raises(dse.UsageError, match="units 'furlong'"):
         margins.frame("furlong")
 
 
+def test_a_front_is_a_sequence_of_designs_that_can_be_told_apart(tmp_path: Path) -> None:
+    result = dse.solve(PUMP)
+    assert len(result) == len(result.front) == 4 and list(result) == list(result.front)
+    assert (result[0], result[-1], result[1:3]) == (result.front[0], result.front[-1], result.front[1:3])
+    assert result.point(3).id == 3 and {point: point.id for point in result}[result.point(3)] == 3
+    with pytest.raises(dse.UsageError, match="there is no design 9: ids run from 1 to 4"):
+        result.point(9)
+    assert result and not dse.solve(PUMP, max_jitter="5 ms")
+    for write, name in ((result.to_json, "r.json"), (result.to_csv, "r.csv"), (dse.check(PUMP).to_json, "c.json")):
+        assert write(tmp_path / name) == (tmp_path / name).read_text(encoding="utf-8")
+    assert repr(dse.analyse(PUMP, result[0])) == "<Analysis of 'Pump': meets every requirement>"
+
+
+def test_frames_are_readable_and_exact_on_request() -> None:
+    result = dse.solve(PUMP)
+    assert result.frame()["jitter of sensor_to_valve [ms]"].tolist() == [7.078, 13.444, 6.934, 13.588]
+    exact = result.frame("exact")
+    assert exact["jitter of sensor_to_valve [ns]"].tolist()[0] == 7_078_000 and exact["price [ct]"].dtype == "int64"
+    assert result.frame(("us", "exact"))["jitter of sensor_to_valve [us]"][0] == 7078
+    assert {"price [ct]"} <= set(result.frame(("us", "exact")))
+    for unit in ("furlong", "USD", "kg"):
+        with pytest.raises(dse.UsageError, match=f"units '{unit}'"):
+            result.frame(unit)
+
+
+def test_messages_speak_of_keywords_in_python_and_of_options_on_the_command_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with pytest.raises(dse.UsageError, match=r"^max_jitter 20: expected a limit with its unit"):
+        dse.solve(PUMP, max_jitter="20")
+    assert run(["solve", str(PUMP), "--max-jitter", "20"]) == 2
+    assert "--max-jitter 20: expected a limit with its unit" in capsys.readouterr().err
+    for name, meant in (("analyze", "analyse"),):
+        with pytest.raises(AttributeError, match=f"did you mean '{meant}'"):
+            getattr(dse, name)
+    with pytest.raises(dse.UsageError, match=r"unknown keyword 'minimize' .did you mean"):
+        dse.solve(PUMP, minimize="price")  # type: ignore[call-arg]
+    with pytest.raises(dse.UsageError, match='did you mean "max_utilisation"'):
+        dse.solve(PUMP, max_utilization="5 %")  # type: ignore[call-arg]
+    with pytest.raises(dse.UsageError, match=r"x\.pdf: a report is a page"):
+        dse.write_report(dse.check(PUMP), "x.pdf")
+
+
+def test_a_plot_is_shown_and_saved(tmp_path: Path) -> None:
+    result = dse.solve(PUMP)
+    assert result.plot()._repr_svg_().startswith("<svg") and result.plot("latency", 2).name == "latency"
+    for name, begin in (("a.svg", b"<svg"), ("a.png", b"\x89PNG")):
+        result.plot("parallel").save(tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(begin)
+    for wrong in (lambda: result.plot("pie"), lambda: result.plot().save("a.pdf"), lambda: result.plot("usage", 9)):
+        with pytest.raises(dse.UsageError):
+            wrong()
+    assert dse.plot(dse.sweep(PUMP, VARY, store=None)).svg.startswith("<svg")
+    with pytest.raises(dse.UsageError, match="nothing to draw"):
+        dse.plot(dse.check(PUMP))
+
+
+def test_a_problem_is_built_without_a_file() -> None:
+    model = dse.Problem.build("Two", processing="response_time")
+    cpu = model.add_processor("cpu", type=[model.add_processor_type("small", price="5 EUR"), "large"])
+    with pytest.raises(dse.UsageError, match="processors: 'cpu' is there already"):
+        model.add_processor(cpu, type="small")
+    model.add_thread("a", processor=cpu, period=timedelta(milliseconds=10), compute_execution_time="1 ms")
+    with pytest.raises(dse.ProblemError, match="large"):
+        model.problem()
+    model.add_processor_type("large", price="9 EUR")
+    model.minimise("price")
+    problem = model.problem()
+    assert problem.space.processing == "response_time" and repr(model) == "<Builder of 'Two': 5 entries>"
+    assert [point.decisions for point in dse.solve(problem)] == [{"cpu.type": "small"}]
+
+
+def test_what_verbs_take_and_return_is_exported() -> None:
+    """Every class of dse in the signature of a public function, or of a method of a public answer."""
+    words = {"Form", "Format", "Method", "Offsets", "Execution", "Status", "AnyRun", "MetricValue", "Literal"}
+    stranger = set()
+    for name in dse.__all__:
+        thing = getattr(dse, name)
+        if name in dse._TYPES or not callable(thing):
+            continue
+        parts = [thing] if inspect.isfunction(thing) else [
+            getattr(item, "fget", item) for key, item in vars(thing).items()
+            if not key.startswith("_") and (inspect.isfunction(item) or isinstance(item, property))
+        ]  # fmt: skip
+        for part in parts:
+            for text in getattr(inspect.unwrap(part), "__annotations__", {}).values():
+                bare = re.sub(r"Annotated\[(\w+).*", r"\1", str(text))
+                stranger |= {word for word in re.findall(r"\b[A-Z]\w+\b", bare) if hasattr(_home(part), word)} & {
+                    word for word in re.findall(r"\b[A-Z]\w+\b", bare)
+                    if getattr(getattr(_home(part), word, None), "__module__", "").startswith("dse.")
+                }  # fmt: skip
+    assert stranger - words - set(dse.__all__) == set()
+
+
+def _home(part: Any) -> Any:
+    return inspect.getmodule(inspect.unwrap(part))
+
+
 def test_types_are_known_of_all_that_is_exported() -> None:
     listed = inspect.getsource(dse).partition("if TYPE_CHECKING:")[2].partition("_HOMES")[0]
-    assert set(re.findall(r" as (\w+)", listed)) == {*dse._HOMES}
+    assert set(re.findall(r" as (\w+)", listed)) == {*dse._HOMES, *dse._TYPES}
 
 
 def test_decisions_and_limits_may_be_named_in_mappings() -> None:
@@ -306,7 +405,7 @@ def test_every_answer_is_one_line_in_a_terminal() -> None:
     analysis = dse.analyse(problem, DESIGN)
     answers = [result, analysis, dse.check(problem), dse.explain(problem, max_jitter="5 ms"), dse.verify(result)]
     answers += [dse.simulate(problem, DESIGN, runs=1), dse.compare(result, result)]
-    assert repr(analysis) == "<Analysis of 'Pump'>"
+    assert repr(analysis) == "<Analysis of 'Pump': meets every requirement>"
     assert [repr(answer) for answer in answers if "Pump" not in repr(answer)] == ["<Verification: verified>"]
     assert [repr(answer) for answer in answers if len(repr(answer)) > 100] == []
     assert repr(result.front[0]).startswith("<Point 1, rank 1: ") and len(repr(result.front[0])) < 200

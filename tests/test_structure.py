@@ -75,7 +75,8 @@ def test_a_quick_run_looks_into_every_folder() -> None:
     assert [test for file, test in single if f"def {test}" not in (ROOT / file).read_text("utf-8")] == []
 
 
-HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands"}
+HOOKS = {"_add_pre_pep8_methods", "on_broken_pipe", "get_command", "list_commands", "format_commands", "format_options",
+         "_repr_svg_"}  # fmt: skip
 """What others call by its name; so are the handlers of events (`dse/importers/ros2/trace.py`)."""
 
 

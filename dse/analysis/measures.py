@@ -45,6 +45,7 @@ from dse.space.model.metric_kinds import (
     SYSTEM_METRICS,
     asks_for_changes,
     metric_dimension,
+    plugged_metric,
     total_unit,
 )
 from dse.space.model.space import Bus, Component, Decision, Slot, Space
@@ -100,7 +101,14 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
     Unless it is to be `counted` in whole units, sums of shares, rates and times are spared the search for a common
     denominator: only exact values may be asked of them.
     """
-    return FORMULAS[metric.kind](space, metric, counted)
+    formula = FORMULAS.get(metric.kind)
+    if formula is not None:
+        return formula(space, metric, counted)
+    plugin = plugged_metric(metric.kind)
+    assert plugin is not None  # whoever read the metric has found it
+    found = plugin.measure(space, metric)
+    assert isinstance(found, Measure)
+    return found
 
 
 def _of_flow(space: Space, metric: Metric, counted: bool) -> Measure:

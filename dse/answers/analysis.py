@@ -264,10 +264,17 @@ class Analysis(Answer):
             return not at(self.space.buses[number].exclusive, View(self.design))
         return self.buses[number].capacity is None
 
+    def _verdict(self) -> str:
+        """Whether it is a valid design, and how many requirements it violates."""
+        if self.breaches:
+            return "not a valid design"
+        violated = sum(not verdict.holds for verdict in self.verdicts)
+        return f"violates {violated} of {len(self.verdicts)} requirements" if violated else "meets every requirement"
+
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The design as a frame of one row, with the columns of `Result.frame`.
 
-        Columns: each metric as ``NAME [UNIT]`` (exact), each decision by name (text); `units` as for `Result.frame`.
+        Columns: each metric as ``NAME [UNIT]``, each decision by name (text); `units` as for `Result.frame`.
         """
         columns = [*self.metrics, *self.decisions]
         row = {**{name: whole(value) for name, value in self.metrics.items()}, **self.decisions}
@@ -276,25 +283,21 @@ class Analysis(Answer):
     def flow_frame(self, name: str, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A flow's contributor table, in order.
 
-        Columns: ``category``, ``contributor``, ``min_ns``, ``min_method``, ``max_ns``, ``max_method``; with `units` (as
-        for `Result.frame`) the times are called ``min [ms]`` and ``max [ms]``.
+        Columns: ``category``, ``contributor``, ``min [ms]``, ``min_method``, ``max [ms]``, ``max_method``; `units` as
+        for `Result.frame`.
 
         Raises
         ------
         UsageError
             when there is no such flow, or no such unit.
         """
-        import pandas
-
         from dse.answers.forms.codec import written
 
         table = next((table for table in self.flows if table.name == name), None)
         if table is None:
             raise UsageError(f"no flow is called {name!r}: there are {', '.join(flow.name for flow in self.flows)}")
-        rows = [written(Row, row) for row in table.rows]
-        if units is None:
-            return pandas.DataFrame(rows)
         names = {"min_ns": "min", "max_ns": "max"}
+        rows = (written(Row, row) for row in table.rows)
         named = [{names.get(column, column): value for column, value in row.items()} for row in rows]
         return unit_frame([*dict.fromkeys(chain(*named))], named, {"min": "ns", "max": "ns"}, units)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
+
+from dse.support.files.writing import write_file
 
 PLAIN = frozenset({str, int, float, bool, type(None)})
 """What has no entries."""
@@ -50,6 +53,13 @@ def _compact(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
+def to_file(text: str, path: str | os.PathLike[str] | None) -> str:
+    """The text, which is written to a file where there is a path for it: whole or not at all."""
+    if path is not None:
+        write_file(os.fspath(path), text)
+    return text
+
+
 class Answer:
     """An answer that is written as JSON: what of it, its class says (`dse.support.json_fields`)."""
 
@@ -66,19 +76,22 @@ class Answer:
         problem = getattr(self, "problem", None)
         named = problem.get("name") if isinstance(problem, Mapping) else getattr(problem, "name", None)
         named = named or getattr(getattr(self, "space", None), "name", None) or ", ".join(getattr(self, "names", ()))
-        status = getattr(self, "status", None)
+        status = self._verdict()
         return f"<{type(self).__name__}{f' of {named!r}' if named else ''}{f': {status}' if status else ''}>"
+
+    def _verdict(self) -> str:
+        """The answer in a few words, for `repr`."""
+        return str(getattr(self, "status", ""))
 
     def _repr_html_(self) -> str:
         """For a notebook: the line of `repr`, and `frame` as a table in the units that engineers read."""
         from html import escape
-        from inspect import signature
 
         make = getattr(self, "frame", None)
         told = f"<p>{escape(repr(self)[1:-1])}</p>"
         if make is None:
             return told
-        frame = make("readable") if "units" in signature(make).parameters else make()
+        frame = make()
         return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -87,9 +100,9 @@ class Answer:
 
         return written(type(self), self)
 
-    def to_json(self) -> str:
-        """`to_dict` as text."""
-        return json_text(self.to_dict())
+    def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
+        """`to_dict` as text; also written to `path`, where one is given: whole or not at all."""
+        return to_file(json_text(self.to_dict()), path)
 
 
 class DataAnswer(Answer):

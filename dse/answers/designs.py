@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from dse.answers.contention_verdicts import Contended, CoreUse
-from dse.answers.tables.display import in_base_units
+from dse.answers.tables.display import counted, in_base_units
 from dse.space.model.space import Design
 from dse.support.json_fields import NULL, WHOLE, Json, Values
 
@@ -71,9 +71,16 @@ class Point(Figures):
         Json(default=True),
     ] = True
 
+    def __hash__(self) -> int:
+        """Equal points have equal ids and designs."""
+        return hash((self.id, self.design))
+
     def __repr__(self) -> str:
         """One line: its number, rank and objectives."""
-        told = ", ".join(f"{name} = {value}" for name, value in self.objectives.items())
+        units = self.counting_units
+        told = ", ".join(
+            f"{name} {counted(value, units.get(name, ''), '').strip()}" for name, value in self.objectives.items()
+        )
         return f"<Point {self.id}, rank {self.rank}: {told}>"
 
 
@@ -89,6 +96,10 @@ class FurtherDesign(Figures):
     design: Design
     dominated_by: Annotated[tuple[int, ...], "The points that are as good in every objective, and better in one."]
     different: Annotated[int, "In how many decisions it differs from its point.", Json("different_decisions")]
+
+    def __hash__(self) -> int:
+        """Equal designs have equal ids."""
+        return hash((self.id, self.design))
 
 
 @dataclass(frozen=True)

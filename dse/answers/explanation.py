@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -13,7 +14,7 @@ from dse.analysis.diagnosis.lateness import Late
 from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
-from dse.answers.base import Answer
+from dse.answers.base import Answer, to_file
 from dse.answers.question_data import BY_WAITING
 from dse.answers.result import ExplainedProblem, Origin, csv_text
 from dse.answers.tables.frames import mixed_frame
@@ -308,14 +309,14 @@ class Explanation(Answer):
             return EXIT_INCOMPLETE
         return EXIT_COMPLETE if self.status == "feasible" else EXIT_NO
 
-    def to_csv(self) -> str:
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """The conflicts as CSV text: a row for each member of each; what would mend it alone beside it.
 
         Columns: ``conflict`` (a number), ``kind``, ``text``, ``origin``; ``helps`` (whether giving it up alone leaves a
         design), ``limit`` and ``closest`` in ``unit``, exact, and ``requirement``, as it may be written then. The last
         five are empty where that was not looked at. There are no rows where the problem has designs.
         """
-        return csv_text([[*COLUMNS], *self._rows()])
+        return to_file(csv_text([[*COLUMNS], *self._rows()]), path)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The rows of `to_csv` as a frame, with its columns: ``limit`` and ``closest`` count in the row's ``unit``.

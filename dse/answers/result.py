@@ -6,15 +6,17 @@ import csv
 import hashlib
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, SupportsIndex, TypeVar, overload
 
 from dse.analysis.diagnosis.front_verdicts import cores_of, with_contention
-from dse.answers.base import Answer
+from dse.answers.base import Answer, to_file
 from dse.answers.contention_verdicts import NOT_JUDGED, Contended, core_use
 from dse.answers.designs import (
     FurtherAsked,
@@ -34,7 +36,7 @@ from dse.answers.ranking.variants import find_variants
 from dse.answers.tables.display import in_table, scaled_unit, titled
 from dse.answers.tables.frames import unit_frame
 from dse.space.model.space import Design, Space
-from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
+from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO, UsageError
 from dse.support.json_fields import NULL, Counts, Data, Json, Of, Unit
 from dse.support.units.text import count_words, writable
 from dse.support.version import SEMANTICS
@@ -60,7 +62,9 @@ class Result(Answer):
     --------
     >>> import dse
     >>> result = dse.solve("pump.yaml")
-    >>> result.frame(("ms", "EUR")).columns[2]
+    >>> len(result), result[0], [point.id for point in result]
+    (4, <Point 1, rank 1: jitter of sensor_to_valve 7.078 ms, price 240>, [1, 2, 3, 4])
+    >>> result.frame().columns[2]
     'jitter of sensor_to_valve [ms]'
     """
 
@@ -127,9 +131,11 @@ class Result(Answer):
     ] = False
     semantics: ClassVar[int] = SEMANTICS
 
-    def to_json(self) -> str:
-        """`to_dict` as text; on one line, which is made soonest, while the search is under way."""
-        return f"{json.dumps(self.to_dict(), ensure_ascii=False)}\n" if self.under_way else super().to_json()
+    def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
+        """`to_dict` as text, also written to `path`; on one line, which is made soonest, while the search goes on."""
+        if not self.under_way:
+            return super().to_json(path)
+        return to_file(f"{json.dumps(self.to_dict(), ensure_ascii=False)}\n", path)
 
     @property
     def exit_code(self) -> int:
@@ -191,15 +197,20 @@ class Result(Answer):
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The front as a frame, in the order of rank.
 
-        Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (integers in the units of
-        `objectives` and `counting_units`; infinite where they are unbounded); each open decision by name (text, None
-        where inactive).
+        Columns: ``id``, ``rank``; each objective and each further metric as ``NAME [UNIT]`` (floating-point, infinite
+        where it is unbounded); each open decision by name (text, None where inactive).
 
         Parameters
         ----------
         units
-            units such as ``"ms"`` or ``("ms", "%")`` for the columns of their kind, or ``"readable"`` for those that
-            engineers read; figures in them are floating-point.
+            units such as ``"us"`` or ``("us", "%")`` for the columns of their kind; the others are in those that
+            engineers read (ms, %, KB/s, W, the currency). With ``"exact"`` they are integers in the units of
+            `objectives` and `counting_units`.
+
+        Raises
+        ------
+        UsageError
+            when there is no such unit.
         """
         rows = [dict(zip(self.columns, row, strict=True)) for row in self._rows()]
         return unit_frame(self.columns, rows, self.units, units, self.space.currency)
@@ -214,13 +225,52 @@ class Result(Answer):
         """The unit that the integers of each metric count, objectives included."""
         return {**self.counting_units, **{item.name: item.unit for item in self.objectives}}
 
+    def __len__(self) -> int:
+        """How many designs the front has."""
+        return len(self.front)
+
+    def __iter__(self) -> Iterator[Point]:
+        """The designs of the front, in the order of rank."""
+        return iter(self.front)
+
+    @overload
+    def __getitem__(self, at: SupportsIndex) -> Point: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Point, ...]: ...
+
+    def __getitem__(self, at: SupportsIndex | slice) -> Point | tuple[Point, ...]:
+        """The design at a place in the order of rank, the first at 0; several for a slice."""
+        return self.front[at]
+
+    def __bool__(self) -> bool:
+        """Whether there is a design."""
+        return bool(self.front)
+
+    def plot(self, kind: str = "scatter", alternative: int | None = None) -> Any:
+        """A plot of the front, as `dse.plot` draws it: a notebook shows it, its ``save`` writes it as SVG or PNG."""
+        return import_module("dse.report.picture").plot(self, kind, alternative)  # plots stand above answers
+
+    def point(self, number: int) -> Point:
+        """The design with an id, as commands call it (``result.json#4``).
+
+        Raises
+        ------
+        UsageError
+            when there is none.
+        """
+        for point in self.front:
+            if point.id == number:
+                return point
+        raise UsageError(f"there is no design {number}: ids run from 1 to {len(self.front)}")
+
     def __repr__(self) -> str:
         """One line: what was asked, and what was found."""
         return f"<Result of {self.problem.name!r}: {self.status}, {count_words(len(self.front), 'point')}>"
 
     def _repr_html_(self) -> str:
         """The front as a table for a notebook, in the units that engineers read."""
-        frame = self.frame("readable")
+        frame = self.frame()
         told = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
         return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
 
@@ -243,14 +293,14 @@ class Result(Answer):
             rows.append([point.id, point.rank, *(values.get(name) for name in self.columns[2:])])
         return rows
 
-    def to_csv(self) -> str:
-        """`frame` as CSV text, units in the header.
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
+        """`frame("exact")` as CSV text, units in the header; also written to `path`, where one is given.
 
         A text that a spreadsheet would take for a formula gets an apostrophe.
         """
         units = self.units
         heading = [titled(name, units.get(name, "")) for name in self.columns]
-        return csv_text([heading, *self._rows()])
+        return to_file(csv_text([heading, *self._rows()]), path)
 
 
 def csv_text(rows: Iterable[Sequence[Any]]) -> str:

@@ -287,10 +287,16 @@ class Simulation(Answer):
         ]
         return tuple(found)
 
+    def _verdict(self) -> str:
+        """Whether what was observed contradicts the analysis."""
+        if self.contradictions:
+            return f"{len(self.contradictions)} contradictions"
+        return "outside the analysed bounds" if self.outside else "within the analysed bounds"
+
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each flow: what was observed, and what the analysis says.
 
-        Columns: ``flow``, ``count``, ``min [ns]``, ``mean [ns]``, ``max [ns]``, ``bound min [ns]``, ``bound max [ns]``;
+        Columns: ``flow``, ``count``, ``min [ms]``, ``mean [ms]``, ``max [ms]``, ``bound min [ms]``, ``bound max [ms]``;
         `units` as for `Result.frame`.
         """
         times = ("min", "mean", "max", "bound min", "bound max")

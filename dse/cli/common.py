@@ -128,9 +128,8 @@ def json_option(command: F) -> F:
 
 def all_option(command: F) -> F:
     """``--all``, as `every`: of a command whose answer is on one screen otherwise."""
-    return click.option("--all", "every", is_flag=True, help="Print everything, not what one screen has room for.")(
-        command
-    )
+    text = "Print everything (every row, every design, every conflict), not what one screen has room for."
+    return click.option("--all", "every", is_flag=True, help=text)(command)
 
 
 def quiet_option(command: F) -> F:

@@ -13,7 +13,16 @@ import click
 from dse.cli.common import discard_output
 from dse.cli.interrupts import Interrupts
 from dse.cli.saying import in_a_line, say, tell
-from dse.support.errors import EXIT_BUG, EXIT_INCOMPLETE, EXIT_MEANINGS, EXIT_USAGE, DseError, ProblemError, nearest
+from dse.support.errors import (
+    EXIT_BUG,
+    EXIT_INCOMPLETE,
+    EXIT_MEANINGS,
+    EXIT_USAGE,
+    DseError,
+    ProblemError,
+    Wording,
+    nearest,
+)
 from dse.support.files.guard import guarding
 from dse.support.version import __version__
 
@@ -96,6 +105,14 @@ def cli() -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command; every error becomes a message and an exit code."""
+    before, Wording.options = Wording.options, True
+    try:
+        return _run(arguments)
+    finally:
+        Wording.options = before
+
+
+def _run(arguments: list[str]) -> int:
     try:
         with guarding():
             code = int(cli.main(arguments, prog_name="dse", standalone_mode=False) or 0)

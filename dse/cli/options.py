@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import F
+from dse.cli.completion import fixes, rankings
+from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import no_page
 from dse.questions.question import LIMITED
 from dse.support.errors import UsageError
@@ -60,7 +62,11 @@ def question_options(command: F) -> F:
     more = (
         click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
         click.option(
-            "--fix", multiple=True, metavar="'DECISION = OPTION'", help="Fix a decision in the designs that use it."
+            "--fix",
+            multiple=True,
+            metavar="'DECISION = OPTION'",
+            shell_complete=fixes,
+            help="Fix a decision in the designs that use it.",
         ),
         click.option(
             "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."
@@ -101,7 +107,7 @@ def question_options(command: F) -> F:
     return command
 
 
-class OrderedCommand(click.Command):
+class OrderedCommand(GroupedCommand):
     """A command that knows in which order its options were given; click keeps it for each option by itself only.
 
     Its ``--report`` has a value where a path of a page follows, and none else.
@@ -195,6 +201,7 @@ def ranking_options(command: F) -> F:
         click.option(
             "--rank-by",
             metavar="METHOD",
+            shell_complete=rankings,
             help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis "
             "take weights too, and what is not named weighs 0.",
         ),

@@ -170,9 +170,9 @@ class Fit(Answer):
         """A row for each transport, or thread, on each platform.
 
         Columns: ``name``, ``platform``; of a transport ``from [B]`` and ``to [B]`` (the sizes that it holds for),
-        ``fixed least [ns]``, ``fixed most [ns]``, ``per byte least [ns/B]`` and ``per byte most [ns/B]``, as they go
-        into a problem file; of a thread ``least [ns]``, ``most [ns]`` and ``count``, missing where no file says it.
-        Exact; `units` as for `Result.frame`.
+        ``fixed least [ms]``, ``fixed most [ms]``, ``per byte least [ns/B]`` and ``per byte most [ns/B]``, as they go
+        into a problem file; of a thread ``least [ms]``, ``most [ms]`` and ``count``, missing where no file says it.
+        `units` as for `Result.frame`.
         """
         return fit_frame(self, units)
 

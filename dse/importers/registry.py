@@ -1,7 +1,8 @@
 """Which formats `dse import` reads, and what an importer is.
 
-A further format is a module with one function ``read`` and one line in `IMPORTERS`; CONTRIBUTING.md shows it step by
-step. Everything else (the command, its options, the keyword arguments of `dse.import_file`, the texts of help) follows.
+A further format is a module with one function ``read`` and one line in `IMPORTERS`, or an entry point
+``dse.importers`` of another package that leads to an `Importer`; CONTRIBUTING.md shows it step by step. Everything
+else (the command, its options, the keyword arguments of `dse.import_file`, the texts of help) follows.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any, TypeAlias
 
 from dse.support.errors import Diagnostic, ProblemError, UsageError
 from dse.support.files.reading import UnreadableFileError, beginning, obstacle
+from dse.support.plugins import plugged
 from dse.support.timelimit import in_time
 
 Key: TypeAlias = tuple[str | int, ...]
@@ -174,6 +176,24 @@ CHOICES = "choices"
 """The option of importers of whole problems that names what may be chosen: for each section, types by component."""
 
 
+def importers() -> tuple[Importer, ...]:
+    """The formats of dse, and those of other packages: what entry points ``dse.importers`` lead to.
+
+    Raises
+    ------
+    UsageError
+        when one of these is no `Importer`, or has the name of another.
+    """
+    found = list(IMPORTERS)
+    for name, item in plugged("dse.importers"):
+        if not isinstance(item, Importer):
+            raise UsageError(f"plug-in {name!r}: expected a dse.importers.registry.Importer; got {item!r}")
+        if item.name in {other.name for other in found}:
+            raise UsageError(f"plug-in {name!r}: there is a format {item.name!r} already")
+        found.append(item)
+    return tuple(found)
+
+
 def is_model(path: Path) -> bool:
     """Whether every command takes this file (or folder) where it takes a problem file."""
     if path.is_dir():
@@ -200,15 +220,24 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
         if is_model(path):
             return IMPORTERS[0]
         return next((item for item in IMPORTERS if item.inside and any(found_below(path, item.inside))), IMPORTERS[0])
-    for importer in IMPORTERS:
-        is_its = path.name.lower().endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())
-        is_its = is_its and (form is not None or _tells(path, importer.telltale))
-        is_its = is_its or path.name.lower().endswith(importer.sure or ("\n",))
-        if importer.name == form or (form is None and is_its):
-            return importer
+    own = next((item for item in IMPORTERS if _is_of(item, path, form)), None)
+    if own is not None or (form is None and path.name.lower().endswith(YAML)):
+        return own  # other packages are not asked about every problem file
+    found = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
+    if found is None and form is not None:
+        raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in importers())}")
+    return found
+
+
+def _is_of(importer: Importer, path: Path, form: str | None) -> bool:
+    """Whether a file is read by an importer: that of the name, or else of its suffix."""
     if form is not None:
-        raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in IMPORTERS)}")
-    return None
+        return importer.name == form
+    name = path.name.lower()
+    is_its = (name.endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())) and _tells(
+        path, importer.telltale
+    )
+    return is_its or name.endswith(importer.sure or ("\n",))
 
 
 def _tells(path: Path, pattern: str) -> bool:
@@ -252,7 +281,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
     importer = importer_of(path, form)
     if importer is None:
         _check_content(path)
-        known = "; ".join(f"{item.name} ({item.what})" for item in IMPORTERS)
+        known = "; ".join(f"{item.name} ({item.what})" for item in importers())
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
     given = dict(options or {})
     for name in given:

@@ -3,6 +3,7 @@
 Read `problem.py` first (load and ask), then `verbs/solve.py`.
 
 * `problem.py`, `question.py`: a loaded problem; the keywords by which a caller changes its question.
+* `builder.py`: a problem made in Python, without a file.
 * `verbs/`: solve, check, analyse, compare, export, fit, import, insist, simulate, sizes.
 * `explain/`, `verify/`, `sweep/`, `sensitivity/`, `robust/`: the larger verbs.
 * `complete_design.py`, `named_design.py`: a whole design from some decisions; a design as a caller names it.

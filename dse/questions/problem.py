@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 from dse.answers.result import Origin
+from dse.questions.builder import Builder
 from dse.questions.question import Changes, Question, changes_of
 from dse.questions.result_question import (
     asked_as,
@@ -91,6 +92,11 @@ class Problem:
         ['price <= 5 EUR']
         """
         return changed(self, changes_of(question))
+
+    @staticmethod
+    def build(name: str, **settings: Any) -> Builder:
+        """A problem to be made in Python: a `Builder` of it, with settings such as ``processing="response_time"``."""
+        return Builder(name, **settings)
 
     def __repr__(self) -> str:
         """One line: the name, and how much there is to decide."""

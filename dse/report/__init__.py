@@ -4,7 +4,7 @@ Read `page.py` first: a page of sections, made once and set by three writers.
 
 * `page.py`, `dispatch.py`: the page model; the page of any answer.
 * `terminal.py`, `markdown.py`, `html.py`: the three writers; `templates/` belongs to HTML.
-* `output.py`, `widget.py`: reports and pictures in files; a page in a notebook.
+* `output.py`, `picture.py`, `widget.py`: reports and pictures in files; one plot; a page in a notebook.
 * `content/`: one file for the page of each verb.
 * `words/`, `amounts.py`: sentences about one subject; differences, slacks and shares in words.
 * `plots/`: Vega-Lite plots.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from dse.answers.robust import RobustResult
 from dse.answers.studies.sensitivity import SensitivityResult
 from dse.answers.studies.sweep import SweepResult
 from dse.fitting.fitted import Fit
-from dse.report.content.document import Alternative, Document
+from dse.report.content.document import Document
 from dse.report.content.front import written_page
 from dse.report.content.study import sections_of, study_page
 from dse.report.dispatch import Told, page_of
@@ -174,6 +175,8 @@ def write_report(
             if alternative is not None or top is not None or studies:
                 raise UsageError(f"{to}: an alternative, a number of them and studies go with the report in a folder")
             return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
+        if target.suffix[1:].isalpha() and not target.is_dir():
+            raise UsageError(f"{to}: a report is a page, {' or '.join(f'NAME{end}' for end in PAGES)}, or a folder")
         if not isinstance(answer, Result):
             raise UsageError(f"{to}: the report of this answer is a page: a path that ends in {' or '.join(PAGES)}")
         check_alternative(answer, alternative, "the result")
@@ -255,12 +258,11 @@ def figure_files(
     document: Document, formats: Sequence[str], chosen: int | None = None
 ) -> Iterator[tuple[str, str | bytes]]:
     """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank)."""
-    alternatives = document.alternatives
-    if not alternatives:
+    if not document.result.front:
         return
-    item = next((one for one in alternatives if one.point.id == chosen), alternatives[0])
     stem = report_name(document.result)
-    for name, svg in _drawings(document, item):
+    for name, draw in drawings(document, chosen):
+        svg = draw()
         for kind in formats:
             yield f"{stem}-{name}.{kind}", svg if kind == "svg" else png_of(svg)
 
@@ -274,22 +276,29 @@ def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tupl
             yield f"{name}.{kind}", svg if kind == "svg" else png_of(svg)
 
 
-def _drawings(document: Document, item: Alternative) -> Iterator[tuple[str, str]]:
-    """(name, SVG) of each plot."""
-    result, number = document.result, item.point.id
-    yield "scatter", svg_of(scatter(result, document.records, number, document.baseline_record))
-    yield "parallel", svg_of(parallel(result, document.records, number))
+def drawings(document: Document, chosen: int | None = None) -> Iterator[tuple[str, Callable[[], str]]]:
+    """(name, what makes its SVG) of each plot of a front, and of the design `chosen` (None: the first in rank)."""
+    result = document.result
+    point = next((one for one in result.front if one.id == chosen), result.front[0])
+    number = point.id
+    yield "scatter", lambda: svg_of(scatter(result, document.records, number, document.baseline_record))
+    yield "parallel", lambda: svg_of(parallel(result, document.records, number))
+    item = document.alternative(point)
     for position, flow in enumerate(item.flows, start=1):
         if flow.records:
-            yield f"{number}-latency-{position}", svg_of(waterfall(flow.source, flow.records))
+            yield f"{number}-latency-{position}", partial(_drawn, waterfall, flow.source, flow.records)
     for position, part in enumerate(item.clocks, start=1):
         if part.records:
-            yield f"{number}-timeline-{position}", svg_of(timeline(part.records))
+            yield f"{number}-timeline-{position}", partial(_drawn, timeline, part.records)
     if item.usage:
-        yield f"{number}-usage", svg_of(usage_chart(item.usage))
+        yield f"{number}-usage", partial(_drawn, usage_chart, item.usage)
     if item.deadlines:
-        yield f"{number}-deadlines", svg_of(deadline_chart(item.deadlines))
-    yield f"{number}-architecture", Drafter(result.space).standalone(item.point.design)
+        yield f"{number}-deadlines", partial(_drawn, deadline_chart, item.deadlines)
+    yield f"{number}-architecture", lambda: Drafter(result.space).standalone(item.point.design)
+
+
+def _drawn(chart: Callable[..., Spec], *data: Any) -> str:
+    return svg_of(chart(*data))
 
 
 def svg_of(spec: Spec) -> str:

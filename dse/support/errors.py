@@ -5,6 +5,7 @@ Every exception knows the exit code that the command line answers with.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -132,6 +133,24 @@ class DseError(Exception):
     exit_code = EXIT_USAGE
 
 
+class Wording:
+    """Whether messages speak of options, as the command line has them; of keywords of Python else."""
+
+    options = False
+
+
+def with_keywords(text: str) -> str:
+    """A message about options as one about the keywords of Python.
+
+    Commands, in backquotes, stay what they are.
+
+    >>> with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
+    'max_jitter 20: expected a limit; `dse solve --json r.json` writes one'
+    """
+    option = r"(`[^`]*`)|(?<![\w-])--([a-z]+(?:-[a-z]+)*)"
+    return re.sub(option, lambda found: found[1] or found[2].replace("-", "_"), text)
+
+
 class UsageError(DseError):
     """The call is wrong: an unknown option value, an expression that does not parse, an incomplete design.
 
@@ -142,8 +161,13 @@ class UsageError(DseError):
     ...     dse.solve("pump.yaml", max_jitter="20")
     ... except UsageError as error:
     ...     str(error)
-    '--max-jitter 20: expected a limit with its unit for jitter of sensor_to_valve, got a bare number (such as 20 ms)'
+    'max_jitter 20: expected a limit with its unit for jitter of sensor_to_valve, got a bare number (such as 20 ms)'
     """
+
+    def __str__(self) -> str:
+        """The message, which speaks of options on the command line alone."""
+        text = super().__str__()
+        return text if Wording.options else with_keywords(text)
 
 
 @contextmanager

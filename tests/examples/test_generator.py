@@ -55,7 +55,7 @@ def test_every_problem_has_what_real_ones_have(family: str) -> None:
     assert set(hops) <= set(range(4, 9))
     paths = [{step.index for step in flow.steps if step.kind == "component"} for flow in space.flows]
     assert any(one & other for index, one in enumerate(paths) for other in paths[index + 1 :])
-    known = ("may be busier than its load says", "but every design has it and its price", "counts whole periods")
+    known = ("may be busier than its load says", "but every design has it and its price", "treated as unsynchronised")
     assert all(any(words in text for words in known) for text in check(problem).remarks)
 
 

@@ -170,9 +170,9 @@ def test_sources_of_other_kinds_stand_beside_each_other() -> None:
     data, _ = read("architecture.yaml", "car.dbc", rate="1 Hz", bandwidth="500 kbit/s", cycle="10 ms")
     assert set(data["devices"]) >= {"ecu"} and len(data["buses"]) == 1
     assert {"image", "image_2"} <= set(data["connections"])
-    with pytest.raises(dse.UsageError, match="--mode: none of these formats has such an option"):
+    with pytest.raises(dse.UsageError, match="mode: none of these formats has such an option"):
         read("architecture.yaml", "car.dbc", mode="x")
-    with pytest.raises(dse.UsageError, match="--format: of several files each one tells its format by itself"):
+    with pytest.raises(dse.UsageError, match="format: of several files each one tells its format by itself"):
         dse.import_file(["architecture.yaml", "isolated.yaml"], "caret")
 
 

@@ -60,7 +60,7 @@ def test_the_format_is_told_by_the_name_or_stated(tmp_path: Path) -> None:
     assert "lamp" in import_file(path, "toy").text
     with pytest.raises(UsageError, match="there is no format 'toys'"):
         import_file(path, "toys")
-    with pytest.raises(UsageError, match="--colour: toy has no such option; it has --title"):
+    with pytest.raises(UsageError, match="colour: toy has no such option; it has title"):
         import_file(path, "toy", colour="red")
     with pytest.raises(UsageError, match="no such file"):
         import_file(tmp_path / "b.toy")

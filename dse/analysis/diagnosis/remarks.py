@@ -218,10 +218,8 @@ def _gains(space: Space, flow: Flow) -> Iterator[str]:
     if gains:
         parts = [f"{format_duration(item.saves_ns)} at {item.receiver} (after {item.sender})" for item in gains]
         yield (
-            f"{flow.name} counts whole periods between timers of one processor: with known offsets on its clock, as "
-            "the design may be, up to "
-            f"{format_duration(sum(item.saves_ns for item in gains))} of its sampling need not be there: "
-            f"{', '.join(parts)}"
+            f"{flow.name}: timers of one processor are treated as unsynchronised; stating offsets on one clock may "
+            f"save up to {format_duration(sum(item.saves_ns for item in gains))}: {', '.join(parts)}"
         )
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from dse.answers.base import DataAnswer
+from dse.answers.base import DataAnswer, to_file
 from dse.answers.question_data import BUS_WAITING, StudiedProblem
 from dse.answers.tables.display import exact
 from dse.answers.tables.frames import mixed_frame
@@ -194,7 +195,7 @@ class SensitivityResult(DataAnswer):
 
     COLUMNS = ("path", "unit", "nominal", "least that holds", "broken below", "greatest that holds", "broken above")
 
-    def to_csv(self) -> str:
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """The margins as CSV text: exact figures in the unit beside them, fractions as text.
 
         Empty where nothing breaks.
@@ -203,7 +204,7 @@ class SensitivityResult(DataAnswer):
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(self.COLUMNS)
         writer.writerows(self._rows())
-        return out.getvalue()
+        return to_file(out.getvalue(), path)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The margins as a frame; columns as in `to_csv`: each row counts in its ``unit``.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -12,7 +13,7 @@ from itertools import count
 from math import sqrt
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from dse.answers.base import DataAnswer
+from dse.answers.base import DataAnswer, to_file
 from dse.answers.contention_verdicts import ContentionBasis
 from dse.answers.question_data import BUS_WAITING, Objective, StudiedProblem
 from dse.answers.ranking.ranking import competition_ranks, ideal_distances, range_of, score_texts
@@ -220,7 +221,7 @@ class SweepResult(DataAnswer):
             runs.append(SweepRun(tuple(run["values"].values()), outcome if run["kind"] != "open" else None))
         return {"runs": tuple(runs)}
 
-    def to_csv(self) -> str:
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """A row for each alternative of each run (and stretch of limits), units in the header.
 
         Exact figures, fractions as text. Column ``contention`` says whether the design keeps every requirement when
@@ -233,7 +234,7 @@ class SweepResult(DataAnswer):
         writer.writerow([titled(name, units.get(name, "")) for name in columns])
         for row in self._rows():
             writer.writerow([in_table(row.get(name)) for name in columns])
-        return out.getvalue()
+        return to_file(out.getvalue(), path)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """The rows of `to_csv` as a frame.

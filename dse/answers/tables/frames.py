@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import pandas
 
 READABLE = "readable"
-"""Asks for the units that engineers read: ms, %, KB/s, W, the currency."""
+"""Asks for the units that engineers read: ms, %, KB/s, W, the currency; so does nothing at all."""
+EXACT = "exact"
+"""Asks for exact integers in the units in which figures are counted, where no other unit is asked for."""
 COUNTED = (*PREFERRED, "B")
 """What figures of dse count: a unit of their kind may be asked for."""
 
@@ -39,8 +41,9 @@ def unit_frame(
     units
         the counting unit of each column of figures, such as ``ns``, ``ct`` or ``1/3 ppm``.
     wanted
-        units such as ``"ms"`` or ``("ms", "%")``: columns of their kind are converted, to floating point, the others
-        stay exact integers in their counting unit. ``"readable"`` converts all.
+        units such as ``"us"`` or ``("us", "%")`` for the columns of their kind; the others are in the units that
+        engineers read, and all are floating-point. With ``"exact"`` the others stay exact integers in their counting
+        unit.
     currency
         what the counting unit ``ct`` is a hundredth of.
 
@@ -51,8 +54,9 @@ def unit_frame(
 
     Examples
     --------
-    >>> list(unit_frame(["jitter"], [{"jitter": 2_500_000}], {"jitter": "ns"}, "ms").iloc[0].items())
-    [('jitter [ms]', 2.5)]
+    >>> rows = [{"jitter": 2_500_000}]
+    >>> [list(unit_frame(["jitter"], rows, {"jitter": "ns"}, units).iloc[0].items()) for units in (None, "us", "exact")]
+    [[('jitter [ms]', 2.5)], [('jitter [us]', 2500.0)], [('jitter [ns]', 2500000)]]
     """
     import pandas
 
@@ -110,10 +114,8 @@ def _in_unit(value: Any, factor: Fraction | None) -> Any:
 def _factor(unit: str, wanted: Sequence[str], currency: str | None) -> tuple[Fraction | None, str]:
     """How many of a counting unit make one of the unit to show, and that unit's name; None to leave figures exact."""
     scale, base = scaled_unit(unit)
-    if READABLE in wanted and not (base == "ct" and currency is None):
-        return display_unit(unit, currency or "")
     for text in wanted:
-        if text == READABLE:
+        if text in (READABLE, EXACT):
             continue
         try:
             quantity = parse_quantity(f"1 {text}")
@@ -121,11 +123,15 @@ def _factor(unit: str, wanted: Sequence[str], currency: str | None) -> tuple[Fra
             raise UsageError(f"units {text!r}: {error.message}") from error
         if quantity.dimension is None and text != base:
             raise UsageError(f"units {text!r}: no unit that figures can be shown in, such as 'ms', '%' or 'KB/s'")
+        if quantity.dimension == MONEY and currency is not None and text != currency:
+            raise UsageError(f"units {text!r}: money is counted in {currency} here")
         if base == "ct":
-            if quantity.dimension == MONEY and text == currency:
+            if text == currency:
                 return Fraction(100) * scale, text
         elif base in COUNTED:
             one = parse_quantity(f"1 {base}")
             if one.dimension == quantity.dimension:
                 return quantity.value / one.value * scale, text
-    return None, unit
+    if EXACT in wanted or not unit or (base == "ct" and currency is None):
+        return None, unit
+    return display_unit(unit, currency or "")

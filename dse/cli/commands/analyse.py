@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
+from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, report_option
 from dse.cli.saying import tell
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from dse.questions.problem import Problem
 
 
-@click.command("analyse")
+@click.command("analyse", cls=GroupedCommand)
 @problem_argument()
 @click.option(
     "--design",

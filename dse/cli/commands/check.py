@@ -7,12 +7,13 @@ from typing import Any
 import click
 
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
+from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, report_option
 from dse.cli.saying import tell
 
 
-@click.command("check")
+@click.command("check", cls=GroupedCommand)
 @problem_argument()
 @question_options
 @all_option

@@ -17,12 +17,13 @@ from dse.cli.common import (
     report_folder,
     tell_carried,
 )
+from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, report_option
 from dse.cli.saying import tell
 from dse.support.errors import EXIT_COMPLETE, EXIT_NO
 
 
-@click.command("compare")
+@click.command("compare", cls=GroupedCommand)
 @click.argument("one", metavar="A")
 @click.argument("other", metavar="[B]", required=False)
 @click.option(

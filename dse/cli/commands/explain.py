@@ -7,9 +7,18 @@ from typing import Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, json_option, load_told, problem_argument, quiet_option, time_limit_option
+from dse.cli.common import (
+    all_option,
+    check_writable,
+    json_option,
+    load_told,
+    problem_argument,
+    quiet_option,
+    time_limit_option,
+)
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import answer, report_option
+from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit, until
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -43,7 +52,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @problem_argument()
 @question_options
 @objective_options(hidden=True)
-@click.option("--all", "every", is_flag=True, help="List all minimal conflicts, and print everything.")
+@all_option
 @click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
 @click.option(
     "--offer",
@@ -86,7 +95,8 @@ def command(
 
     with until(time_limit):
         asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
-    found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
+    with Working("looking for what clashes", quiet=quiet):
+        found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
     from dse.report.content.explain import explanation_page
 
     answer(

@@ -9,12 +9,13 @@ from typing import Any
 import click
 
 from dse.cli.common import ExistingPath, console, in_time, report_folder, tell_carried
+from dse.cli.grouping import GroupedCommand
 from dse.cli.options import ranking_options
 from dse.cli.study_files import check_study, is_study, read_json, sections_in
 from dse.support.files.writing import write_files
 
 
-@click.command("report")
+@click.command("report", cls=GroupedCommand)
 @click.argument("result", type=ExistingPath(dir_okay=False, allow_dash=True))
 @click.option(
     "-o",

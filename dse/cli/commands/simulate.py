@@ -16,12 +16,13 @@ from dse.cli.common import (
     quiet_option,
     time_limit_option,
 )
+from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, report_option
 from dse.support.timelimit import TimeLimit, until
 
 
-@click.command("simulate")
+@click.command("simulate", cls=GroupedCommand)
 @problem_argument()
 @click.option(
     "--design",

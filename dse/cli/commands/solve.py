@@ -13,6 +13,7 @@ import click
 
 from dse.cli.common import (
     ExistingPath,
+    all_option,
     check_writable,
     json_option,
     load_told,
@@ -33,6 +34,7 @@ from dse.cli.options import (
 from dse.cli.pages import in_what_is_left, print_front
 from dse.cli.saying import rewrite, tell
 from dse.cli.study_files import folder_of, study_report_options
+from dse.cli.working import Working
 from dse.support.errors import EXIT_INCOMPLETE, about
 from dse.support.files.writing import is_stream, write_files
 from dse.support.timelimit import TimeLimit, until
@@ -81,7 +83,7 @@ REPORT_S = 2.0
     help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.",
 )
 @ranking_options
-@click.option("--all", "show_all", is_flag=True, help="List every alternative, near-identical ones too.")
+@all_option
 @click.option(
     "--explain", is_flag=True, help="Say of the first alternatives why each is there, and all that was left out."
 )
@@ -122,7 +124,7 @@ def command(
     robust: bool,
     rank_by: str | None,
     top: int | None,
-    show_all: bool,
+    every: bool,
     explain: bool,
     further: int | None,
     within: str | None,
@@ -179,7 +181,7 @@ def command(
         return show_robust(
             study,
             rank_by or "ideal",
-            None if show_all else top,
+            None if every else top,
             (json_path, csv_path, target, report),
             whole,
             explain=None if quiet else explain,
@@ -199,7 +201,7 @@ def command(
 
     document = Document(result)
     if not quiet and "-" not in (json_path, csv_path):
-        print_front(document, None if show_all else top, whole, explain=explain)
+        print_front(document, None if every else top, whole, explain=explain)
     in_time = in_what_is_left(whole, lambda: _write_reports(document, target, report, quiet=quiet), failure)
     is_whole = result.insisting is None or result.insisting.is_complete
     return result.exit_code if in_time and is_whole else EXIT_INCOMPLETE
@@ -274,28 +276,24 @@ def _write_reports(document: Document, folder: Path | None, page: str | None, *,
 
 
 class _Reporter:
-    """Progress on standard error: a line that rewrites itself on a terminal, plain lines now and then elsewhere."""
+    """Progress on standard error: a line that moves on a terminal, plain lines now and then elsewhere."""
 
     def __init__(self, *, quiet: bool) -> None:
         self.quiet = quiet
-        self.live = sys.stderr.isatty()
         self.said = time.monotonic()
-        self.write: Callable[[str], None] = rewrite if self.live else tell
+        self.working = Working("making the model", quiet=quiet)
 
     def __enter__(self) -> _Reporter:
+        self.working.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.live and not self.quiet:
-            rewrite("")
+        self.working.__exit__()
 
     def __call__(self, progress: Progress) -> None:
+        text = f"{count_words(progress.points, 'point')}, {count_words(progress.open_regions, 'region')} open"
+        self.working.text = text
         now = time.monotonic()
-        if self.quiet or now - self.said < (0.1 if self.live else PLAIN_STEP_S):
-            return
-        self.said = now
-        text = (
-            f"{count_words(progress.points, 'point')}, {count_words(progress.open_regions, 'region')} open, "
-            f"{progress.elapsed_s:.1f} s"
-        )
-        self.write(text)
+        if not self.quiet and not self.working.live and now - self.said >= PLAIN_STEP_S:
+            self.said = now
+            tell(f"{text}, {progress.elapsed_s:.1f} s")

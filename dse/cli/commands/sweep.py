@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +23,9 @@ from dse.cli.common import (
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
 from dse.cli.pages import write_page
-from dse.cli.saying import rewrite, tell
+from dse.cli.saying import tell
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
+from dse.cli.working import Working
 from dse.support.files.guard import claim
 from dse.support.files.writing import is_stream
 from dse.support.timelimit import TimeLimit, until
@@ -65,8 +65,8 @@ PLAIN_STEP_S = 5.0
 @click.option(
     "--store",
     metavar="PATH",
-    help="Where finished runs are kept; NAME.runs.sqlite beside the result (--json, --csv, --report), else in this "
-    "folder.",
+    help="Where finished runs are kept; else NAME.runs.sqlite beside the result (--json, --csv, --report), and nowhere "
+    "where none is written.",
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
 @time_limit_option("with the runs that are finished")
@@ -98,8 +98,8 @@ def command(
 ) -> int:
     """The front as a function of a limit or an input.
 
-    Every finished run is kept at once: the same command goes on where it was stopped, however it was stopped. Ctrl-C
-    ends the sweep and writes what is done (exit code 5).
+    With --json, --csv, --report or --store every finished run is kept at once: the same command goes on where it was
+    stopped, however it was stopped. Ctrl-C ends the sweep and writes what is done (exit code 5).
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
@@ -140,11 +140,11 @@ def command(
     return result.exit_code
 
 
-def _beside(file: str, results: Sequence[str | None], report: Path | None) -> Path:
-    """The store of a sweep that names none: beside the first result that is written, else in the current folder."""
+def _beside(file: str, results: Sequence[str | None], report: Path | None) -> Path | None:
+    """The store of a sweep that names none: beside the first result that is written; None where there is none."""
     written = [Path(path).parent for path in results if path is not None and path != "-" and not is_stream(path)]
-    folders = [*written, *([report] if report is not None else []), Path()]
-    return folders[0] / f"{Path(file).stem}.runs.sqlite"
+    folders = [*written, *([report] if report is not None else [])]
+    return folders[0] / f"{Path(file).stem}.runs.sqlite" if folders else None
 
 
 class Estimate:
@@ -155,29 +155,26 @@ class Estimate:
 
     def __init__(self, *, quiet: bool) -> None:
         self.quiet = quiet
-        self.live = sys.stderr.isatty()
         self.said = time.monotonic()
+        self.working = Working("preparing the runs", quiet=quiet)
 
     def __enter__(self) -> Estimate:
+        self.working.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.live and not self.quiet:
-            rewrite("")
+        self.working.__exit__()
 
     def __call__(self, progress: SweepProgress) -> None:
         """Say where the sweep stands, unless it was said just now."""
-        now = time.monotonic()
-        if self.quiet or now - self.said < (0.1 if self.live else PLAIN_STEP_S):
-            return
-        self.said = now
         left = "" if progress.left_s is None else f", about {duration(progress.left_s)} left"
         text = f"{progress.done} of {progress.total} runs{left}"
-        if not self.live:
-            tell(text)
-            return
         filled = 30 * progress.done // progress.total
-        rewrite(f"[{'#' * filled}{'.' * (30 - filled)}] {text}")
+        self.working.text = f"[{'#' * filled}{'.' * (30 - filled)}] {text}"
+        now = time.monotonic()
+        if not self.quiet and not self.working.live and now - self.said >= PLAIN_STEP_S:
+            self.said = now
+            tell(text)
 
 
 def duration(seconds: float) -> str:

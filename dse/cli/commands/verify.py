@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import click
 
-from dse.cli.common import ExistingPath, check_writable, json_option, quiet_option, time_limit_option
+from dse.cli.common import ExistingPath, all_option, check_writable, json_option, quiet_option, time_limit_option
+from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, report_option
+from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit
 
 
-@click.command("verify")
+@click.command("verify", cls=GroupedCommand)
 @click.argument("result", type=ExistingPath(dir_okay=False, allow_dash=True))
 @click.option(
     "--problem",
@@ -25,6 +27,7 @@ from dse.support.timelimit import TimeLimit
     help="Look at every design, or ask a second model; auto looks where there are few enough.",
 )
 @time_limit_option("and say what was confirmed")
+@all_option
 @report_option
 @json_option
 @quiet_option
@@ -33,6 +36,7 @@ def command(
     problem: str | None,
     method: str,
     time_limit: TimeLimit,
+    every: bool,
     report: str | None,
     json_path: str | None,
     quiet: bool,
@@ -45,8 +49,9 @@ def command(
     check_writable(json_path, report)
     from dse.questions.verify.verify import verify
 
-    found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
+    with Working("proving the front again", quiet=quiet):
+        found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     from dse.report.content.verify import verification_page
 
-    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet)
+    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet, every=every)
     return found.exit_code

@@ -42,7 +42,7 @@ class Sizes(DataAnswer):
 
         Columns: ``type``; ``rule [B]``, ``least [B]``, ``stated [B]``, ``most [B]`` as in `types` (missing where there
         is none, ``most`` where it has no bound); where bags were read ``topic``, ``count``, ``mean [B]``,
-        ``shortest [ns]``, ``mean time [ns]`` and ``longest [ns]``, as in `topics`. `units` as for `Result.frame`.
+        ``shortest [ms]``, ``mean time [ms]`` and ``longest [ms]``, as in `topics`. `units` as for `Result.frame`.
         """
         columns = ["type", "rule", "least", "stated", "most"]
         rows: list[Mapping[str, Any]] = [{**vars(item), "type": item.name} for item in self.types]

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from dse.answers.designs import Point
+from dse.answers.ranking.changes import counted_changes
 from dse.answers.ranking.kinds import Kind, kinds_of
 from dse.answers.result import Result
 from dse.answers.tables.display import column, titled
@@ -51,6 +52,7 @@ from dse.report.words.reasons import (
     rounding_words,
     unused_words,
 )
+from dse.report.words.reasons import counted_words as changes_counted_words
 from dse.support.units.text import count_words
 
 TOP = 10
@@ -117,7 +119,7 @@ class _Screen:
         if self.result.front:
             counted, profile = counted_words(self.result)
             said = " ".join(filter(None, (counted, self.waiting.note(), profile)))
-            if said:
+            if counted:
                 yield Text(f"Counted  {said}", "doubtful" if " Not " in said else "plain", hang=HANG)
 
     @property
@@ -235,6 +237,9 @@ class _Screen:
         else:
             yield Text(recommended_words(result, kind, self.names, "Recommended"), "strong", hang=2)
             yield Text(f"  Cost     {cost_words(result, kind.point)}", hang=HANG + 2)
+        changed = counted_changes(result.space, nearest[0].design) if nearest and len(nearest) == 1 else None
+        if changed:
+            yield Text(f"  Changes  {changes_counted_words(changed)}.", hang=HANG + 2)
         if self.has_time:
             yield from self.limits(nearest, with_baseline=with_baseline)
         else:

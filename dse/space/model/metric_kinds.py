@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from dse.space.model.criteria import Metric
 from dse.space.model.space import Space
+from dse.support.errors import UsageError
+from dse.support.plugins import plugged
 from dse.support.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dimension, Quantity
 
 
@@ -40,11 +43,47 @@ KINDS: Mapping[str, MetricKind] = {
 of `dse.analysis.measures`."""
 INNER = {**dict.fromkeys(INPUT_METRICS, KINDS["latency"]), "core utilisation": KINDS["utilisation"]}
 """Those that are asked for in other words."""
+MADE = ("total", "derived", "max", "min")
+"""Kinds of metrics that a problem file makes itself."""
 BUILT_IN = tuple(KINDS)
 SHARES = tuple(name for name, kind in {**KINDS, **INNER}.items() if kind.dimension == DIMENSIONLESS)
 SYSTEM_METRICS = ("price", "power")
 """Figures that every part may have."""
 RESERVED = (*BUILT_IN, "utilization", "max latency", "maximum latency", "minimum latency")
+
+
+@dataclass(frozen=True)
+class MetricPlugin:
+    """A metric of another package, to which an entry point ``dse.metrics`` leads.
+
+    `name` is what problem files call it, `of` what it is measured of (``flow``, ``processor``, ``bus``, ``component``,
+    or "" for the whole system), `dimension` that of its values (None: it counts). `measure` gives the
+    `dse.analysis.measures.Measure` of the metric in a space: terms that are added up, their unit, and a denominator
+    in which they are whole numbers.
+    """
+
+    name: str
+    of: str
+    dimension: Dimension | None
+    measure: Callable[[Space, Metric], Any]
+
+
+def plugged_metric(name: str) -> MetricPlugin | None:
+    """The metric of another package that has this name.
+
+    Raises
+    ------
+    UsageError
+        when an entry point leads to something else, or to a metric that dse has itself.
+    """
+    found = None
+    for point, item in plugged("dse.metrics"):
+        if not isinstance(item, MetricPlugin):
+            raise UsageError(f"plug-in {point!r}: expected a dse.space.model.metric_kinds.MetricPlugin; got {item!r}")
+        if item.name in RESERVED:
+            raise UsageError(f"plug-in {point!r}: there is a metric {item.name!r} already")
+        found = item if item.name == name else found
+    return found
 
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
@@ -57,6 +96,9 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
             return None
         return coefficient.dimension.times(inner_dimension)
     kind = KINDS.get(metric.kind) or INNER.get(metric.kind)
+    if kind is None and metric.kind not in MADE:
+        plugin = plugged_metric(metric.kind)
+        return plugin.dimension if plugin is not None else None
     return kind.dimension if kind is not None else None
 
 

@@ -16,7 +16,14 @@ from dse.space.architecture.carriers import by_type, carriers
 from dse.space.architecture.clocks import is_always_timed
 from dse.space.model.criteria import Derived, Metric
 from dse.space.model.flows import Flow
-from dse.space.model.metric_kinds import BUILT_IN, KINDS, SYSTEM_METRICS, metric_dimension, total_unit
+from dse.space.model.metric_kinds import (
+    BUILT_IN,
+    KINDS,
+    SYSTEM_METRICS,
+    metric_dimension,
+    plugged_metric,
+    total_unit,
+)
 from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Component, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import closest
@@ -75,6 +82,13 @@ def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
             if ref.of is not None:
                 raise QuestionError(f"the derived metric {shown(kind)} has no `of`")
             return (Metric(kind, "derived", number),)
+    plugin = plugged_metric(kind)
+    if plugin is not None and plugin.of:
+        return _indexed(space, kind, ref.of, plugin.of)
+    if plugin is not None:
+        if ref.of is not None:
+            raise QuestionError(f"{shown(kind)} is a metric of the whole system: leave the `of` out")
+        return (Metric(kind, kind),)
     known = [*BUILT_IN, *declared]
     meant = _MEANT.get(kind.lower())
     hint = f'did you mean "{meant}"?' if meant else closest(kind, known) or "known: " + ", ".join(known)

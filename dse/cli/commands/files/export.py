@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, load_told, tell_carried, write_text
+from dse.cli.grouping import GroupedCommand
 from dse.cli.saying import tell
 from dse.support.errors import UsageError, about
 
@@ -33,7 +34,7 @@ class Alternative(click.ParamType[tuple[str, str]]):
         return str(FILE.convert(file, param, ctx)), number
 
 
-@click.command("export")
+@click.command("export", cls=GroupedCommand)
 @click.argument("result", metavar="RESULT#ID", type=Alternative())
 @click.option("--alternative", metavar="ID", help="The id, where RESULT alone is given: the same as RESULT#ID.")
 @click.option(

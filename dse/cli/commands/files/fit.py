@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, report_folder
+from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, report_option
 from dse.cli.saying import say, tell
 
@@ -26,7 +27,7 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
     return found
 
 
-@click.command("fit")
+@click.command("fit", cls=GroupedCommand)
 @click.argument("files", nargs=-1, required=True, type=ExistingPath(dir_okay=False))
 @click.option(
     "--method",

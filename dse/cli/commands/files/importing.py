@@ -7,8 +7,9 @@ from typing import Any
 import click
 
 from dse.cli.common import ExistingPath, check_writable, in_time, write_text
+from dse.cli.grouping import GroupedCommand
 from dse.cli.saying import in_a_line, tell
-from dse.importers.registry import IMPORTERS
+from dse.importers.registry import importers
 
 REPEATED = ("library",)
 """Options that may be given several times: their texts are joined by commas."""
@@ -17,7 +18,7 @@ REPEATED = ("library",)
 def _format_options(command: click.Command) -> click.Command:
     """The options of every format, each once."""
     texts: dict[str, list[str]] = {}
-    for importer in IMPORTERS:
+    for importer in importers():
         for name, text in importer.options.items():
             texts.setdefault(name, []).append(f"{importer.name}: {text}")
     command.params += [
@@ -27,10 +28,14 @@ def _format_options(command: click.Command) -> click.Command:
     return command
 
 
-@click.command("import", epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in IMPORTERS) + ".")
+@click.command(
+    "import",
+    cls=GroupedCommand,
+    epilog="Formats: " + "; ".join(f"{item.name}, {item.what}" for item in importers()) + ".",
+)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=ExistingPath())
 @click.option(
-    "--format", "form", type=click.Choice([item.name for item in IMPORTERS]), help="What FILE is; else by its suffix."
+    "--format", "form", type=click.Choice([item.name for item in importers()]), help="What FILE is; else by its suffix."
 )
 @click.option(
     "--times",

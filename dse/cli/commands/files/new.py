@@ -9,6 +9,8 @@ from pathlib import Path
 import click
 
 from dse.cli.common import ExistingPath, check_writable, write_text
+from dse.cli.completion import examples
+from dse.cli.grouping import GroupedCommand
 from dse.cli.saying import in_a_line, say, tell
 from dse.examples.shipped import example_files, example_path
 from dse.support.errors import UsageError
@@ -19,9 +21,16 @@ SCHEMA_MARK = "urn:x-dse:problem:"
 RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
 
 
-@click.command("new")
+@click.command("new", cls=GroupedCommand)
 @click.argument("file", type=click.Path(dir_okay=False), required=False)
-@click.option("--example", default="starter", show_default=True, metavar="NAME", help="Which example to copy.")
+@click.option(
+    "--example",
+    default="starter",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=examples,
+    help="Which example to copy.",
+)
 @click.option("--list", "list_only", is_flag=True, help="List the examples.")
 @click.option("--force", is_flag=True, help="Overwrite files that exist.")
 @click.option("--random", "is_random", is_flag=True, help="Draw a problem instead, from published figures; see below.")

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from dse.cli.common import check_writable, write_text
+from dse.cli.grouping import GroupedCommand
 from dse.support.errors import UsageError
 from dse.support.files.reading import beginning
 
@@ -29,7 +30,7 @@ MOST_BYTES = 200
 """Bytes of a file in which a schema names the language that it is written in."""
 
 
-@click.command("schema")
+@click.command("schema", cls=GroupedCommand)
 @click.option(
     "--of",
     "name",

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import click
 
-from dse.cli.common import ExistingPath, check_writable, in_time, json_option
+from dse.cli.common import ExistingPath, all_option, check_writable, in_time, json_option, quiet_option
+from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, report_option
 
 LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at most 12 digits"
@@ -23,7 +24,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     return found
 
 
-@click.command("sizes")
+@click.command("sizes", cls=GroupedCommand)
 @click.argument("names", nargs=-1, metavar="[TYPE]...")
 @click.option(
     "--definitions",
@@ -50,8 +51,10 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     metavar="NAME",
     help="Whose types there are besides, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
 )
+@all_option
 @report_option
 @json_option
+@quiet_option
 @in_time
 def command(
     names: tuple[str, ...],
@@ -59,8 +62,10 @@ def command(
     bags: tuple[str, ...],
     lengths: dict[str, int],
     distribution: str,
+    every: bool,
     report: str | None,
     json_path: str | None,
+    quiet: bool,
 ) -> int:
     """How large ROS messages are: by the report's rule, and serialised.
 
@@ -72,5 +77,5 @@ def command(
     found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
     from dse.report.content.sizes import sizes_page
 
-    answer(sizes_page(found), (json_path, found.to_json), report=report)
+    answer(sizes_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
     return 0

@@ -1,0 +1,69 @@
+"""A line on a terminal that moves while a command works, and that acknowledges Ctrl-C as soon as it comes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+
+from dse.cli.saying import rewrite
+
+STEP_S = 0.2
+"""How often the line is written."""
+
+
+class Working:
+    """The line, on standard error where that is a terminal: what is being done, and for how long.
+
+    A signal is noted by the system itself, so that it is acknowledged while the solver works, too.
+    """
+
+    def __init__(self, text: str, *, quiet: bool) -> None:
+        self.text = text
+        self.live = sys.stderr.isatty() and not quiet
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._ends: tuple[int, int] | None = None
+        self._before = -1
+
+    def __enter__(self) -> Working:
+        if self.live:
+            if threading.current_thread() is threading.main_thread():
+                self._ends = os.pipe()
+                for end in self._ends:
+                    os.set_blocking(end, False)
+                self._before = signal.set_wakeup_fd(self._ends[1], warn_on_full_buffer=False)
+            self._thread = threading.Thread(target=self._run, daemon=True)
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._thread is None:
+            return
+        self._over.set()
+        self._thread.join()
+        if self._ends is not None:
+            signal.set_wakeup_fd(self._before)
+            for end in self._ends:
+                os.close(end)
+        rewrite("")
+
+    def _run(self) -> None:
+        begun = time.monotonic()
+        stopping = False
+        while True:
+            if self._is_interrupted() and not stopping:
+                stopping = True
+            text = "Ctrl-C: stopping, and keeping what was found; again: at once" if stopping else self.text
+            rewrite(f"{text}, {time.monotonic() - begun:.1f} s")
+            if self._over.wait(STEP_S):
+                return
+
+    def _is_interrupted(self) -> bool:
+        """Whether Ctrl-C came since this was asked last."""
+        try:
+            return self._ends is not None and signal.SIGINT in os.read(self._ends[0], 4096)
+        except BlockingIOError:
+            return False
