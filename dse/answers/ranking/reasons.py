@@ -12,8 +12,7 @@ from functools import cached_property
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.rows import Row
-from dse.analysis.limits import Comparison as LimitComparison
-from dse.analysis.limits import Limit, comparisons
+from dse.analysis.limits import ComparedSum, Limit, comparisons
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable, analyse_design
 from dse.answers.designs import Point
@@ -269,7 +268,7 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
     return found
 
 
-def _stated_core(item: LimitComparison) -> int:
+def _stated_core(item: ComparedSum) -> int:
     """The number of a core that is stated or decided; 0 for a thread, and for a core of a partition."""
     return 0 if item.spread is None or item.spread.is_open else item.core
 
