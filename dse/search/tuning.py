@@ -79,15 +79,6 @@ class Subspaces:
 
 
 @dataclass(frozen=True)
-class RestAtOnce:
-    """Once a design is known, all subspaces not asked yet are asked together for a better one: one model to read."""
-
-    is_on: bool = True
-    fewest: int = 3
-    """The least number of subspaces that are left."""
-
-
-@dataclass(frozen=True)
 class BrieflyWhole:
     """A question about full cores is asked briefly as a whole before each subspace is read as a model of its own."""
 
@@ -219,15 +210,6 @@ class Bounding:
 
 
 @dataclass(frozen=True)
-class AnyDesign:
-    """Where the first attempt at the first question finds no design, any design is looked for, without an objective."""
-
-    is_on: bool = True
-    ways: tuple[Way, ...] = ((BARE_IN_ORDER, 0.1), (BARE, 0.5))
-    """Attempts in turn."""
-
-
-@dataclass(frozen=True)
 class FirstDesigns:
     """Depth-first searches for the first design of a point (`dse.search.canonical`).
 
@@ -253,7 +235,6 @@ class Tuning:
     model: ModelTuning = MODEL
     portfolio: Portfolio = Portfolio()
     subspaces: Subspaces = Subspaces()
-    rest_at_once: RestAtOnce = RestAtOnce()
     briefly_whole: BrieflyWhole = BrieflyWhole()
     value_grid: ValueGrid = ValueGrid()
     knapsack_tables: KnapsackTables = KnapsackTables()
@@ -263,7 +244,6 @@ class Tuning:
     other_cores: OtherCores = OtherCores()
     bounding: Bounding = Bounding()
     improving: Improving = Improving()
-    any_design: AnyDesign = AnyDesign()
     first_designs: FirstDesigns = FirstDesigns()
 
 

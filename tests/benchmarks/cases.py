@@ -39,6 +39,8 @@ class Case:
         """The problem file of a generated case; with `periods`, at most that many options of each period are left."""
         if self.cores:
             return nearly_full(self.threads, self.cores, self.load, self.seed)
+        if self.family == "long-flows":
+            return long_flows(self.threads, self.seed)
         if self.family == "knapsack":
             return classics.knapsack(*classics.drawn_items(self.threads, self.objectives, self.seed))
         if self.family == "assignment":
@@ -99,6 +101,30 @@ def nearly_full(threads: int, cores: int, load: float, seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def long_flows(threads: int, seed: int) -> str:
+    """Threads with four periods each in flows of eight hops, one flow for three threads, two types of the computer.
+
+    The objectives are the sum of the flows' latencies, and utilisation; both are plain sums over the decisions.
+    """
+    rng = random.Random(seed)
+    lines = ["dse: 1", f"name: {threads} threads in long flows, seed {seed}", "processor_types:"]
+    lines += ["  slow: {cores: 8, price: 100 EUR}", "  fast: {cores: 8, price: 250 EUR}"]
+    lines += ["processors: {computer: {type: [slow, fast]}}", "threads:"]
+    for number in range(threads):
+        time_us = rng.randint(100, 900)
+        times = f"{{slow: {time_us} us .. {2 * time_us} us, fast: {time_us // 2} us .. {time_us} us}}"
+        lines.append(f"  t{number}: {{processor: computer, period: [5 ms, 10 ms, 20 ms, 40 ms],")
+        lines.append(f"    compute_execution_time: {times}}}")
+    flows = [rng.sample(range(threads), 8) for _ in range(threads // 3)]
+    wires = dict.fromkeys(pair for path in flows for pair in pairwise(path))
+    lines += ["connections:", *(f"  c{one}_{two}: {{from: t{one}, to: t{two}}}" for one, two in wires), "flows:"]
+    lines += [f"  f{number}: {{path: [{', '.join(f't{item}' for item in path)}]}}" for number, path in enumerate(flows)]
+    names = [f"latency of f{number}" for number in range(len(flows))]
+    lines += [f"metrics: {{all_latency: {' + '.join(names)}}}"]
+    lines += [f"requirements: [{', '.join(f'{name} <= 264 ms' for name in names)}]"]
+    return "\n".join([*lines, "objectives: [minimise all_latency, minimise utilisation of computer]"]) + "\n"
+
+
 def contended(*, quick: bool, seed: int) -> list[Case]:
     """Problems with deadlines and open cores, which are timed beside other ways to meet deadlines."""
 
@@ -141,6 +167,7 @@ def heuristics(*, quick: bool, seed: int) -> list[Case]:
         drawn("automotive", 30, 3, seed),
         drawn("many-buses", 60, 3, 15),
         Case(f"knapsack 40 items K=3 seed={seed}", "knapsack", 40, 3, seed),
+        Case("long-flows N=30 K=2 seed=2", "long-flows", 30, 2, 2),
         full(24, 3, 0.65),
         full(24, 3, 0.8),
         full(48, 6, 0.65),

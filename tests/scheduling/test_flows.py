@@ -18,9 +18,9 @@ from dse.encode.scheduling.waiting import WaitRows
 from dse.questions.problem import loads
 from dse.search.feasibility.guarded_model import Switchboard
 from dse.search.front import SearchLimits, search_front
+from dse.search.solver.settings import BARE, BARE_IN_ORDER
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found
-from dse.search.tuning import AnyDesign
 from dse.space.model.space import Space
 from tests.helpers.effort import cases
 from tests.helpers.support import brute_front
@@ -113,7 +113,7 @@ def test_any_design_comes_with_the_figures_that_it_has(seed: int) -> None:
     """A search that is stopped hands it out: figures that nothing minimises are not what the solver says they are."""
     evaluator = Evaluator(asked(seed, "plain"))
     strategy = Strategy(encode(evaluator))
-    answer = strategy.any_design(AnyDesign.ways)
+    answer = strategy.any_design([(BARE_IN_ORDER, 0.1), (BARE, 0.5)])
     if isinstance(answer, Found):
         claimed = [
             item.offset + item.step * value

@@ -249,52 +249,6 @@ def test_what_a_part_has_one_value_of_leaves_no_room() -> None:
     assert part.open([(9, 52), (9, 53)]) == [(9, 53)]
 
 
-# --- any design at all ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["types", "bindings", "protocols"])
-def test_where_the_first_attempt_finds_nothing_any_design_is_looked_for(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """And the question is still answered as it was asked, with the model left as it was."""
-    evaluator = Evaluator(load_space(BY_NAME[name]))
-    encoded = encode(evaluator)
-    weights = [1] * len(encoded.objectives)
-    expected = Strategy(encode(evaluator)).minimise(weights, [encoded.everywhere])
-    solver, whole = Strategy(encoded), Strategy._solve_whole
-    looked: list[Answer] = []
-    any_design, run = Strategy.any_design, Strategy.run
-    had_objective: list[bool] = []
-
-    def failing_once(self: Strategy, settings: SolverSettings, work: float) -> Answer:
-        return whole(self, settings, work) if looked else Unfinished()
-
-    def looking(self: Strategy, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
-        with monkeypatch.context() as inside:
-            inside.setattr(Strategy, "run", running)
-            looked.append(any_design(self, ways))
-        assert self.encoded.model.has_objective()
-        return looked[-1]
-
-    def running(self: Strategy, settings: SolverSettings, work: float) -> Answer:
-        had_objective.append(self.encoded.model.has_objective())
-        return run(self, settings, work)
-
-    monkeypatch.setattr(Strategy, "_solve_whole", failing_once)
-    monkeypatch.setattr(Strategy, "any_design", looking)
-    answer = solver.minimise(weights, [encoded.everywhere])
-    assert isinstance(answer, Found) and isinstance(expected, Found)
-    assert weighted(weights, answer.point) == weighted(weights, expected.point)
-    assert len(looked) == 1 and isinstance(looked[0], Found)
-    assert had_objective and not any(had_objective)
-    assert evaluator.evaluate(looked[0].design).is_feasible
-    assert not solver.encoded.model.proto.search_strategy
-    nothing = [tuple(1 for _ in encoded.objectives)]
-    looked.clear()
-    solver._has_looked_for_any = False
-    assert isinstance(solver.minimise(weights, nothing), NoSuchDesign) or not any(answer.point)
-
-
 STEPS = """
 dse: 1
 name: steps

@@ -55,7 +55,6 @@ class Strategy(Call):
             expected if len(self.parts) == 1 else [first / tuning.portfolio.patience, first], tuning.portfolio
         )
         self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS], tuning.portfolio)
-        self._has_looked_for_any = False
         self.relaxed_first: set[int] = set()  # numbers of parts
         self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`
         self.pools = PoolMemory()
@@ -110,19 +109,11 @@ class Strategy(Call):
         return self._asked.answer(ways, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
     def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
-        """One attempt at a question as a whole; where the first one finds nothing, any design is looked for."""
+        """One attempt at a question as a whole."""
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
         if self.encoded.is_loose and isinstance(answer, Unfinished):
             self.raise_least(answer.bound or 0)
-        is_first = self.tuning.any_design.is_on and not self._has_looked_for_any
-        if isinstance(answer, Unfinished) and answer.best is None and is_first:
-            self._has_looked_for_any = True
-            found = self.any_design(self.tuning.any_design.ways)
-            if not isinstance(found, Found):
-                return found if isinstance(found, NoSuchDesign) else answer
-            self.hint(found.design)
-            return Unfinished(answer.bound, found)
         return answer
 
     def _solve_whole(self, settings: SolverSettings, work: float) -> Answer:

@@ -237,7 +237,6 @@ class Apart:
         self.weights = weights
         self.regions = regions
         self.best = strategy.parts.best(weights, regions)
-        self._has_asked_rest = False
 
     @cached_property
     def waiting(self) -> list[tuple[int, int, int]]:
@@ -256,8 +255,6 @@ class Apart:
             turn, bound, number = self.waiting.pop(self.waiting.index(min(self.waiting)))
             if self.best is not None and bound >= weighted(self.weights, self.best.point):
                 continue
-            if turn == 0 and self._is_rest_worth_it() and self._ask_rest():
-                break
             was_full = self._is_full
             answer = self._ask(number, turn, bound)
             strategy.work += READING * len(strategy.encoded.model.proto.variables)
@@ -271,34 +268,6 @@ class Apart:
             if self.waiting and (strategy.out_of_time() or (strategy.work >= end and not self._is_full)):
                 return Unfinished(best=self.best)
         return self.best or NoSuchDesign()
-
-    def _is_rest_worth_it(self) -> bool:
-        """Whether what is known limits parts that nothing was tried on, which are read once then, not one by one."""
-        tuning = self.strategy.tuning.rest_at_once
-        if (
-            not tuning.is_on
-            or self.best is None
-            or self._has_asked_rest
-            or self.strategy.encoded.contention is not None
-        ):
-            return False
-        return sum(turn == 0 for turn, _, _ in self.waiting) + 1 >= tuning.fewest
-
-    def _ask_rest(self) -> bool:
-        """Ask for something better than the best design wherever it is; whether that gave an answer."""
-        self._has_asked_rest = True
-        strategy, everywhere = self.strategy, Subspace((), tuple(EVERY for _ in self.weights))
-        answer = strategy.solve_part(everywhere, self.tuning.brief, self.weights, self.regions, self.best)
-        strategy.work += READING * len(strategy.encoded.model.proto.variables)
-        if isinstance(answer, Unfinished):
-            self.best = answer.best or self.best
-            return False
-        self.best = answer if isinstance(answer, Found) else self.best
-        assert self.best is not None
-        least = weighted(self.weights, self.best.point)
-        for part in strategy.parts.all:
-            part.learn(Unfinished(least), self.weights, part.open(self.regions), None)
-        return True
 
     @property
     def _is_full(self) -> bool:
