@@ -9,8 +9,9 @@ from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
 from dse.encode.rates import RateVariables
-from dse.encode.scheduling.contention import Deadline, is_deadline
+from dse.encode.scheduling.contention import is_deadline
 from dse.encode.scheduling.core_limits import CoreLimit
+from dse.encode.scheduling.schedulability import Deadline
 from dse.encode.sums import Branch, measure_branches
 from dse.space.core_symmetry import interchangeable_cores
 from dse.space.model.trees import leaves

@@ -35,9 +35,9 @@ from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.views import View
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling import contention
-from dse.encode.scheduling.contention import Deadline
 from dse.encode.scheduling.core_demand import jobs_within, scheduling_points
 from dse.encode.scheduling.places import Places, Thread
+from dse.encode.scheduling.schedulability import Deadline
 from dse.search.solver import strategy
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import at

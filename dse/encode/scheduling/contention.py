@@ -15,7 +15,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 from ortools.sat.python import cp_model
 
@@ -32,26 +31,13 @@ from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.orders import order_reasons
 from dse.encode.scheduling.places import Places
 from dse.encode.scheduling.reasons import Reason, reason_of, reason_of_value
-from dse.encode.scheduling.schedulability import add_rows
+from dse.encode.scheduling.schedulability import Deadline, add_rows
 from dse.encode.scheduling.waiting import WaitRows
 from dse.space.model.space import Design, OpenCore, OpenPriority, Space
 from dse.space.question.open_cores import rules_on_order, tells_cores_apart
 
 MOST_LESSONS = 60
 """After so many lessons the search for the first design with some figures gives up."""
-
-
-@dataclass(frozen=True)
-class Deadline:
-    """An upper limit on the response time of a thread; it holds while the literal `guard` (an index) is true."""
-
-    limit: Limit
-    guard: int | None = None
-
-    @property
-    def thread(self) -> int:
-        """The number of the thread."""
-        return self.limit.requirement.metric.index or 0
 
 
 class Contention:

@@ -10,23 +10,42 @@ leave open is learnt (`dse.encode.scheduling.contention`).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from ortools.sat.python import cp_model
 
 from dse.encode.linear import Board
-from dse.encode.scheduling.places import Thread
+from dse.encode.scheduling.combined import Combined
+from dse.encode.scheduling.places import Places, Thread
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import Tree, at, leaves
-
-if TYPE_CHECKING:
-    from dse.encode.scheduling.waiting import WaitRows
 
 MOST_ROWS = 512
 """A thread that would have more rows than this has none: they would cost more than they save."""
 
 
-def add_hosted_rows(board: Board, waiting: WaitRows, number: int) -> None:
+class Waiting(Protocol):
+    """What these rows need of the waiting times of a model (`dse.encode.scheduling.waiting.WaitRows`)."""
+
+    places: Places
+    combined: Combined
+    scale: int
+
+    @property
+    def model(self) -> cp_model.CpModel:
+        """The model that the rows are in."""
+
+    def waiting(self, number: int) -> cp_model.IntVar:
+        """The variable of a thread's waiting."""
+
+    def work(self, thread: Thread) -> Any:
+        """The longest time of a thread's job in the model's unit."""
+
+    def executes(self, number: int) -> bool:
+        """Whether a thread executes something in every design."""
+
+
+def add_hosted_rows(board: Board, waiting: Waiting, number: int) -> None:
     """The rows of a thread, whose waiting is a variable."""
     threads, components = waiting.places.threads, board.space.components
     fellows = [threads[other] for other in _fellows(board.space, number) if other in threads]
@@ -56,7 +75,7 @@ def add_hosted_rows(board: Board, waiting: WaitRows, number: int) -> None:
                 at_least(shares + waiting.work(begun), here, literal, there)
 
 
-def _share(waiting: WaitRows, item: Thread, there: int) -> cp_model.IntVar:
+def _share(waiting: Waiting, item: Thread, there: int) -> cp_model.IntVar:
     """The work of a job of a thread where it is in an executor, and nothing elsewhere."""
     share = waiting.model.new_int_var(0, waiting.scale * max(worst for _, worst in item.worst), "")
     waiting.model.add(share >= waiting.work(item)).only_enforce_if(waiting.combined.literal(there))

@@ -24,10 +24,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from math import gcd
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.limits import Limit
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
@@ -37,13 +38,23 @@ from dse.encode.scheduling.places import Places, Thread, Turn
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock
 
-if TYPE_CHECKING:
-    from dse.encode.scheduling.contention import Deadline
-
 Level: TypeAlias = tuple[Fraction, int]
 """The time in ns that orders threads, and one by which a job must end."""
 Turns: TypeAlias = dict[tuple[Fraction | None, Rate], list[int]]
 """Literals by the time that orders a thread while they are true, and its rate then."""
+
+
+@dataclass(frozen=True)
+class Deadline:
+    """An upper limit on the response time of a thread; it holds while the literal `guard` (an index) is true."""
+
+    limit: Limit
+    guard: int | None = None
+
+    @property
+    def thread(self) -> int:
+        """The number of the thread."""
+        return self.limit.requirement.metric.index or 0
 
 
 @dataclass
