@@ -12,7 +12,7 @@ from dse.cli.saying import in_a_line, tell
 from dse.importers.registry import importers
 
 
-def _format_options(command: click.Command) -> click.Command:
+def _format_options(command: GroupedCommand) -> GroupedCommand:
     """The options of every format, each once."""
     texts: dict[str, list[str]] = {}
     for importer in importers():
