@@ -102,7 +102,7 @@ def _naming(result: Result, always: Sequence[str], others: Sequence[str]) -> set
     if len(front) * len(others) > MOST_LOOKED_AT:
         return set(found)
     vectors = [tuple(point.objectives[info.name] for info in result.objectives) for point in front]
-    ranges = [Fraction(0) + abs(worst - best) for best, worst in range_of(vectors, senses)]
+    ranges = [max(Fraction(worst - best), Fraction(best - worst)) for best, worst in range_of(vectors, senses)]
     fields = {decision.name: decision.field for decision in result.space.decisions}
     columns = {name: [point.decisions.get(name) for point in front] for name in (*always, *others)}
     rest = sorted(others, key=lambda name: (fields[name] in ARRANGED, not name.endswith(".type")))
