@@ -366,7 +366,8 @@ def test_what_verbs_take_and_return_is_exported() -> None:
             getattr(item, "fget", item) for key, item in vars(thing).items()
             if not key.startswith("_") and (inspect.isfunction(item) or isinstance(item, property))
         ]  # fmt: skip
-        for part in parts:
+        for item in parts:
+            part: Any = item
             for text in getattr(inspect.unwrap(part), "__annotations__", {}).values():
                 bare = re.sub(r"Annotated\[(\w+).*", r"\1", str(text))
                 stranger |= {word for word in re.findall(r"\b[A-Z]\w+\b", bare) if hasattr(_home(part), word)} & {

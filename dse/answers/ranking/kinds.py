@@ -102,7 +102,7 @@ def _naming(result: Result, always: Sequence[str], others: Sequence[str]) -> set
     if len(front) * len(others) > MOST_LOOKED_AT:
         return set(found)
     vectors = [tuple(point.objectives[info.name] for info in result.objectives) for point in front]
-    ranges = [abs(worst - best) for best, worst in range_of(vectors, senses)]
+    ranges = [max(Fraction(worst - best), Fraction(best - worst)) for best, worst in range_of(vectors, senses)]
     fields = {decision.name: decision.field for decision in result.space.decisions}
     columns = {name: [point.decisions.get(name) for point in front] for name in (*always, *others)}
     rest = sorted(others, key=lambda name: (fields[name] in ARRANGED, not name.endswith(".type")))
@@ -126,7 +126,7 @@ def _numbered(keys: Sequence[Hashable]) -> list[int]:
     return [numbers.setdefault(key, len(numbers)) for key in keys]
 
 
-def _excess(groups: Sequence[int], vectors: Sequence[Sequence[int]], ranges: Sequence[int | Fraction]) -> Fraction:
+def _excess(groups: Sequence[int], vectors: Sequence[Sequence[int]], ranges: Sequence[Fraction]) -> Fraction:
     """How much wider groups are than kinds may be, as a share of that, on average over their members.
 
     A group in which an objective is bounded in some only is far too wide.
@@ -144,9 +144,10 @@ def _excess(groups: Sequence[int], vectors: Sequence[Sequence[int]], ranges: Seq
     for group, (low, high, count) in ends.items():
         width = Fraction(FAR if group in mixed else 0)
         for lower, upper, span in zip(low, high, ranges, strict=True) if group not in mixed else ():
-            most = max(span * OF_RANGE, max(abs(upper), abs(lower)) * OF_VALUE)
+            largest: int = max(abs(upper), abs(lower))
+            most = max(span * OF_RANGE, largest * OF_VALUE)
             width = max(width, Fraction(upper - lower) / most if most else Fraction(0))
-        total += max(width - 1, 0) * count[0]
+        total += max(width - 1, Fraction(0)) * count[0]
     return total / len(groups)
 
 

@@ -128,7 +128,8 @@ class _Screen:
         if not self.result.front:
             return []
         space = self.result.space
-        is_allowed = any(item.overload == "allowed" for item in (space, *space.processors, *space.buses))
+        some = any(item.overload for item in space.processors) or any(item.overload for item in space.buses)
+        is_allowed = some or space.overload == "allowed"
         found = [self.waiting.warning()]
         if is_allowed and self.has_time:
             found += overload_words(self.document.alternative(self.result.front[0]).analysis)

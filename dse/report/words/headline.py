@@ -14,6 +14,7 @@ from dse.answers.ranking.optimality_gap import is_proved
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
+from dse.report.page import Tone
 from dse.report.text_table import basis_words
 from dse.report.words.contention import asks_for_responses, core_words, uncounted_words
 from dse.space.model.criteria import Requirement
@@ -57,7 +58,7 @@ def _limit_words(item: Requirement) -> str:
     return item.stated or item.text
 
 
-def found_words(result: Result, kinds: Kinds) -> tuple[str, str, str]:
+def found_words(result: Result, kinds: Kinds) -> tuple[str, str, Tone]:
     """The status as a word, what it means, and the tone in which it is said."""
     count = count_words(len(result.front), "design")
     if 1 < len(kinds.kinds) < len(result.front):
@@ -83,7 +84,7 @@ def _stopped(result: Result) -> str:
 def counted_words(result: Result) -> tuple[str, str]:
     """What latencies and response times count, then what they do not; two empty texts where none is asked for."""
     space = result.space
-    asked = [item.metric for item in (*space.requirements, *space.objectives)]
+    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
         return "", ""
     is_counted = counts_responses(space)

@@ -15,7 +15,7 @@ REPEATED = ("library",)
 """Options that may be given several times: their texts are joined by commas."""
 
 
-def _format_options(command: click.Command) -> click.Command:
+def _format_options(command: GroupedCommand) -> GroupedCommand:
     """The options of every format, each once."""
     texts: dict[str, list[str]] = {}
     for importer in importers():
