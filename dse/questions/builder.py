@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import timedelta
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from dse.support import arguments
 from dse.support.errors import UsageError
-
-if TYPE_CHECKING:
-    from dse.questions.problem import Problem
 
 Value: TypeAlias = Any
 """What a key of a problem file may have: a text, a number, a mapping, a ``timedelta``, or a list of options."""
 
 
-class Builder:
+P = TypeVar("P")
+
+
+class Builder(Generic[P]):
     """A problem that is being made; `dse.Problem.build` begins one.
 
     Each ``add_…`` takes the name of a part and its keys of the problem file (docs/problem-file.md) as keywords, and
@@ -48,7 +48,8 @@ class Builder:
     {'computer.type': 'large', 'control.period': '5 ms'}
     """
 
-    def __init__(self, name: str, **settings: Value) -> None:
+    def __init__(self, name: str, read: Callable[[Mapping[str, Any]], P], /, **settings: Value) -> None:
+        self._read = read
         self._document: dict[str, Any] = {"dse": 1, "name": arguments.text("name", name), **_plain(settings)}
 
     def _add(self, section: str, name: str, keys: Mapping[str, Value]) -> str:
@@ -110,7 +111,7 @@ class Builder:
         """Any other key of the file's top level, such as ``baseline``, ``metrics`` or ``uncertainty``."""
         self._document[section] = _plain(value)
 
-    def problem(self) -> Problem:
+    def problem(self) -> P:
         """The problem.
 
         Raises
@@ -118,9 +119,7 @@ class Builder:
         ProblemError
             with every mistake in it.
         """
-        from dse.questions.problem import load
-
-        return load(self._document)
+        return self._read(self._document)
 
     def __repr__(self) -> str:
         """One line: its name, and how much has been added."""

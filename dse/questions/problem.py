@@ -94,9 +94,9 @@ class Problem:
         return changed(self, changes_of(question))
 
     @staticmethod
-    def build(name: str, **settings: Any) -> Builder:
+    def build(name: str, **settings: Any) -> Builder[Problem]:
         """A problem to be made in Python: a `Builder` of it, with settings such as ``processing="response_time"``."""
-        return Builder(name, **settings)
+        return Builder(name, load, **settings)
 
     def __repr__(self) -> str:
         """One line: the name, and how much there is to decide."""
