@@ -259,7 +259,7 @@ def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         assert run(["export", result, "--alternative", number, "-o", out]) == 0
         assert run(["analyse", out]) == 0
         capsys.readouterr()
-    for form in ("ros2", "dot", "graphml"):
+    for form in ("ros2", "dot", "graphml", "svg"):
         assert run(["export", result, "--alternative", "1", "--format", form]) == 0
         assert capsys.readouterr().out
     assert run(["compare", f"{result}#1", f"{result}#{others[0]}"]) == 0

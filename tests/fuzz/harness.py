@@ -50,6 +50,7 @@ OF_HOSTS = (
 ON_PROBLEMS: tuple[tuple[int, tuple[str, ...], tuple[str, ...]], ...] = (
     (100, ("check",), ()),
     (30, ("analyse",), ()),
+    (8, ("export", "--format", "svg"), ()),
     (6, ("analyse", "--response-times"), ()),
     (12, ("solve",), (*SHORT, "--json", "-")),
     (4, ("solve",), (*SHORT, "--robust", "--json", "-")),

@@ -11,6 +11,9 @@ from itertools import pairwise
 
 SWEEPS = 8
 PLACINGS = 60
+"""How often the nodes of a layer are placed again, in drawings of few nodes."""
+MOST_PLACED = 20_000
+"""How many nodes are placed altogether; large drawings are placed `SWEEPS` times at least."""
 HEAVY = 100
 """The pull of an edge that should be straight; that of another one is 1."""
 BEND = 0.15
@@ -176,7 +179,7 @@ def _columns(
         for node in row:
             columns[node] = right + spans[node] / 2
             right += spans[node]
-    for sweep in range(PLACINGS):
+    for sweep in range(min(PLACINGS, max(SWEEPS, MOST_PLACED // max(1, len(spans))))):
         for row in rows if sweep % 2 == 0 else rows[::-1]:
             near = {node: [(columns[other], pull) for other, pull in neighbours.get(node, [])] for node in row}
             wanted = {node: _mean(places) if places else columns[node] for node, places in near.items()}
