@@ -298,7 +298,10 @@ def test_lines_behind_what_leaves_next_to_nothing_have_no_bound() -> None:
     """A job of 10 ms and one of 5 where 1 ns of each ms is left: more steps than are taken, and no error."""
     nearly_all = periodic("nearly all", 999_999, 1_000_000)
     one, other = periodic("one", 10_000_000, 10**15), periodic("other", 5_000_000, 10**15)
-    assert queued_response_ns("fifo", one, [Fellow(other, False, line=1)], [nearly_all], is_in_line=True) is None
+    assert (
+        queued_response_ns("fifo", one, [Fellow(other, False, line=(1, "thread"))], [nearly_all], is_in_line=True)
+        is None
+    )
 
 
 BESIDE_NOTHING = """

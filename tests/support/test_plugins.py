@@ -15,6 +15,7 @@ import pytest
 import dse
 from dse.analysis.measures import Measure
 from dse.analysis.terms import Term
+from dse.analysis.views import View
 from dse.importers.registry import Imported, Importer, importers
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import MetricPlugin
@@ -30,12 +31,11 @@ def total_period(space: Space, metric: Metric) -> Measure:
     """The periods of the elements of a flow, added up."""
     steps = space.flows[metric.index or 0].steps
     threads = {step.index for step in steps if step.kind == "component"}
-    terms = tuple(
-        Term(
-            space.components[number].name, lambda view, n=number: Fraction(at(space.components[n].period_ns, view) or 0)
-        )  # type: ignore[misc]
-        for number in sorted(threads)
-    )
+
+    def period_of(number: int, view: View) -> Fraction:
+        return Fraction(at(space.components[number].period_ns, view) or 0)
+
+    terms = tuple(Term(space.components[number].name, partial(period_of, number)) for number in sorted(threads))
     return Measure(metric, "ns", terms, 1)
 
 
