@@ -152,15 +152,18 @@ objectives: [minimise price]
 LATER = """
 dse: 1
 name: later
-processor_types: {cpu: {price: 10 EUR}}
-processors: {p: {type: cpu}, q: {type: cpu}}
+processor_types: {cpu: {price: 10 EUR}, gpu: {serves: fifo}}
+processors: {p: {type: cpu}, q: {type: cpu}, g: {type: gpu}}
 threads:
   a: {processor: p, period: 70 ms, compute_execution_time: 26 ms}
   b: {processor: p, period: 100 ms, compute_execution_time: 62 ms, deadline: 1 s}
   c: {processor: q, period: 100 ms, compute_execution_time: 62 ms}
+  d: {processor: q, period: 500 ms, segments: [{compute_execution_time: 1 ms},
+      {processor: g, compute_execution_time: 2 ms},
+      {compute_execution_time: 1 ms}]}
 objectives: [minimise price]
 """
-"""The fifth job of b responds last; both processors are used by more than half."""
+"""The fifth job of b responds last; both processors are used by more than half; d has pieces."""
 PROBLEMS = {
     "later": LATER,
     "contended": CONTENDED,

@@ -20,7 +20,7 @@ from dse.support.errors import EXIT_USAGE, UsageError
 from tests.helpers.effort import LONG
 
 SIZES = (5, 12, 30)
-GOLDEN = "4503c3e3"
+GOLDEN = "634505d9"
 
 
 def start(problem: Problem) -> Evaluation:

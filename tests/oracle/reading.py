@@ -463,7 +463,7 @@ class Reading:
         sender = self.problem.component(connection).get("from")
         if self.states_rate(connection) or sender is None:
             rate = self.delivered_rate(connection)
-            return NS_PER_S / rate + spread if rate else None
+            return ceil(NS_PER_S / rate) + spread if rate else None
         gap = self.dispatch_gap_ns(sender)
         least, most = self.processing(sender)
         logical = self.logical_ns(sender)

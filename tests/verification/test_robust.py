@@ -301,8 +301,8 @@ def test_time_is_one_limit_for_all_of_it(solved: tuple[Path, RobustResult]) -> N
 def test_a_robust_result_says_so_on_every_page(solved: tuple[Path, RobustResult]) -> None:
     file, _ = solved
     shown = CliRunner().invoke(cli, ["solve", str(file), "--robust"], env={"COLUMNS": "200"}).output
-    assert "robust: requirements hold for all stated values)" in shown
-    assert "robust: requirements" not in CliRunner().invoke(cli, ["solve", str(file)], env={"COLUMNS": "200"}).output
+    assert "Robust: requirements hold for all stated values." in shown
+    assert "Robust: requirements" not in CliRunner().invoke(cli, ["solve", str(file)], env={"COLUMNS": "200"}).output
 
 
 def test_nothing_uncertain_is_no_robust_question() -> None:

@@ -129,7 +129,7 @@ def _delivery_gap_ns(space: Space, wire: int, gaps: Mapping[int, Exact | None], 
     least, most, _ = transmission_ns(space, connection, view)
     if connection.states_rate or connection.sender is None:
         rate = rate_hz(space, ("delivery", wire), view)
-        return NS_PER_S / rate + (most - least) if rate else None
+        return -(-NS_PER_S // rate) + (most - least) if rate else None
     pieces = _pieces(space, connection.sender)
     gap = gaps[pieces[0]]
     if gap is None:

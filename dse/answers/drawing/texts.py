@@ -142,7 +142,7 @@ def shortened(text: str, room: int) -> str:
     """Text that takes at most `room` columns, without its middle if need be.
 
     >>> shortened("implement_controller", 10), shortened("sprayer", 10)
-    ('impl…roller', 'sprayer')
+    ('impl…oller', 'sprayer')
     """
     if columns(text) <= room:
         return text

@@ -13,6 +13,7 @@ from dse.analysis.diagnosis.front_verdicts import cores_of
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.processing import is_logical
+from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import build_measure
 from dse.analysis.osate.latency import is_never_sampled, is_synchronous
 from dse.analysis.rates import is_event_triggered
@@ -363,7 +364,7 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
         triggers = step.via in component.triggers
         protocol = at(component.protocol, view)
         eager = is_event_triggered(component, view)
-        if eager and not triggers:
+        if eager and not triggers and not may_be_stored(space, step):
             yield f"{wire.name} does not dispatch {component.name}: its data wait for what does, which no bound counts"
         if protocol == "hybrid" and not triggers and at(component.callback_ns, view) is not None:
             yield f"{wire.name} does not run the callback of {component.name}, which the bounds count"
