@@ -461,10 +461,18 @@ class Reading:
         """The longest time between two messages of a connection."""
         spread = sum((Fraction(row[3]) - row[2] for row in self.connection_rows(connection)), Fraction(0))
         sender = self.problem.component(connection).get("from")
+        apart = Fraction(0)
         if self.states_rate(connection) or sender is None:
             rate = self.delivered_rate(connection)
-            return ceil(NS_PER_S / rate) + spread if rate else None
+            if not rate:
+                return None
+            apart = Fraction(ceil(NS_PER_S / rate))
+        if sender is None:
+            return apart + spread
+        if sender in self._awaited:
+            return None
         gap = self.dispatch_gap_ns(sender)
+        spread += apart
         least, most = self.processing(sender)
         logical = self.logical_ns(sender)
         if logical is not None:

@@ -18,7 +18,7 @@ from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
 from dse.analysis.terms import picked
-from dse.analysis.views import CyclicActivation, View
+from dse.analysis.views import View
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
@@ -71,14 +71,9 @@ def dispatchers(space: Space, number: int) -> frozenset[int]:
 def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
 
-    A timer is released once in each period, and a message that states a rate comes at that rate; what a job sends comes
-    as much later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself.
-    Jobs that come sooner than a separation are not run, which adds to it.
-
-    Raises
-    ------
-    CyclicActivation
-        when event-triggered components dispatch each other in a cycle.
+    A timer is released once in each period, and what comes from outside comes at its rate; what a job sends comes as
+    much later as its processing and transmission may spread, and as its stated rate keeps messages apart. Each way to
+    be dispatched bounds the time by itself. Jobs that come sooner than a separation are not run, which adds to it.
     """
     gaps: dict[int, Exact | None] = {}
     todo, begun = [number], set[int]()
@@ -88,8 +83,8 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
         if not missing:
             gaps.setdefault(top, _gap_ns(space, top, gaps, view))
             todo.pop()
-        elif top in begun:
-            raise CyclicActivation
+        elif top in begun:  # a cycle, which only a stated rate may break
+            gaps[top] = None
         else:
             begun.add(top)
             todo += missing
@@ -101,8 +96,8 @@ def _before(space: Space, number: int, view: View) -> list[int]:
     """The components whose jobs dispatch a component, of a thread with segments its first piece."""
     component = space.components[number]
     wires = component.triggers if is_event_triggered(component, view) else ()
-    senders = [space.connections[wire].sender for wire in wires if not space.connections[wire].states_rate]
-    return [_pieces(space, item)[0] for item in senders if item is not None]
+    sources = [space.connections[wire].source for wire in wires]
+    return [_pieces(space, item)[0] for item in sources if item is not None]
 
 
 def _pieces(space: Space, number: int) -> tuple[int, ...]:
@@ -127,13 +122,17 @@ def _delivery_gap_ns(space: Space, wire: int, gaps: Mapping[int, Exact | None], 
     """The longest time between two messages of a connection, in ns; None without a bound."""
     connection = space.connections[wire]
     least, most, _ = transmission_ns(space, connection, view)
-    if connection.states_rate or connection.sender is None:
+    apart: Exact | None = 0
+    if connection.states_rate or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
-        return -(-NS_PER_S // rate) + (most - least) if rate else None
-    pieces = _pieces(space, connection.sender)
-    gap = gaps[pieces[0]]
+        apart = -(-NS_PER_S // rate) if rate else None
+    if apart is None or connection.source is None:
+        return None if apart is None else apart + (most - least)
+    pieces = _pieces(space, connection.source)
+    gap = gaps.get(pieces[0])
     if gap is None:
         return None
+    gap += apart  # what is sent sooner than a stated rate allows does not come
     for item in pieces:
         row = processing_row(space, space.components[item], view)
         if row.max_ns >= UNBOUNDED_NS:
