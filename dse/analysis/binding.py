@@ -98,7 +98,7 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
 
 
 def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, ...]:
-    """What a bus carries of one message, in bytes, on each way: data size and the overhead of every bus on the way."""
+    """The size in bytes of a connection's message on a bus, once for each way: data and overheads of all its buses."""
     return tuple(way_bytes(space, connection, way, view) for way in ways_over(space, connection, bus, view))
 
 

@@ -444,40 +444,52 @@ class Reading:
 
     def dispatch_gap_ns(self, name: str) -> Any:
         """The longest time between two jobs of a component; None where there may be none for ever."""
+        return self._job_distances(name)[1]
+
+    def _job_distances(self, name: str) -> tuple[Any, Any]:
+        """The shortest and the longest time between two jobs of a component; None for ever."""
         if self.protocol(name) in ("periodic", "hybrid"):
-            return self.period_ns(name)
+            return self.period_ns(name), self.period_ns(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
-        gaps = [self._delivery_gap_ns(connection) for connection in self.triggers(name)]
+        ways = [self._message_distances(connection) for connection in self.triggers(name)]
         self._awaited.remove(name)
-        known = [gap for gap in gaps if gap is not None]
-        if not known:
-            return None
-        is_apart = self.protocol(name) == "sporadic" and self.offered(name, "period")
-        return min(known) + ((self.period_ns(name) or 0) if is_apart else 0)
+        known = [longest for _, longest in ways if longest is not None]
+        soonest = ways[0][0] if len(ways) == 1 else 0
+        separation = (
+            self.period_ns(name) or 0 if self.protocol(name) == "sporadic" and self.offered(name, "period") else 0
+        )
+        logical = self.logical_ns(name)
+        lost = max(self.processing(name)[1] if logical is None else logical, separation)
+        longest = min(known) if known else None
+        if soonest >= lost:
+            return soonest, longest
+        return max(soonest, separation), None if longest is None else longest + lost
 
-    def _delivery_gap_ns(self, connection: str) -> Any:
-        """The longest time between two messages of a connection."""
+    def _message_distances(self, connection: str) -> tuple[Any, Any]:
+        """The shortest and the longest time between two messages of a connection; None for ever."""
         spread = sum((Fraction(row[3]) - row[2] for row in self.connection_rows(connection)), Fraction(0))
         sender = self.problem.component(connection).get("from")
         apart = Fraction(0)
         if self.states_rate(connection) or sender is None:
             rate = self.delivered_rate(connection)
             if not rate:
-                return None
+                return 0, None
             apart = Fraction(ceil(NS_PER_S / rate))
         if sender is None:
-            return apart + spread
-        if sender in self._awaited:
-            return None
-        gap = self.dispatch_gap_ns(sender)
-        spread += apart
+            return max(apart - spread, 0), apart + spread
+        soonest, longest = (0, None) if sender in self._awaited else self._job_distances(sender)
         least, most = self.processing(sender)
         logical = self.logical_ns(sender)
         if logical is not None:
             least = most = logical
-        return None if gap is None or most >= NO_BOUND_NS else gap + (most - least) + spread
+        if longest is None or most >= NO_BOUND_NS:
+            return 0, None
+        soonest, longest = max(soonest - (most - least), 0), longest + (most - least)
+        if soonest < apart:
+            soonest, longest = apart, longest + apart
+        return max(soonest - spread, 0), longest + spread
 
     # Clocks
 

@@ -119,7 +119,7 @@ class Teller:
 
     @cached_property
     def waits(self) -> Waits:
-        """What the threads of the design wait for."""
+        """The waits of each thread of the design: own work, jobs of others, blocking."""
         return self._waits(self.solution.ends)
 
     def _waits(self, ends: Ends) -> Waits:

@@ -16,7 +16,7 @@ from typing import Annotated, Literal
 from dse.analysis.diagnosis.reservation_budgets import least
 from dse.analysis.diagnosis.what_if import only, with_shorter_interrupt, with_shorter_job, with_shorter_section
 from dse.analysis.limits import build_limit, judge
-from dse.analysis.scheduling.fixed_point import response_alone_ns, solve
+from dse.analysis.scheduling.fixed_point import response_ns, solve
 from dse.analysis.scheduling.model import System
 from dse.analysis.scheduling.order import Schedule
 from dse.analysis.scheduling.responses import solution_of
@@ -103,7 +103,7 @@ class Trials:
         return with_shorter_job(self.system, key, by_ns)
 
     def whole(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
-        """The same as a space and a design in it that knows all response times, for figures that count these."""
+        """The space with a shorter time, and a design of it that knows all response times, for figures of flows."""
         solution = solve(self.shortened(item, by_ns))
         self._spent += solution.rounds * len(solution.ends)
         view = View(self.view.design)
@@ -138,13 +138,13 @@ class Trials:
             if entry.key in counted
         )
 
-        def response_ns(item: Candidate, by_ns: int) -> Exact | None:
+        def shorter_ns(item: Candidate, by_ns: int) -> Exact | None:
             if is_simple:
-                return response_alone_ns(self.shortened(item, by_ns), last)
+                return response_ns(self.shortened(item, by_ns), last, {})
             return self._known(places, item, by_ns)[last]
 
         yield from self.least_cuts(
-            self.candidates([*keys, *others]), lambda item, by_ns: is_in_time(response_ns(item, by_ns))
+            self.candidates([*keys, *others]), lambda item, by_ns: is_in_time(shorter_ns(item, by_ns))
         )
 
     def least_cuts(

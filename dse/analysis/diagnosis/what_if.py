@@ -1,4 +1,4 @@
-"""The same system with one time that is shorter, to be solved again: no design is read anew.
+"""A system of stages and resources with one time shortened, to find its response times again without its design.
 
 Every stage keeps its resource and its place in the order there.
 """

@@ -158,7 +158,9 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             if kind == "min latency":
                 return least - period, least
-            jobs = 2 + _queue_size(space, step, view) + len(dispatchers(space, step.index) if is_stored else ())
+            jobs = 2 + _queue_size(space, step, view)
+            if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
+                jobs += 1 + 2 * len(dispatchers(space, step.index))
             most = least + jobs * UNBOUNDED_NS
             if not _may_move(space, step, kind):
                 return least, most

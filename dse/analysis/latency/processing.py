@@ -1,4 +1,4 @@
-"""What a job takes from its release until its data leave: the row of processing (docs/semantics.md, section 3.2)."""
+"""The processing row of a contributor table: shortest and longest time of a job (docs/semantics.md, section 3.2)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def is_logical(space: Space, component: Component, view: View) -> bool:
 
 
 def processing_row(space: Space, component: Component, view: View) -> Row:
-    """The least and the most that a component takes from its release on."""
+    """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row."""
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
         assert logical is not None, component.name

@@ -9,8 +9,9 @@ A device that nothing dispatches has no releases: it takes what comes when it co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial, reduce
+from typing import NamedTuple
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.latency.processing import processing_row
@@ -27,7 +28,7 @@ from dse.support.units import Exact
 
 
 def stored_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """What data wait for the next dispatch of an event-triggered component; None where they dispatch it."""
+    """The row of sampling by dispatch, for an event-triggered component whose input does not dispatch it; else None."""
     if not may_be_stored(space, step) or not is_event_triggered(component, view):
         return None
     gap = dispatch_gap_ns(space, step.index, view)
@@ -48,9 +49,9 @@ def may_be_stored(space: Space, step: Step) -> bool:
 
 
 def waits_for_others(space: Space, step: Step) -> bool:
-    """Whether the longest time between two dispatches of such a component hangs on response times."""
+    """Whether a component that reads stored inputs waits for jobs whose response times count in that time."""
     return may_be_stored(space, step) and any(
-        space.components[number].processor is not None for number in dispatchers(space, step.index)
+        space.components[number].processor is not None for number in (step.index, *dispatchers(space, step.index))
     )
 
 
@@ -61,35 +62,59 @@ def dispatchers(space: Space, number: int) -> frozenset[int]:
     while todo:
         component = space.components[todo.pop()]
         pieces = component.pieces.members if component.pieces is not None else ()
-        senders = (space.connections[wire].sender for wire in component.triggers)
-        fresh = {item for item in (*pieces, *senders) if item is not None} - found
+        sources = (space.connections[wire].source for wire in component.triggers)
+        fresh = {item for item in (*pieces, *sources) if item is not None} - found
         found |= fresh
         todo += fresh
     return frozenset(found)
+
+
+class Distance(NamedTuple):
+    """The least and the most time between two events that follow each other, in ns; `most_ns` None without a bound."""
+
+    least_ns: Exact
+    most_ns: Exact | None
+
+    def later(self, spread_ns: Exact) -> Distance:
+        """The distance of events each of which is delayed by a time of its own, which spreads so far."""
+        most = None if self.most_ns is None else self.most_ns + spread_ns
+        return Distance(picked("max", self.least_ns - spread_ns, 0), most)
+
+    def thinned(self, lost_ns: Exact, apart_ns: Exact) -> Distance:
+        """The distance of events of which those may be lost that come less than `lost_ns` after the last one.
+
+        Those that come less than `apart_ns` after it are lost.
+        """
+        if self.least_ns >= lost_ns:
+            return self
+        most = None if self.most_ns is None else self.most_ns + lost_ns
+        return Distance(picked("max", self.least_ns, apart_ns), most)
 
 
 def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
 
     A timer is released once in each period, and what comes from outside comes at its rate; what a job sends comes as
-    much later as its processing and transmission may spread, and as its stated rate keeps messages apart. Each way to
-    be dispatched bounds the time by itself. Jobs that come sooner than a separation are not run, which adds to it.
+    much later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself.
+    Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
+    that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
-    gaps: dict[int, Exact | None] = {}
+    found: dict[int, Distance] = {}
     todo, begun = [number], set[int]()
     while todo:
         top = todo[-1]
-        missing = [item for item in _before(space, top, view) if item not in gaps] if top not in gaps else []
+        missing = [item for item in _before(space, top, view) if item not in found] if top not in found else []
         if not missing:
-            gaps.setdefault(top, _gap_ns(space, top, gaps, view))
+            if top not in found:
+                found[top] = _dispatches(space, top, found, view)
             todo.pop()
         elif top in begun:  # a cycle, which only a stated rate may break
-            gaps[top] = None
+            found[top] = Distance(0, None)
         else:
             begun.add(top)
             todo += missing
-    found = gaps[number]
-    return NO_BOUND if found is None or found >= UNBOUNDED_NS else found
+    gap = found[number].most_ns
+    return NO_BOUND if gap is None or gap >= UNBOUNDED_NS else gap
 
 
 def _before(space: Space, number: int, view: View) -> list[int]:
@@ -106,36 +131,41 @@ def _pieces(space: Space, number: int) -> tuple[int, ...]:
     return (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
 
 
-def _gap_ns(space: Space, number: int, gaps: Mapping[int, Exact | None], view: View) -> Exact | None:
+def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: View) -> Distance:
+    """The distance of the dispatches of a component, from those of the components that dispatch it."""
     component = space.components[number]
     if not is_event_triggered(component, view):
         period: Exact = at(component.period_ns, view)
-        return period
-    found = [gap for wire in component.triggers if (gap := _delivery_gap_ns(space, wire, gaps, view)) is not None]
-    if not found:
-        return None
-    least: Exact = reduce(partial(picked, "min"), found)
-    return least + at(component.period_ns, view) if arrivals(component, view).is_separated else least
+        return Distance(period, period)
+    ways = [_deliveries(space, wire, found, view) for wire in component.triggers]
+    bounds = [way.most_ns for way in ways if way.most_ns is not None]
+    most = reduce(partial(picked, "min"), bounds) if bounds else None
+    arriving = Distance(ways[0].least_ns if len(ways) == 1 else 0, most)
+    pieces = component.pieces.members if component.pieces is not None else (number,)
+    _, busy = _processing_ns(space, pieces, view)
+    apart = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
+    return arriving.thinned(picked("max", busy, apart), apart)
 
 
-def _delivery_gap_ns(space: Space, wire: int, gaps: Mapping[int, Exact | None], view: View) -> Exact | None:
-    """The longest time between two messages of a connection, in ns; None without a bound."""
+def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
+    """The distance of the messages of a connection."""
     connection = space.connections[wire]
     least, most, _ = transmission_ns(space, connection, view)
-    apart: Exact | None = 0
+    apart: Exact = 0
     if connection.states_rate or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
-        apart = -(-NS_PER_S // rate) if rate else None
-    if apart is None or connection.source is None:
-        return None if apart is None else apart + (most - least)
+        if not rate:
+            return Distance(0, None)
+        apart = -(-NS_PER_S // rate)
+    if connection.source is None:
+        return Distance(apart, apart).later(most - least)
     pieces = _pieces(space, connection.source)
-    gap = gaps.get(pieces[0])
-    if gap is None:
-        return None
-    gap += apart  # what is sent sooner than a stated rate allows does not come
-    for item in pieces:
-        row = processing_row(space, space.components[item], view)
-        if row.max_ns >= UNBOUNDED_NS:
-            return None
-        gap += row.max_ns - row.min_ns
-    return gap + (most - least)
+    shortest, longest = _processing_ns(space, pieces, view)
+    sent = found.get(pieces[0], Distance(0, None)).later(longest - shortest)
+    return sent.thinned(apart, apart).later(most - least)
+
+
+def _processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:
+    """The shortest and longest processing of pieces of a thread together, in ns, as flows count it."""
+    rows = [processing_row(space, space.components[item], view) for item in pieces]
+    return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)

@@ -114,36 +114,31 @@ def solve(system: System) -> Solution:
 class Rounds:
     """The response times of a system as they are after `count` rounds: lower bounds that rise."""
 
-    def __init__(self, system: System, ends: dict[TaskKey, Exact | None] | None = None) -> None:
-        self.system, stages = system, system.stages
+    def __init__(self, system: System) -> None:
+        self.system = system
         entries = [entry for resource in system.resources for entry in resource.entries]
-        alone = {item.key: stages[item.key].elapsed_ns[1] for item in entries}
-        self.ends: dict[TaskKey, Exact | None] = dict(alone) if ends is None else ends
+        self.ends: dict[TaskKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
-        self._begin(is_plain=system.is_plain)
+        self._begin(is_plain=not system.is_traced)
 
     def _begin(self, *, is_plain: bool) -> None:
+        """Read what releases each stage; where times are mere numbers what is found of them is kept."""
         self.is_plain = is_plain
         self.events = EventModels(self.system.stages, self.ends, is_plain=is_plain)
         self.segments = Segments(self.events, self.system.resources, self.spans)
         self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
-
-    def tasks(self, resource: Resource) -> list[Task | None]:
-        """The stages of a resource as they are released by now; None where one comes without a bound."""
-        return [self.events.task(entry.key) for entry in resource.entries]
 
     def next(self) -> bool:
         """Raise all once, resource by resource; whether anything rose."""
         self.count, changed = self.count + 1, False
         look_at_the_clock()
         for number, resource in enumerate(self.system.resources):
-            tasks = self.tasks(resource)
-            earlier, self._before[number] = self._before[number], tasks
+            tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
             if earlier is not None and not _looks_beyond(resource) and all(map(_is_same, tasks, earlier)):
-                self._before[number] = earlier
                 continue  # as in the round before
+            self._before[number] = tasks
             succession = Succession(self.events, resource)
             together = _remembered(resource, tasks) if self.is_plain else None
             for position, entry in enumerate(resource.entries):
@@ -192,8 +187,7 @@ class Rounds:
         for key, more in grown.items():
             kept, item = (self.spans, key[1]) if key[0] == "span" else (self.ends, key)  # type: ignore[index]
             kept[item] += steps * more  # type: ignore[index, operator]
-        self.events = EventModels(self.system.stages, self.ends, is_plain=self.is_plain)
-        self.segments.events = self.events
+        self._begin(is_plain=self.is_plain)
         return steps * rounds
 
     def _raised(self, rounds: int, state: dict[Any, Any]) -> dict[Any, Any]:
@@ -223,14 +217,14 @@ def window_of(
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))
 
 
-def response_alone_ns(system: System, key: TaskKey) -> Exact | None:
-    """The response time of a stage where no release depends on one, and none is of a thread with segments."""
+def response_ns(system: System, key: TaskKey, ends: Ends) -> Exact | None:
+    """The response time in ns of a stage on a resource where all that releases stages ends as given; None: no bound.
+
+    What `ends` leaves out ends after its longest time by itself.
+    """
     place = system.place(key)
     assert place is not None
-    resource, position = place
-    work = Rounds(system)
-    tasks = [work.events.bounded_task(entry.key) for entry in resource.entries]
-    window = window_of(resource, position, tasks, Succession(work.events, resource), work.segments)
+    window = Windows(system, ends).of(*place)
     return None if window is None else window.response_ns()
 
 
@@ -293,18 +287,18 @@ class Windows:
         given = self.tasks(resource) if tasks is None else tasks
         return window_of(resource, position, given, Succession(self.events, resource), self.segments)
 
-    def so_far(self, resource: Resource, position: int) -> tuple[Exact, Window | None]:
-        """What decides how long after the release of its thread a stage ends, and what of that is before it, in ns.
+    def since_thread(self, resource: Resource, position: int, window: Window | None) -> tuple[Exact, Window | None]:
+        """What decides when a stage ends after the release of its thread, and how much of that time is before, in ns.
 
-        That is 0, or of a later piece of a thread when the one before ends. Where looking at the core of the thread
-        alone bounds all of it better, it is the work of the pieces before and the times away.
+        `window` is what decides its time from its own release. Before a later piece of a thread is the end of the piece
+        before. Where looking at the core of the thread alone bounds all of it better, another window decides, and
+        before are the work of the pieces before and the times away.
         """
-        entry = resource.entries[position]
-        window, stage = self.of(resource, position), self.system.stages[entry.key]
+        stage = self.system.stages[resource.entries[position].key]
         alone = None if window is None else window.response_ns()
         if stage.key == stage.first or alone is None:
             return 0, window
-        previous = stage.pieces[stage.pieces.index(entry.key) - 1]
+        previous = stage.pieces[stage.pieces.index(stage.key) - 1]
         begin = self.events.ends.get(previous, self.system.stages[previous].elapsed_ns[1])
         together = self.segments.together(resource, position, self.tasks(resource))
         end = None if together is None else together.response_ns()

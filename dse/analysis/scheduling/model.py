@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from dse.analysis.scheduling.busy_window import Stream, Task, is_plain
+from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact
@@ -63,8 +63,6 @@ class Stage:
         where there are others, a timer, a separation, or a time for which what is sent waits.
     has_section
         whether nothing interrupts it for a part of its time.
-    is_plain
-        whether all of its times are mere numbers, not numbers that remember how they were made.
     """
 
     key: TaskKey
@@ -79,7 +77,6 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
-    is_plain: bool = True
 
     @property
     def first(self) -> TaskKey:
@@ -176,18 +173,14 @@ class Resource:
 class System:
     """The resources of a design, in the order of the file, and all stages on them or before these.
 
-    Response times that grow beyond `horizon_ns` by their own jitter have no bound.
+    Response times that grow beyond `horizon_ns` by their own jitter have no bound. Of a system that `is_traced` times
+    are numbers that remember how they were made: nothing found of them is kept.
     """
 
     stages: Mapping[TaskKey, Stage]
     resources: tuple[Resource, ...]
     horizon_ns: int
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether all of its times are mere numbers, so that what is computed of them may be remembered."""
-        interrupts = (item for resource in self.resources for item in resource.interrupts)
-        return all(stage.is_plain for stage in self.stages.values()) and all(map(is_plain, interrupts))
+    is_traced: bool = False
 
     def place(self, key: TaskKey) -> tuple[Resource, int] | None:
         """The resource of a stage and its position there; None where it runs on none of these."""

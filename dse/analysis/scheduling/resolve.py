@@ -7,13 +7,12 @@ for decisions; what is computed of the model does neither.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
-from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
-from dse.analysis.scheduling.busy_window import PLAIN, Stream
+from dse.analysis.rates import NS_PER_S, arrivals, rate_hz
+from dse.analysis.scheduling.busy_window import Stream
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
@@ -21,7 +20,6 @@ from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_na
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
-from dse.support.units import Exact
 
 Read: TypeAlias = Callable[[TaskKey], Stage]
 
@@ -38,7 +36,7 @@ def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -
     """
     if wanted is not None:
         return system_of(space, Schedule(space, view).needed(wanted), view)
-    if type(view) is View and not _is_traced(space):
+    if _is_shared(space, view):
         processors = range(len(space.processors))
         resources = [item for number in processors for item in _RESOURCES.recall(space, number, view, _resources_on)]
         return _system(space, resources, view)
@@ -57,11 +55,11 @@ def system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], vi
 
 def _system(space: Space, resources: Sequence[Resource], view: View) -> System:
     keys = [entry.key for resource in resources for entry in resource.entries]
-    return System(with_senders(keys, reader(space, view)), tuple(resources), horizon_ns(space))
+    return System(with_senders(keys, reader(space, view)), tuple(resources), horizon_ns(space), space.is_traced)
 
 
 def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
-    """These stages, all that release them, and the other pieces of their threads."""
+    """Stages by their keys, with all that release them and the other pieces of their threads."""
     stages: dict[TaskKey, Stage] = {}
     todo = list(keys)
     while todo:
@@ -76,35 +74,18 @@ def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
 # --- stages -----------------------------------------------------------------------------------------------------------
 
 _STAGES: Recall[Stage] = Recall()
-_TRACED: list[Space] = []
-"""The space that was found last to have numbers that remember how they were made: nothing of it is remembered."""
 
 
-def _is_traced(space: Space) -> bool:
-    return any(space is item for item in _TRACED)
+def _is_shared(space: Space, view: View) -> bool:
+    """Whether designs that agree in what a part of them depends on share it: whole designs of mere numbers do."""
+    return type(view) is View and not space.is_traced
 
 
 def reader(space: Space, view: View) -> Read:
-    """Reads stages: of whole designs that agree in what a stage depends on each is one object."""
-    if type(view) is not View or _is_traced(space):
-        return lambda key: stage_of(space, key, view)
-
-    def read(key: TaskKey) -> Stage:
-        stage = _STAGES.recall(space, key, view, stage_of)
-        if not stage.is_plain:
-            _TRACED[:] = [space]
-        return stage
-
-    return read
-
-
-def is_plain(stage: Stage) -> bool:
-    """Whether all of its times are mere numbers."""
-    times: list[Exact | None] = [stage.best_ns, stage.cost_ns, stage.separation_ns, *stage.elapsed_ns]
-    for release in stage.releases:
-        times += [release.least_ns, release.most_ns]
-        times += [release.stream.period_ns, release.stream.jitter_ns] if release.stream is not None else []
-    return all(type(time) in PLAIN for time in times)
+    """A function that reads a stage by its key; what designs share is one object."""
+    if _is_shared(space, view):
+        return lambda key: _STAGES.recall(space, key, view, stage_of)
+    return lambda key: stage_of(space, key, view)
 
 
 def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
@@ -115,7 +96,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
     is_on_core = component.processor is not None and at(component.processor, view) is not None
     found = arrivals(component, view)
     pieces = () if component.pieces is None else component.pieces.members
-    stage = Stage(
+    return Stage(
         key,
         task_name(component, part),
         best,
@@ -129,16 +110,16 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         _follows(space, component, view) if part == "thread" and space.executors else None,
         bool(component.section_ns),
     )
-    return stage if is_plain(stage) else replace(stage, is_plain=False)
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
     number, part = key
     component = space.components[number]
-    timer = Release(Stream(at(component.period_ns, view))) if part == "thread" and _has_timer(component, view) else None
-    if part == "thread" and not is_event_triggered(component, view):
-        return () if timer is None else (timer,)
+    ways = arrivals(component, view)
+    timer = Release(Stream(at(component.period_ns, view))) if part == "thread" and ways.by_timer else None
     found = [] if timer is None else [timer]
+    if part == "thread" and not ways.by_inputs:
+        return tuple(found)
     for wire in component.triggers:
         least, most, _ = transmission_ns(space, space.connections[wire], view)
         sender = space.connections[wire].sender
@@ -147,10 +128,6 @@ def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
         elif rate := rate_hz(space, ("delivery", wire), view):
             found.append(Release(Stream(max(1, NS_PER_S // rate), most - least)))
     return tuple(found)
-
-
-def _has_timer(component: Component, view: View) -> bool:
-    return arrivals(component, view).by_timer
 
 
 def _follows(space: Space, component: Component, view: View) -> Release | None:
@@ -236,4 +213,4 @@ def horizon_ns(space: Space) -> int:
 
 
 _HORIZON: list[tuple[tuple[Component, ...], int]] = []
-"""That of the components that were asked about last."""
+"""The components that were asked about last, with their horizon."""

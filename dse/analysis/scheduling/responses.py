@@ -16,10 +16,9 @@ from typing import Annotated
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.scheduling.busy_window import Task
-from dse.analysis.scheduling.fixed_point import Rounds, Solution, Window, solve, window_of
+from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
-from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.resolve import among, resolve
 from dse.analysis.scheduling.subsets import Subsets
@@ -193,14 +192,9 @@ def response_among(
 
     What `known` does not have ends after its longest execution time: no release has less jitter.
     """
+    key: TaskKey = (number, "thread")
     system = among(space, [group], view)
-    place = system.place((number, "thread"))
-    if place is None:
-        return 0
-    work = Rounds(system, dict(known))
-    tasks = work.tasks(place[0])
-    window = window_of(*place, tasks, Succession(work.events, place[0]), work.segments)
-    return None if window is None else window.response_ns()
+    return 0 if system.place(key) is None else response_ns(system, key, known)
 
 
 def is_released_alone(space: Space, number: int, view: View) -> bool:
@@ -265,7 +259,8 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
         component, stage = space.components[key[0]], solution.system.stages[key]
         is_whole = key[1] == "thread" and space.is_last_piece(key[0])
         executor, reservation = at(component.executor, view), component.reservation
-        task, (before_ns, whole) = windows.tasks(resource)[place[1]], windows.so_far(*place)
+        task, window = windows.tasks(resource)[place[1]], windows.of(*place)
+        before_ns, whole = windows.since_thread(*place, window)
         loss = solution.loss_of(key)
         because = () if loss is None else solution.because(loss)
         yield Response(
@@ -281,7 +276,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
             "" if reservation is None else space.reservations[reservation].name,
             bool(stage.pieces),
             at(space.processors[resource.processor].serves, view) is not None,
-            windows.of(*place),
+            window,
             whole,
             before_ns,
             tuple(dict.fromkeys(space.components[number].stated_as for number, _ in because)),

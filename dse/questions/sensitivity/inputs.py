@@ -59,7 +59,7 @@ class InputSpace:
         loaded = replace(problem.loaded, spec=spec)
         self.problem = problem
         asked = ask or partial(changed, changes=problem.changes)
-        self.traced = asked(Problem(loaded, build_space(loaded))).space
+        self.traced = replace(asked(Problem(loaded, build_space(loaded))).space, is_traced=True)
         self._known: dict[tuple[Fraction, ...], _Kept] = {}
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions
@@ -109,7 +109,7 @@ class InputSpace:
             )
             for name in PARTS
         }
-        return replace(self.traced, **parts)
+        return replace(self.traced, is_traced=traced, **parts)
 
     def _changed(
         self, part: Any, moved: frozenset[int], replaced: Callable[[Traced], Any], seen: dict[int, Any], *, traced: bool

@@ -297,6 +297,8 @@ class Space:
     open_priorities: tuple[OpenPriority, ...] = ()
     unequal_cores: bool = False
     """Whether some thread takes longer on some cores of a processor than on others."""
+    is_traced: bool = False
+    """Whether figures remember how they were made (`dse.questions.sensitivity`): nothing found of them is kept."""
     assumptions: tuple[str, ...] = ()
     processing: str = "execution_time"
     """What a flow counts as the longest processing of a thread: ``execution_time`` or ``response_time``."""
