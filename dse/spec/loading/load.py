@@ -262,7 +262,7 @@ class _SpecLoader:
             raise ProblemError([source.diagnostic(["of"], f"{missing}: {str(target)!r}"[:300], hint)])
         options: dict[str, Any] = {key: source.text_at([key]) for key in ("root", "mode") if source.text_at([key])}
         if folders := self._libraries(source):
-            options["library"] = ",".join(folders)
+            options["library"] = folders
         imported = read_foreign(target, None, {**options, **self.options, "choices": offered(source.node)})
         self.told += imported.remarks
         self._files += dict.fromkeys(place.file for place in imported.places.values())

@@ -166,8 +166,9 @@ class ConnectionWriter:
         found = [one for one in stated if one is not None]
         if any(not self._is_same(found[0], other) for other in found[1:]):
             places = ", ".join(dict.fromkeys(shown_place(one.place) for one in found))
-            text = f"Value for property {name} not consistent along connection ({places}): that of {{}} counts"
-            self.model.library.remark(text.format(shown_place(found[0].place)), found[0].place)
+            first = shown_place(found[0].place)
+            text = f"Value for property {name} not consistent along connection ({places}): that of {first} counts"
+            self.model.library.remark(text, found[0].place)
         return found[0] if found else None
 
     def _is_same(self, one: Found, other: Found) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, product
 from typing import TypeAlias
 
 from dse.importers.aadl.instance.connections import ConnectionInstance, Wire, Wiring, beyond
@@ -353,17 +354,9 @@ def _title(context: Instance, member: Member[Flow]) -> str:
 
 def _combined(choices: Sequence[Sequence[tuple[Element, ...]]]) -> Iterator[tuple[Element, ...]]:
     """One of each, in the order of the first; each combination counts of the allowance."""
-    numbers = [0] * len(choices)
-    while all(choices):
+    for chosen in product(*choices):
         spend(1 + len(choices))
-        yield tuple(one for number, choice in zip(numbers, choices, strict=True) for one in choice[number])
-        position = len(choices) - 1
-        while position >= 0 and numbers[position] == len(choices[position]) - 1:
-            numbers[position] = 0
-            position -= 1
-        if position < 0:
-            return
-        numbers[position] += 1
+        yield tuple(chain.from_iterable(chosen))
 
 
 def _inside(flow: Flow) -> tuple[Path, ...]:

@@ -25,6 +25,9 @@ T = TypeVar("T")
 MAX_DEPTH = 30
 CARRIERS = ("bus", "virtual bus")
 
+SIZES = ("Data_Size", "Source_Data_Size")
+"""Properties that state a size, the first one first."""
+
 
 @dataclass
 class InstanceModel:
@@ -106,7 +109,7 @@ class InstanceModel:
         if flat is None or depth > MAX_DEPTH:
             return None
         self.properties.data_types[id(flat)] = flat
-        for name in ("Data_Size", "Source_Data_Size"):
+        for name in SIZES:
             found = self.properties.of_classifier(flat.properties, component, name)
             size = self.read(found, size_of, name)
             if size is not None:
@@ -116,7 +119,7 @@ class InstanceModel:
             if member.item.category != "data":
                 continue
             own = [self.properties.of_classifier(member.properties, component, name)
-                   for name in ("Data_Size", "Source_Data_Size")]  # fmt: skip
+                   for name in SIZES]  # fmt: skip
             stated = next((self.read(item, size_of, "Data_Size") for item in own if item is not None), None)
             inner = None if stated is None else stated.low
             if inner is None and member.item.classifier is not None:
@@ -131,7 +134,7 @@ class InstanceModel:
 
     def port_size(self, component: Instance | None, path: Path) -> Fraction | None:
         """The size in bytes that a feature states itself; None where it leaves that to its data type."""
-        for name in ("Data_Size", "Source_Data_Size"):
+        for name in SIZES:
             size = self.read(self.properties.of_feature(component or self.root, path, name), size_of, name)
             if size is not None:
                 return size.low
@@ -144,9 +147,8 @@ class InstanceModel:
     def is_sum(self, component: Instance | None, path: Path) -> bool:
         """Whether the data type of a feature states no size itself, so that its size is the sum of its parts."""
         flat = self._data_type(component or self.root, path)
-        names = ("Data_Size", "Source_Data_Size")
         return flat is not None and not any(
-            self.properties.of_classifier(flat.properties, component or self.root, name) for name in names
+            self.properties.of_classifier(flat.properties, component or self.root, name) for name in SIZES
         )
 
     def _data_type(self, component: Instance, path: Path) -> Flat | None:
@@ -170,14 +172,16 @@ def read_model(path: FilePath, options: Mapping[str, Any]) -> InstanceModel:
 
 
 def libraries(options: Mapping[str, Any]) -> list[FilePath]:
-    """The folders in which packages are looked for.
+    """The folders in which packages are looked for: a list, or, on a command line, a text with commas between them.
 
     Raises
     ------
     UsageError
         when one is none.
     """
-    found = [FilePath(item) for item in filter(None, (part.strip() for part in options.get("library", "").split(",")))]
+    stated = options.get("library") or ()
+    listed = [part.strip() for part in stated.split(",")] if isinstance(stated, str) else stated
+    found = [FilePath(item) for item in listed if item]
     for folder in found:
         if not folder.is_dir():
             raise UsageError(f"--library {folder}: is no folder")
