@@ -226,7 +226,7 @@ def _nearest(name: str) -> str:
     """The public name that may be meant; "" for names that Python itself asks for."""
     from difflib import get_close_matches
 
-    close = [] if name.startswith("_") else get_close_matches(name, _HOMES, 1)
+    close = [] if name.startswith("_") else get_close_matches(name, __all__, 1)
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 

@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,7 @@ def walk() -> Iterator[Figure]:
     yield from texts_of_chapter_5()
 
 
+@cache
 def answer(command: str) -> dict[str, Any]:
     """The JSON of a command, run in the root of the repository."""
     with tempfile.TemporaryDirectory() as folder:
@@ -179,15 +181,10 @@ def latencies(item: Latencies) -> Iterator[Figure]:
         for end in ("min", "max"):
             yield Figure(place, f"{what} {end}_method", cell[f"{end}_method"], row[f"{end}_method"])
             printed = cell[f"{end}_ms"]
-            yield Figure(place, f"{what} {end}_ms", printed, as_cell(place, printed, row[f"{end}_ns"]))
+            yield Figure(place, f"{what} {end}_ms", printed, rounded(Fraction(row[f"{end}_ns"]) / MS, printed))
     for end in ("min", "max"):
         ours = sum(Fraction(row[f"{end}_ns"]) for row in rows) / MS
         yield Figure(place, f"total {end}_ms", total[f"{end}_ms"], rounded(ours, total[f"{end}_ms"]))
-
-
-def as_cell(place: str, printed: str, value_ns: Any) -> str:
-    """Our time as the cell prints it."""
-    return rounded(Fraction(value_ns) / MS, printed)
 
 
 def texts_of_chapter_2() -> Iterator[Figure]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +10,6 @@ import click
 from click.shell_completion import CompletionItem
 
 from dse.support.errors import DseError
-
-Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def beginning(words: Iterable[str], text: str) -> list[CompletionItem]:

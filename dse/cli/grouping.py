@@ -10,7 +10,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "minimise", "maximise", "fix", "require", "vary", "design", "offer",
     ),
     "How figures count": ("processing", "deadlines", "overload", "profile", "worst_case", "settings"),
-    "Which model": ("root", "mode", "problem"),
+    "Which model": ("root", "mode", "library", "problem"),
     "The answer": (
         "rank_by", "top", "every", "explain", "further", "within", "insist", "response_times", "limit", "method",
         "study", "studies", "alternative", "figures",

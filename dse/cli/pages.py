@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import F, console, save, tell_plots
+from dse.cli.common import F, console, report_folder, save, tell_plots
 from dse.cli.saying import tell
 from dse.support.files.writing import PAGES
 from dse.support.timelimit import OutOfTime, TimeLimit, until
@@ -117,3 +117,14 @@ def print_front(
     except OutOfTime:
         page = first_page(document, top, further, has_time=False)
     print_page(screen, page, lines=lines)
+
+
+def write_page_figures(folder: str | None, page: Page, stem: str) -> None:
+    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder."""
+    if folder is None:
+        return
+    from dse.report.output import page_figures
+    from dse.support.files.writing import write_files
+
+    for path in write_files(report_folder(folder), page_figures(page, ("svg", "png"), stem)):
+        tell(f"figure: {path}")

@@ -54,8 +54,7 @@ class Working:
         begun = time.monotonic()
         stopping = False
         while True:
-            if self._is_interrupted() and not stopping:
-                stopping = True
+            stopping = stopping or self._is_interrupted()
             text = "Ctrl-C: stopping, and keeping what was found; again: at once" if stopping else self.text
             rewrite(f"{text}, {time.monotonic() - begun:.1f} s")
             if self._over.wait(STEP_S):

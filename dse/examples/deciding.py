@@ -48,7 +48,7 @@ def deciding_text(path: Path, options: Mapping[str, str], folder: Path) -> tuple
     imported = read_foreign(path, "aadl", options)
     model = read_model(path, options)
     choices = _choices(imported.document, model)
-    head = _head(imported, path, options)
+    head = _head(imported, options)
     choices = _accepted(
         {**head, "of": str(path.resolve())}, choices, [str(item.resolve()) for item in libraries(options)]
     )
@@ -60,7 +60,7 @@ def deciding_text(path: Path, options: Mapping[str, str], folder: Path) -> tuple
     return _comments(imported) + text, imported.remarks
 
 
-def _head(imported: Imported, path: Path, options: Mapping[str, str]) -> dict[str, Any]:
+def _head(imported: Imported, options: Mapping[str, str]) -> dict[str, Any]:
     """What names the model and the question."""
     stated = imported.document["imported"]
     found: dict[str, Any] = {"dse": 1, "name": f"Decisions of {stated['root']}", "of": "", "root": stated["root"]}

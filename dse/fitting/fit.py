@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from dse.fitting.extremes import tails
 from dse.fitting.fitted import Execution, Fit, Transport
@@ -37,9 +37,6 @@ from dse.support.timelimit import in_time
 from dse.support.units import format_duration
 from dse.support.units.parse import round_to_int
 from dse.support.units.table import Rounding
-
-if TYPE_CHECKING:
-    pass
 
 DIGITS = 4
 """Figures are rounded outwards to so many digits: minima down, maxima up."""

@@ -203,7 +203,7 @@ def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
 
 
 def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
-    """The same as plain data, without the remarks."""
+    """The catalogue as plain data, without remarks."""
     data: dict[str, Any] = {}
     limits = _limits(fit)
     if limits:
@@ -219,16 +219,10 @@ def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
 
 
 def remark_lines(fit: Fit) -> Iterator[str]:
-    """What is to be said, each with what it is about."""
-    for item in fit.transports:
-        yield from (f"{_where(item)}: {remark.text}" for remark in item.remarks if remark.kind != "sample maximum")
-    for one in fit.executions:
-        yield from (f"{_where(one)}: {remark.text}" for remark in one.remarks if remark.kind != "sample maximum")
-
-
-def _where(item: Transport | Execution) -> str:
-    name = item.transport if isinstance(item, Transport) else item.name
-    return " on ".join(part for part in (name, item.platform) if part)
+    """The remarks on figures, each headed by its transport or thread and the platform."""
+    measured: tuple[Transport | Execution, ...] = (*fit.transports, *fit.executions)
+    for item in measured:
+        yield from (f"{item.where}: {remark.text}" for remark in item.remarks if remark.kind != "sample maximum")
 
 
 def _limits(fit: Fit) -> list[str]:
@@ -239,9 +233,9 @@ def _limits(fit: Fit) -> list[str]:
         for remark in item.remarks:
             if remark.limit_bytes is not None:
                 limit = f"messages of at most {remark.limit_bytes} B (beyond, {beyond[remark.kind]})"
-                found.append(f"{_where(item)}: {limit}")
+                found.append(f"{item.where}: {limit}")
             elif remark.kind == "left out":
-                found.append(f"{_where(item)}: {remark.text}")
+                found.append(f"{item.where}: {remark.text}")
     return found
 
 
@@ -300,7 +294,7 @@ def _uncertainty(fit: Fit, samples_file: str | None) -> Iterator[tuple[str, dict
             continue
         path = ".".join(part for part in ("thread_types", item.name, "compute_execution_time", item.platform) if part)
         if samples_file is not None and len(found.samples_ns):
-            yield f"{path}.max", {SAMPLES: samples_file, "column": column_name(item), "unit": "ns"}
+            yield f"{path}.max", {SAMPLES: samples_file, "column": item.where, "unit": "ns"}
         elif found.mean_ns is not None and found.deviation_ns:
             yield (
                 f"{path}.max",
@@ -317,11 +311,6 @@ def _rounded(value_ns: float) -> str:
     return format_duration(max(1, round(value_ns)))
 
 
-def column_name(item: Execution) -> str:
-    """The column of the samples of a thread on a platform."""
-    return " on ".join(part for part in (item.name, item.platform) if part)
-
-
 def samples_table(fit: Fit) -> str:
     """The samples of execution times in ns as CSV: a column for each thread and platform, shorter ones end early."""
     import csv
@@ -330,7 +319,7 @@ def samples_table(fit: Fit) -> str:
     with_samples = [item for item in fit.executions if len(item.summary.samples_ns)]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([column_name(item) for item in with_samples])
+    writer.writerow([item.where for item in with_samples])
     longest = max((len(item.summary.samples_ns) for item in with_samples), default=0)
     for row in range(longest):
         cells = [item.summary.samples_ns[row : row + 1] for item in with_samples]

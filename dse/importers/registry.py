@@ -234,9 +234,7 @@ def _is_of(importer: Importer, path: Path, form: str | None) -> bool:
     if form is not None:
         return importer.name == form
     name = path.name.lower()
-    is_its = (name.endswith(importer.suffixes) or (importer.name == "aadl" and path.is_dir())) and _tells(
-        path, importer.telltale
-    )
+    is_its = name.endswith(importer.suffixes) and _tells(path, importer.telltale)
     return is_its or name.endswith(importer.sure or ("\n",))
 
 

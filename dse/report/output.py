@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dse.answers.base import json_text
 from dse.answers.drawing.picture import Drafter
@@ -34,12 +34,6 @@ from dse.support.extras import needed_for
 from dse.support.files.guard import guarding
 from dse.support.files.writing import PAGES, write_files
 from dse.support.theme import LIGHT, with_colours
-
-if TYPE_CHECKING:
-    from dse.answers.robust import RobustResult
-    from dse.answers.studies.sensitivity import SensitivityResult
-    from dse.answers.studies.sweep import SweepResult
-    from dse.report.dispatch import Told
 
 SUFFIXES = (".html", ".md", ".csv", ".json")
 

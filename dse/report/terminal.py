@@ -57,9 +57,9 @@ def print_page(console: Console, page: Page, *, every: bool = False, lines: int 
         print_hanging(console, rest, "")
 
 
-def page_height(console: Console, page: Page, lines: int | None = None) -> int:
-    """How many lines a page takes that is printed with these `lines`."""
-    return _lines_of(console, lambda: print_page(console, page, lines=lines))
+def page_height(console: Console, page: Page) -> int:
+    """How many lines a page takes that is printed whole."""
+    return _lines_of(console, lambda: print_page(console, page))
 
 
 def _lines_of(console: Console, tell: Callable[[], None]) -> int:

@@ -225,7 +225,8 @@ def search_front(
         known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
         return replace(started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
-    state.untaught = encoded.copy() if encoded.learns and not _is_strict(evaluator, encoded) else None
+    # where the referee may refuse, canonical designs are the first of all, whatever a model has learnt
+    state.untaught = encoded.copy() if encoded.learns and not may_refuse(evaluator) else None
     if start is not None:
         with until(budget.limit.for_what_is_needed()), suppress(OutOfTime):
             state.start_from(start)
@@ -381,11 +382,6 @@ def _restore(state: _State, earlier: FrontSearch) -> None:
     state.calls_before = earlier.calls
 
 
-def _is_strict(evaluator: Evaluator, encoded: EncodedSpace) -> bool:
-    """Whether canonical designs are the first of all, which are the same whatever a model has learnt."""
-    return may_refuse(evaluator)
-
-
 def _first_accepted(
     strategy: Strategy, evaluator: Evaluator, known: Found, near: Design | None, order: InOrder
 ) -> tuple[Design, bool]:
@@ -396,9 +392,8 @@ def _first_accepted(
     Where the search adds to the model as it goes, only the strictly first one is the same whatever way it went.
     """
     is_refereed = may_refuse(evaluator)
-    strictly = _is_strict(evaluator, strategy.encoded)
     while True:
-        found = canonical_design(strategy, known, near, order, strictly=strictly)
+        found = canonical_design(strategy, known, near, order, strictly=is_refereed)
         if found is None:
             return known.design, False
         if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, strategy.encoded, known.point)):

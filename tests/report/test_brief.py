@@ -303,9 +303,7 @@ def test_no_cell_is_lost_in_whatever_room_there_is() -> None:
             out = io.StringIO()
             print_page(Console(file=out, width=width), Page("", "", (Section("one", "One", (table,)),)))
             said = "".join(out.getvalue().split())
-            assert all(
-                "".join(cell.split()) in said for row in table.rows for cell in row if width > 30 or cell.isdigit()
-            )
+            assert all(word in said for row in table.rows for cell in row for word in cell.split())
             assert max(map(len, out.getvalue().splitlines())) <= width
 
 

@@ -103,6 +103,11 @@ class Parts:
         return frozenset(number for flow in self.space.flows for number in _passed(flow))
 
     @cached_property
+    def components_in_flows(self) -> frozenset[int]:
+        """Components that a flow passes."""
+        return frozenset(step.index for flow in self.space.flows for step in flow.steps if step.kind == "component")
+
+    @cached_property
     def flow_ends(self) -> Mapping[int, str]:
         """The component that each longest flow begins with (``source``) and ends with (``sink``)."""
         ends: dict[int, str] = {}

@@ -165,7 +165,7 @@ class Drafter(Places):
         item, (x, y) = self.space.components[number], self.box_at[number]
         lines = texts.component(number)
         looks = ["box"]
-        if any(number in (step.index for step in flow.steps if step.kind == "component") for flow in self.space.flows):
+        if number in self.parts.components_in_flows:
             looks.append("inflow")
         if number in self.parts.flow_ends:
             looks.append("end")

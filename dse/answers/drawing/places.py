@@ -315,10 +315,7 @@ class Places:
         connections = [item for item in self.space.connections if item.source is not None and item.target is not None]
         found += [("", "messages")] * any(True for item in connections for _ in buses_of(item))
         found += [("local", "data without a bus")] * any(not list(buses_of(item)) for item in connections)
-        is_open = any(
-            item.is_open and number not in self.space.fixed for number, item in enumerate(self.space.decisions)
-        )
-        found += [("decision", "decided" if decided else "open decision")] * is_open
+        found += [("decision", "decided" if decided else "open decision")] * bool(self.texts.open)
         return found
 
 

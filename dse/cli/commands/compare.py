@@ -14,12 +14,10 @@ from dse.cli.common import (
     json_option,
     load_told,
     quiet_option,
-    report_folder,
     tell_carried,
 )
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option
-from dse.cli.saying import tell
+from dse.cli.pages import answer, report_option, write_page_figures
 from dse.support.errors import EXIT_COMPLETE, EXIT_NO
 
 
@@ -116,10 +114,5 @@ def _measured(
     found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
     page = measured_page(found)
     answer(page, (json_path, found.to_json), report=report, every=every, quiet=quiet)
-    if figures is not None:
-        from dse.report.output import page_figures
-        from dse.support.files.writing import write_files
-
-        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
-            tell(f"figure: {path}")
+    write_page_figures(figures, page, Path(files[0]).stem)
     return EXIT_NO if any(item.is_newly_broken for item in found.requirements) else EXIT_COMPLETE

@@ -295,11 +295,7 @@ class Contention:
 
 def is_deadline(limit: Limit) -> bool:
     """Whether a limit is an upper one on a response time of the space itself."""
-    return (
-        not limit.is_elsewhere
-        and limit.requirement.metric.kind == "response time"
-        and limit.requirement.operator in ("<=", "<")
-    )
+    return not limit.is_elsewhere and limit.requirement.is_deadline
 
 
 def contention_of(board: Board, rates: RateVariables) -> Contention | None:

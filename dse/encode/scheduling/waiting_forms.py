@@ -158,7 +158,7 @@ def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.
 
 def is_upward(space: Space) -> bool:
     """Whether a longer response time is nowhere an advantage: then it is enough that open terms are not too low."""
-    asked = [(item.metric, int(item.operator in ("<=", "<"))) for item in space.requirements]
+    asked = [(item.metric, int(item.is_upper)) for item in space.requirements]
     asked += [(item.metric, 1 if item.sense == "minimise" else -1) for item in space.objectives]
     return all(is_better_shorter(space, metric, sign) for metric, sign in asked)
 

@@ -430,12 +430,12 @@ def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
     found: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:
         metric = verdict.requirement.metric
-        if metric.kind in slots and verdict.requirement.operator in ("<=", "<") and metric.index is not None:
+        if metric.kind in slots and verdict.requirement.is_upper and metric.index is not None:
             usage = slots[metric.kind][metric.index]
             if usage.capacity:
                 share = verdict.whole_limit / usage.capacity
                 found[usage.name] = min(found.get(usage.name, share), share)
-        elif metric.kind == "core utilisation" and verdict.requirement.operator in ("<=", "<"):
+        elif metric.kind == "core utilisation" and verdict.requirement.is_upper:
             core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM
             found[core] = min(found.get(core, share), share)
     return found

@@ -350,10 +350,17 @@ class Document:
             carried = [size for bus in stack for size in message_sizes(self.space, item, bus, view)]
             sizes = carried or [at(item.size_bytes, view) or 0]
             size = max(sizes)
+            size_text = f"{int(size)} B" if size == int(size) else f"{float(size):.6g} B"  # OSATE's rules count bits
             rate = float(rate_hz(self.space, ("delivery", number), view))
             path = " over ".join(self.space.buses[bus].name for bus in stack) or "no bus"
             rows.append(
-                (item.name, *ends, path, f"{size} B" if size else NOTHING, f"{rate:.6g} Hz" if rate else NOTHING)
+                (
+                    item.name,
+                    *ends,
+                    path,
+                    size_text if size else NOTHING,
+                    f"{rate:.6g} Hz" if rate else NOTHING,
+                )
             )
         return Table(
             "Connections and what carries them",

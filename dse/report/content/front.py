@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from dse.answers.designs import Point
 from dse.answers.ranking.changes import counted_changes
@@ -122,7 +123,7 @@ class _Screen:
             if counted:
                 yield Text(f"Counted  {said}", "doubtful" if " Not " in said else "plain", hang=HANG)
 
-    @property
+    @cached_property
     def warnings(self) -> list[str]:
         """What is wrong with the first design, or with all of them."""
         if not self.result.front:
@@ -130,7 +131,7 @@ class _Screen:
         space = self.result.space
         some = any(item.overload for item in space.processors) or any(item.overload for item in space.buses)
         is_allowed = some or space.overload == "allowed"
-        found = [self.waiting.warning()]
+        found = [self.waiting.warning]
         if is_allowed and self.has_time:
             found += overload_words(self.document.alternative(self.result.front[0]).analysis)
         return [text for text in (*found, *unbounded_words(self.result)) if text]
@@ -238,7 +239,7 @@ class _Screen:
         else:
             yield Text(recommended_words(result, kind, self.names, "Recommended"), "strong", hang=2)
             yield Text(f"  Cost     {cost_words(result, kind.point)}", hang=HANG + 2)
-        changed = counted_changes(result.space, nearest[0].design) if nearest and len(nearest) == 1 else None
+        changed = counted_changes(result.space, nearest[0].design) if len(nearest) == 1 else None
         if changed:
             yield Text(f"  Changes  {changes_counted_words(changed)}.", hang=HANG + 2)
         if self.has_time:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from dse.analysis.terms import PPM
 from dse.answers.designs import Point
 from dse.answers.ranking.changes import Delta, deltas
 from dse.answers.ranking.kinds import Kind, Kinds, shortest_names
@@ -25,7 +26,6 @@ MOST_LIMITS = 2
 """The number of limits that are told of a design, the nearest first."""
 MOST_MINOR = 2
 """The greatest number of minor decisions that are told."""
-PPM = 10**6
 
 
 class Names:
@@ -182,7 +182,7 @@ def _margin_words(item: Margin, currency: str) -> str:
     same = limit.rpartition(" ")[2]
     value = value.removesuffix(f" {same}")
     slack = f" ({readable(item.share * PPM, 'ppm', digits=1)} slack)" if item.slack else " (no slack)"
-    relation = "of" if item.requirement.operator in ("<=", "<") else "with at least"
+    relation = "of" if item.requirement.is_upper else "with at least"
     return f"{name} {value} {relation} {limit}{slack}"
 
 

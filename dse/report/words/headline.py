@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cached_property
 
 from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses
 from dse.analysis.latency.rows import counts_responses
@@ -113,6 +114,7 @@ class Waiting:
         self.kept = [number for number, item in self.checked.items() if not item.broken]
         self.is_asked = left
 
+    @cached_property
     def warning(self) -> str:
         """That designs violate limits with waiting: all that were checked, or the first; "" where it need not be said.
 
@@ -152,7 +154,7 @@ class Waiting:
         bounded = [(value, number, broken) for value, number, broken in rows if value is not None]
         if not bounded:
             return f"{text}: unbounded"
-        is_upper = any(sign in text for sign in ("<", "≤", "deadline"))
+        is_upper = bounded[0][0] >= bounded[0][2].limit  # it is violated
         value, number, broken = (min if is_upper else max)(bounded, key=lambda row: row[0])
         word = "" if len(self.checked) == 1 else "least " if is_upper else "greatest "
         who = "" if len(self.checked) == 1 else f" (#{number})"
@@ -160,7 +162,7 @@ class Waiting:
 
     def note(self) -> str:
         """What designs keep with waiting, where no warning says so."""
-        if not self.result.leaves_out_contention or not self.result.front or self.warning():
+        if not self.result.leaves_out_contention or not self.result.front or self.warning:
             return ""
         if not self.is_asked:
             return "Nothing is required that waiting for the CPU could violate."

@@ -94,7 +94,7 @@ class Strategy(Call):
         most = [max(bounds) - 1 for bounds in zip(*regions, strict=True)]
         assert weighted(weights, most) < EXACT_LIMIT, "weights leave exact arithmetic"
         self.hint(hint)
-        if self._rows() and (answer := as_a_whole(self, weights, regions)) is not None:
+        if self._rows() and (answer := as_a_whole(self, regions)) is not None:
             return answer
         attempts: list[Attempt] = [partial(self.solve_in, regions, settings) for settings in self._ways]
         if len(self.parts) > 1:

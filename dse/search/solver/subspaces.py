@@ -212,7 +212,7 @@ class Asks(Protocol):
         ...
 
 
-def as_a_whole(strategy: Asks, weights: Sequence[int], regions: Sequence[Bound]) -> Answer | None:
+def as_a_whole(strategy: Asks, regions: Sequence[Bound]) -> Answer | None:
     """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
     tuning, missed = strategy.tuning.briefly_whole, strategy.missed_briefly[WHOLE]
     if not tuning.is_on or len(strategy.parts) < tuning.fewest or missed >= tuning.most_missed:

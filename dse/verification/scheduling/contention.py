@@ -47,8 +47,7 @@ class Lesson:
 
 def is_late_limit(limit: Limit) -> bool:
     """Whether a limit is an upper one on a response time for which threads wait."""
-    is_upper = limit.requirement.metric.kind == "response time" and limit.requirement.operator in ("<=", "<")
-    return is_upper and any(term.ends is not None for term in limit.measure.terms)
+    return limit.requirement.is_deadline and any(term.ends is not None for term in limit.measure.terms)
 
 
 def is_simple(component: Component) -> bool:

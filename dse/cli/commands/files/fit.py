@@ -8,10 +8,10 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, report_folder
+from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option
-from dse.cli.saying import say, tell
+from dse.cli.pages import answer, report_option, write_page_figures
+from dse.cli.saying import say
 
 REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
 
@@ -120,12 +120,7 @@ def command(
     answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
     if is_below and json_path != "-":
         say(f"\n{text}".removesuffix("\n"))
-    if figures is not None:
-        from dse.report.output import page_figures
-        from dse.support.files.writing import write_files
-
-        for path in write_files(report_folder(figures), page_figures(page, ("svg", "png"), Path(files[0]).stem)):
-            tell(f"figure: {path}")
+    write_page_figures(figures, page, Path(files[0]).stem)
     return 0
 
 
