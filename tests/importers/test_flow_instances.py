@@ -305,3 +305,11 @@ def test_the_binding_nearest_to_the_source_counts(properties: str, expected: int
     remarks = [item.message for item in dse.load(written(tmp_path, text)).loaded.told]
     said = [text for text in remarks if "Actual_Connection_Binding not consistent along connection" in text]
     assert bool(said) is told
+
+
+def test_the_name_of_a_model_may_have_braces(tmp_path: Path) -> None:
+    """The remark names the file, which is no pattern."""
+    path = tmp_path / "m{1}.aadl"
+    path.write_text(NESTED % ("", ON % ("q", "") + ON % ("w", " applies to outer")), encoding="utf-8")
+    remarks = [item.message for item in dse.load(path).loaded.told]
+    assert any("m{1}.aadl" in text for text in remarks if "not consistent" in text)

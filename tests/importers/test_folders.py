@@ -93,6 +93,11 @@ def test_a_file_that_decides_names_libraries_and_its_design_is_exported(
     assert run(["export", "r.json#1", "--format", "aadl", "-o", "chosen.aadl"]) == 0
     assert "Period =>" in Path("chosen.aadl").read_text(encoding="utf-8")
     assert run(["verify", "r.json"]) == 0
+    monkeypatch.chdir(apart)
+    (apart / "sets").rename(apart / "sets, more")
+    Path("q/q.yaml").write_text(question.replace("../sets", '"../sets, more"'), encoding="utf-8")
+    assert run(["solve", "q/q.yaml", "-q"]) == 0
+    monkeypatch.chdir(apart / "q")
     Path("q.yaml").write_text(question.replace("../sets", "../nowhere"), encoding="utf-8")
     assert run(["check", "q.yaml"]) == 3
     assert "library: there is no folder '../nowhere'" in capsys.readouterr().err
