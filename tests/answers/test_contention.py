@@ -24,7 +24,7 @@ from dse.cli.main import cli
 from dse.questions.problem import loads
 from dse.questions.reopen import reopen
 from dse.questions.verify import contention as referee
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.words.contention import contention_words, placed_words
 from dse.space.question.settings import deadline_requirements
 from dse.support.errors import UsageError

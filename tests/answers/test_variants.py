@@ -19,8 +19,8 @@ from dse.answers.ranking.variants import find_variants, is_one_choice
 from dse.answers.result import Result
 from dse.answers.studies.sweep import SweepRun
 from dse.examples.shipped import example_path
-from dse.report.content.document import Document
-from dse.report.content.front import listed_points, printed_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import listed_points, printed_page
 from dse.report.output import markdown_report
 from dse.report.terminal import print_page
 

@@ -17,8 +17,8 @@ import dse
 from dse.cli.main import run
 from dse.examples.shipped import example_files, example_path
 from dse.report import terminal
-from dse.report.content.document import Document
-from dse.report.content.front import TOP, first_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.first_screen import TOP, first_page
 from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page

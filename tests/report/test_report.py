@@ -19,8 +19,8 @@ from dse.answers.tables.display import counted
 from dse.cli.main import run
 from dse.examples.shipped import example_path
 from dse.report.content.analyse import tightest_limits
-from dse.report.content.document import Document
-from dse.report.content.front import printed_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import printed_page
 from dse.report.html import html_report
 from dse.report.markdown import escaped
 from dse.report.output import figure_files, markdown_report, report_files

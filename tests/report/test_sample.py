@@ -10,7 +10,7 @@ import pytest
 
 import dse
 from dse.examples.shipped import example_path
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.output import report_files
 
 FOLDER = Path(__file__).parents[2] / "reports"

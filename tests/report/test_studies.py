@@ -154,7 +154,7 @@ def test_reports_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
     assert run(["solve", file, "-q", "--json", solved]) == 0
     assert run(["report", solved, "-o", str(again), "--study", study]) == 0
     page = (again / "starter.html").read_text()
-    assert "Limit on jitter of sensor_to_actuator" in page and "Decision summary" in page
+    assert "Limit on jitter of sensor_to_actuator" in page and "How designs were ranked" in page
     capsys.readouterr()
 
 

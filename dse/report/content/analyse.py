@@ -15,7 +15,7 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
     PROCESSING,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dse.questions.verbs.check import Description
 from dse.report.content.explain import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.space.question.settings import settings_of
 from dse.support.units.text import count_words
 

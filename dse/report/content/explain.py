@@ -15,7 +15,7 @@ from dse.answers.result import Clash, Conflict, Result
 from dse.answers.tables.display import each_core_words, readable
 from dse.report.amounts import amount_words, listed
 from dse.report.page import Block, Item, Listing, Page, Section, Text, few, listing, texts
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_words
 from dse.report.words.clocks import boundary_words
 from dse.report.words.contention import safe_words
 from dse.report.words.lateness import delayed_words, late_words, overload_words, shorter_words

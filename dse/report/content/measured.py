@@ -12,7 +12,7 @@ from dse.answers.tables.display import counted, display_unit
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
 from dse.report.plots.front import Spec, whole_spec
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.support.units import is_unbounded
 
 DIGITS = 4

@@ -13,7 +13,7 @@ from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, num
 from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import shares, tornado
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_waiting_words
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words

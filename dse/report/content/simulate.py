@@ -11,7 +11,7 @@ from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_words
 from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words

@@ -13,7 +13,7 @@ from dse.report.amounts import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import lines_chart
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_contention_words, study_waiting_words
 from dse.support.units import UnitError, parse_quantity
 from dse.support.units.text import count_words

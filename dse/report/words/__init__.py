@@ -7,6 +7,7 @@ Read `reasons.py` first.
 * `contention.py`, `scheduling.py`, `lateness.py`: CPU contention; response-time tables and Gantt charts; late threads
   and overloads.
 * `clocks.py`: timers on one clock, and offsets that shorten a wait.
+* `basis.py`: the rules by which figures count.
 * `missing.py`: the gap of an incomplete front.
 * `resources.py`: budgets of processors and memories (OSATE).
 
