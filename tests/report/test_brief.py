@@ -64,8 +64,8 @@ MIDDLE = {
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],
 }
-FIRST = ("Verdict: ", "47 decisions", "remark: ", "Infeasible, proved", "Of 6 points", "Verified: ", "No observation",
-         "Outside the analysed", "Design: ", "No design below")  # fmt: skip
+FIRST = ("MEETS EVERY", "VIOLATED  ", "47 decisions", "INFEASIBLE  ", "Of 6 points", "VERIFIED", "WITHIN BOUNDS", "Front  ",
+         "OUTSIDE BOUNDS", "Design: ", "No design below")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +220,7 @@ def test_an_infeasible_one_says_why() -> None:
 def test_the_verdict_on_a_design_comes_before_its_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["analyse", str(example_path("inmark")), "--max-jitter", "20ms"]) == 4
     lines = capsys.readouterr().out.splitlines()
-    first = next(at for at, line in enumerate(lines) if line.startswith("Verdict: violates "))
+    first = next(at for at, line in enumerate(lines) if line.startswith("VIOLATED  "))
     assert first < next(at for at, line in enumerate(lines) if line.startswith("Requirements"))
     assert "jitter of gnss_to_sprayer <= 20 ms" in "".join(lines[first : first + 2])
 

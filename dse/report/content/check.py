@@ -22,7 +22,6 @@ def description_page(description: Description) -> Page:
     space = description.space
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
     blocks: list[Block] = [*listing(impossible, "impossible", 0, "wrong")]
-    blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
     if description.decisions:
         rows = tuple((decision.name, ", ".join(decision.options)) for decision in description.decisions)
         count = count_words(len(rows), "decision")
@@ -48,6 +47,7 @@ def description_page(description: Description) -> Page:
         else:
             blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
     blocks += texts(scale_words(space))
+    blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
     verdict = "too large to search exactly" if description.too_large else "valid"
     lead = f"{space.name}: {verdict} ({basis_words(settings_of(space))})"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))

@@ -218,6 +218,9 @@ class Screen:
             yield Text(f"{label} (#{first.id}): {figures_words(result, first.objectives)}", "strong", hang=2)
             if decided := self.decided(first):
                 yield Text(f"  {decided}", hang=2)
+            if self.warnings and not self.waiting.warning:
+                yield Text("No recommendation: see the warning.", "strong", hang=2)
+                nearest = []
         elif self.warnings:
             kept = self.waiting.kept
             why = "no design of this front meets every limit with waiting" if self.waiting.checked and not kept else ""
