@@ -310,7 +310,7 @@ def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
         f"{alike}{len(found['entered']) - same} take the place of better ones that are not robust."
     )
     reasons = Counter(item["requirement"] for item in found["lost"])
-    yield from listing(f"{number} break {text}" for text, number in reasons.most_common())
+    yield from listing(f"{number} violate {text}" for text, number in reasons.most_common())
     rows = []
     for item in found["lost"]:
         objectives = front[item["nominal_id"]]["objectives"]

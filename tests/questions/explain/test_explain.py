@@ -11,6 +11,7 @@ import pytest
 import dse
 from dse.cli.main import run
 from dse.examples.shipped import example_path
+from dse.report.page import MINUS
 from dse.support.errors import UsageError
 
 TWO_WAYS = """
@@ -177,9 +178,9 @@ def test_a_miss_of_a_share_is_in_percentage_points(capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(
     ("requirement", "moved", "missed"),
-    [("price >= 400 EUR", "feasible with 300 EUR (\N{MINUS SIGN}100 EUR): `price >= 300 EUR`", "100 EUR below the limit"),
+    [("price >= 400 EUR", f"feasible with 300 EUR ({MINUS}100 EUR): `price >= 300 EUR`", "100 EUR below the limit"),
      ("price > 300 EUR", "feasible below 300 EUR: `price >= 300 EUR`", "which is the limit itself"),
-     ("price == 400 EUR", "feasible with 300 EUR (\N{MINUS SIGN}100 EUR): `price == 300 EUR`", "100 EUR below the limit"),
+     ("price == 400 EUR", f"feasible with 300 EUR ({MINUS}100 EUR): `price == 300 EUR`", "100 EUR below the limit"),
      ("price == 70 EUR", "feasible with 100 EUR (+30 EUR): `price == 100 EUR`", "30 EUR above the limit"),
      ("price <= 70 EUR", "feasible with 100 EUR (+30 EUR): `price <= 100 EUR`", "30 EUR above the limit"),
      ("price < 100 EUR", "feasible above 100 EUR: `price <= 100 EUR`", "which is the limit itself")],

@@ -108,7 +108,7 @@ def _front_sections(document: Document, top: int | None, *, is_file: bool) -> It
             if is_file:
                 yield _details(item)
         elif further := tuple(further_blocks(point, document.others_of(point))):
-            yield Section(f"further-{point.id}", f"Designs beside #{point.id}", further)
+            yield Section(f"further-{point.id}", f"Further designs of #{point.id}", further)
     hidden = len(result.front) - len(told)
     if is_file and hidden > 0:
         said = f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
