@@ -118,7 +118,8 @@ IMPORTERS: tuple[Importer, ...] = (
         {
             "bandwidth": "the bit rate of the buses, such as 500 kbit/s; where the file does not say it.",
             "data-bandwidth": "the bit rate of the data of CAN FD, where the file does not say it.",
-            "cycle": "the cycle time of messages that state none, such as 100 ms.",
+            "cycle": "the cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
+            "none leaves them out.",
             "to": "the node at which messages end that several receive.",
         },
     ),
