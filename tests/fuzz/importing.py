@@ -153,7 +153,14 @@ class Sound:
 def sound_files(folder: Path) -> Iterator[Sound]:
     """One or two of each format; what lies beside them is put in the folder."""
     can = ("import", "FILE", "--bandwidth", "500 kbit/s", "--cycle", "10 ms", "-o", "out.yaml")
-    for name, text in (("a.dbc", DBC), ("b.dbc", MUXED), ("c.dbc", UNMARKED), ("a.kcd", KCD), ("a.sym", SYM), ("a.arxml", ARXML)):
+    for name, text in (
+        ("a.dbc", DBC),
+        ("b.dbc", MUXED),
+        ("c.dbc", UNMARKED),
+        ("a.kcd", KCD),
+        ("a.sym", SYM),
+        ("a.arxml", ARXML),
+    ):
         yield Sound(f"can/{name}", text.encode(), can)
     for name, text in (("msg/A.msg", MSG), ("srv/B.srv", SRV), ("action/C.action", ACTION), ("msg/Pair.idl", IDL)):
         yield Sound(f"mine/{name}", text.encode(), ("sizes", "--definitions", "FILE", "--json", "out.json"))

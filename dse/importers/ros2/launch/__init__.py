@@ -8,7 +8,7 @@ Read `reading.py` first, then `running.py`.
 * `python.py`: the Python front end: it reads the syntax tree and runs nothing.
 * `actions.py`, `operations.py`: actions of launch and launch_ros; operators on partly unknown values.
 * `substitutions.py`: texts such as ``$(var name)``.
-* `packages.py`, `parameters.py`: packages of a workspace; parameter files and the periods of timers in them.
+* `parameters.py`: parameter files and the periods of timers in them.
 
 Not allowed here: executing a launch file, and reading an environment variable of this machine. A value that only the
 launch decides is left out and named in a remark.

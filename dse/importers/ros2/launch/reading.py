@@ -9,9 +9,9 @@ from typing import Any
 
 from dse.importers.allowance import allowed, at, spend
 from dse.importers.registry import NODES, Imported
-from dse.importers.ros2.launch.packages import Packages
 from dse.importers.ros2.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.ros2.launch.running import Launch, Started, joined
+from dse.importers.ros2.packages import Packages
 from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, UsageError

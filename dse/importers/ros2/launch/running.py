@@ -13,9 +13,9 @@ from pathlib import Path
 
 from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_yaml
-from dse.importers.ros2.launch.packages import Packages
 from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
 from dse.importers.ros2.launch.substitutions import Context, NotStaticError, is_so, resolve
+from dse.importers.ros2.packages import Packages
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import obstacle, real
 
