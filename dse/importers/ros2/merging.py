@@ -40,13 +40,17 @@ def merged(first: Imported, second: Imported) -> Imported:
     """
     merger = _Merger(first, second, matched(first, second))
     document = merger.document()
-    entities = {**first.entities, **merger.entities}
+    entities = {**first.entities, **merger.entities, **merger.restated_entities()}
     entities = {name: text for name, text in entities.items() if name in (document.get("threads") or {})}
     remarks = (*_open(first, document), *_open(second, document), *merger.match.told, *merger.told)
     aliases = {**merger.names["threads"], **first.aliases}
     places = {**second.places, **first.places}
     made_up = first.made_up | second.made_up
-    return Imported(document, tuple(dict.fromkeys(remarks)), places, entities, made_up, aliases)
+    publishers = {**second.publishers, **first.publishers}
+    return Imported(
+        *(document, tuple(dict.fromkeys(remarks)), places, entities, made_up, aliases, publishers),
+        is_own=first.is_own,
+    )
 
 
 def _open(imported: Imported, document: Mapping[str, Any]) -> Iterable[Diagnostic]:
@@ -97,6 +101,19 @@ class _Merger:
     told: list[Diagnostic] = field(default_factory=list)
     entities: dict[str, str] = field(default_factory=dict)
     names: dict[str, dict[str, str]] = field(default_factory=lambda: {section: {} for section in SECTIONS})
+
+    @property
+    def is_overruled(self) -> bool:
+        """Whether what the second document saw counts more than what the first one says."""
+        return self.second.is_measured and not (self.first.is_measured or self.first.is_own)
+
+    def restated_entities(self) -> dict[str, str]:
+        """What the threads of both are in ROS where the second document counts more."""
+        if not self.is_overruled:
+            return {}
+        return {
+            self.match.threads[name]: text for name, text in self.second.entities.items() if name in self.match.threads
+        }
 
     def document(self) -> dict[str, Any]:
         """Both as one."""
@@ -255,10 +272,15 @@ class _Merger:
             if key not in found:
                 found[key] = value
                 taken.append(key)
-            elif found[key] != value and not (path.startswith("processor_types.") and key == "cores"):
+            elif found[key] != value and key == "cores" and not self.first.is_own:
+                found |= {"cores": max(found[key], value)}
+                found |= {"source": theirs["source"]} if value > ours[key] and "source" in theirs else {}
+            elif found[key] != value and key == "period" and is_thread and self.is_overruled:
+                found[key] = value
+                taken.append(key)
+                self._differ(f"{path}.{key}", ours[key], ours, value, theirs, "the trace counts")
+            elif found[key] != value:
                 self._differ(f"{path}.{key}", found[key], ours, value, theirs)
-            elif key == "cores" and found[key] != value:
-                found[key] = max(found[key], value)
         if is_wire and "from" in taken and "rate" in found:
             words = f"{path}.rate is left out ({found.pop('rate')}): {found['from']} sends it"
             self._tell(words, str(ours.get("source", "")))
@@ -349,10 +371,16 @@ class _Merger:
                 yield f"{section}.{own}.{key}", body
 
     def _differ(
-        self, path: str, ours: Any, of_ours: Mapping[str, Any], theirs: Any, of_theirs: Mapping[str, Any]
+        self,
+        path: str,
+        ours: Any,
+        of_ours: Mapping[str, Any],
+        theirs: Any,
+        of_theirs: Mapping[str, Any],
+        counts: str = "the file that is named first counts",
     ) -> None:
         first, second = (str(of.get("source", "")) for of in (of_ours, of_theirs))
-        words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): the file that is named first counts"
+        words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): {counts}"
         self._tell(words)
 
     def _tell(self, words: str, source: str = "") -> None:
