@@ -152,6 +152,23 @@ def test_the_period_and_the_cores_are_those_of_the_trace(tmp_path: Path) -> None
     assert one["processor_types"]["computer_type"]["cores"] == 2
 
 
+def test_a_launch_file_learns_who_publishes(tmp_path: Path) -> None:
+    remaps = "".join(f'<remap from="input/{end}" to="/{end}"/>' for end in "ab")
+    file = put(
+        tmp_path,
+        "a.launch.xml",
+        f"""<launch>
+<node pkg="p" exec="e" name="mix">{remaps}<remap from="output/c" to="/c"/></node>
+<node pkg="p" exec="e" name="last"><remap from="input/c" to="/c"/></node></launch>""",
+    )
+    parts: Parts = (("/mix", "/a", 0), ("/mix", "/b", 0), ("/last", "/c", 0))
+    trace = put(tmp_path, "trace.txt", text(events(parts, {"/mix /c": 1}, [1, 1, 1])))
+    wires = {
+        files: yaml.safe_load(dse.import_file(list(files)).text)["connections"] for files in ((file,), (file, trace))
+    }
+    assert [item["c"]["from"] for item in wires.values()] == ["mix.on.a", "mix.on.b"]
+
+
 def test_the_own_file_counts_more_than_a_trace(tmp_path: Path) -> None:
     parts: Parts = (("/cam", "", 20),)
     own = put(

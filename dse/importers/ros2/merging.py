@@ -91,6 +91,13 @@ def _is_timed(body: Mapping[str, Any], types: Mapping[str, Any]) -> bool:
     return "compute_execution_time" in body or any("compute_execution_time" in types.get(name, {}) for name in names)
 
 
+def _is_option(key: str, ours: Any, theirs: Any) -> bool:
+    """Whether a figure is among those that a problem file decides between, or a number of cores that it exceeds."""
+    if key == "cores":
+        return isinstance(ours, int) and ours > theirs
+    return isinstance(ours, list) and theirs in ours
+
+
 @dataclass
 class _Merger:
     """Puts a second document into a first one."""
@@ -136,6 +143,8 @@ class _Merger:
         self.names["threads"] = dict(self.match.threads)
         self.names["connections"] = dict(self.match.connections)
         self.names["executors"] = dict(self.match.executors)
+        self.names["processors"] = dict(self.match.processors)
+        self.names["processor_types"] = dict(self.match.processor_types)
         taken = Names()
         taken.taken = {name for section in NAMED_TOGETHER for name in ours.get(section) or {}}
         for section in NAMED_TOGETHER:
@@ -229,6 +238,10 @@ class _Merger:
                 buses = self.names["buses"]
                 of = found["bus"]
                 found["bus"] = [buses.get(one, one) for one in of] if isinstance(of, list) else buses.get(of, of)
+        if section in ("threads", "executors") and isinstance(found.get("processor"), str):
+            found["processor"] = self.names["processors"].get(found["processor"], found["processor"])
+        if section == "processors" and isinstance(found.get("type"), str):
+            found["type"] = self.names["processor_types"].get(found["type"], found["type"])
         if section == "buses" and isinstance(found.get("type"), str):
             found["type"] = self.names["bus_types"].get(found["type"], found["type"])
         if section == "threads":
@@ -279,7 +292,7 @@ class _Merger:
                 found[key] = value
                 taken.append(key)
                 self._differ(f"{path}.{key}", ours[key], ours, value, theirs, "the trace counts")
-            elif found[key] != value:
+            elif found[key] != value and not _is_option(key, found[key], value):
                 self._differ(f"{path}.{key}", found[key], ours, value, theirs)
         if is_wire and "from" in taken and "rate" in found:
             words = f"{path}.rate is left out ({found.pop('rate')}): {found['from']} sends it"
@@ -379,7 +392,7 @@ class _Merger:
         of_theirs: Mapping[str, Any],
         counts: str = "the file that is named first counts",
     ) -> None:
-        first, second = (str(of.get("source", "")) for of in (of_ours, of_theirs))
+        first, second = (str(of.get("source", "")) or "no source" for of in (of_ours, of_theirs))
         words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): {counts}"
         self._tell(words)
 

@@ -111,7 +111,7 @@ def _arguments(text: str | None) -> dict[str, str]:
     return found
 
 
-def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], seen: Seen) -> System:
+def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], publishers: Seen) -> System:
     found = System()
     outputs: dict[str, list[tuple[Started, list[Callback]]]] = {}
     of_containers: dict[str, list[tuple[Started, Group]]] = {}
@@ -131,7 +131,7 @@ def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], seen: S
             outputs.setdefault(topic, []).append((node, callbacks))
     for name, members in of_containers.items():
         _container(name, launch.containers.get(name), members, found, file)
-    _wires(found, outputs, file, seen)
+    _wires(found, outputs, file, publishers)
     return found
 
 
@@ -239,7 +239,7 @@ def _container(
 
 
 def _wires(
-    found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile, seen: Seen
+    found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile, publishers: Seen
 ) -> None:
     """A connection from what publishes a topic to each callback that it runs, by the names of remappings."""
     targets = [one for group in found.groups for one in group.callbacks if one.topic]
@@ -248,7 +248,7 @@ def _wires(
         spend(sum(1 + len(own) for _, own in outputs.get(target.topic, [])))
         sources: list[Callback] = []
         for node, own in outputs.get(target.topic, []):
-            there = seen_among(own, seen.get((node.name, target.topic), ()))
+            there = seen_among(own, publishers.get((node.name, target.topic), ()))
             sources += there or _publisher(node, own, target, file)
         spend(PIECES * (1 + len(sources)))
         several = readers[target.topic] * max(1, len(sources)) > 1
