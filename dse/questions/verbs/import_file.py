@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +40,8 @@ class ImportedFile:
 
     text: str
     remarks: tuple[Diagnostic, ...] = ()
+    document: Mapping[str, Any] = field(default_factory=dict)
+    """The file as plain data."""
 
 
 @arguments.checked(path=arguments.paths, form=arguments.optional_text, times=arguments.paths, bags=arguments.paths)
@@ -100,7 +102,7 @@ def import_file(
         for bag in bags:
             document, said = with_bag(document, Path(bag))
             remarks += said
-    return ImportedFile(block_text(document), remarks)
+    return ImportedFile(block_text(document), remarks, document)
 
 
 def _several(
