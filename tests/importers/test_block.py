@@ -35,8 +35,8 @@ def test_an_architecture_says_what_is_to_be_filled_in(tmp_path: Path, capsys: py
         "Read: 5 threads, 4 connections, 1 flow.",
         "Fill in:",
         (
-            "  threads.NAME.compute_execution_time [ms]: without it each counts as taking no time; all 5: cam.callback_0, "
-            "ns.track.on_image, ns.track.tick, drive.on_lane, drive.on_stop"
+            "  threads.NAME.compute_execution_time [ms]: without it each counts as taking no time; all 5: "
+            "cam.callback_0, ns.track.on_image, ns.track.tick, drive.on_lane, drive.on_stop"
         ),
         "  connections.stop.rate [Hz]: nothing says how often the connection comes from outside",
         (
@@ -50,8 +50,8 @@ def test_an_architecture_says_what_is_to_be_filled_in(tmp_path: Path, capsys: py
         "Guessed (2):",
         f"  {file}:55: warning: /ns/track/tick is taken for what publishes /lane (state it under callback_names)",
         (
-            f"  {file}:19: warning: executor_1 has several threads: it counts as if it had one for each of its callback "
-            "groups"
+            f"  {file}:19: warning: executor_1 has several threads: it counts as if it had one for each of its "
+            "callback groups"
         ),
         "Warnings (1):",
         f"  {file}:74: warning: nothing in the file publishes /stop {HINT}",

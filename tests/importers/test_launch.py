@@ -219,7 +219,7 @@ def test_the_chosen_rate_goes_back_by_the_name_of_the_parameter(package: Path) -
     parameters = yaml.safe_load(dse.export(result, 1, "ros2"))
     assert parameters["/front/cam"] == {"ros__parameters": {"update_rate": 30}}
     assert parameters["/front/track"] == {"ros__parameters": {"timer_period_ms": 25}}
-    assert set(parameters) == {"/front/cam", "/front/track", "/front/steer"}
+    assert set(parameters) == {"/front/cam", "/front/track"}
 
 
 OPEN = """<launch>
