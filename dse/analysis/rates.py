@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
 from dse.space.architecture.cycles import shortest_cycle, strong_components
-from dse.space.architecture.joins import ALL
+from dse.space.architecture.joins import ALL, LATEST
 from dse.space.model.arrivals import Arrivals, arrivals_of
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
@@ -46,6 +46,18 @@ def passes_rates_on(component: Component, view: View) -> bool:
 def is_joined(component: Component, view: View) -> bool:
     """Whether a job of a component needs a message of each of its triggers."""
     return at(component.join, view) == ALL
+
+
+def input_room(space: Space, component: Component, wire: int, view: View) -> int | None:
+    """How many messages of a trigger of a join of all wait at most for the others; None where all that come do.
+
+    The timer of a hybrid thread takes all that has come, and so does a pairing of the newest.
+    """
+    if not arrivals(component, view).by_inputs or at(component.pairing, view) == LATEST:
+        return 1
+    size = at(space.connections[wire].queue_size, view)
+    size = at(component.queue_size, view) if size is None else size
+    return None if size is None else max(1, size)
 
 
 def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:

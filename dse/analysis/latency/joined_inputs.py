@@ -11,22 +11,21 @@ A job of a component that joins all its triggers takes a message of each. There 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple, TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.latency.processing import callback_ns
-from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row, counts_responses
+from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
 from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns
-from dse.analysis.rates import NS_PER_S, arrivals, is_joined, is_periodic, passes_rates_on, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, is_periodic, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
 from dse.analysis.terms import picked
 from dse.analysis.views import View
-from dse.space.architecture.joins import LATEST, may_join
+from dse.space.architecture.joins import may_join
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
-from dse.space.model.trees import at, leaves
+from dse.space.model.trees import at
 from dse.support.units import Exact
 
 
@@ -90,11 +89,7 @@ class Join:
 
     def room(self, wire: int) -> int | None:
         """How many messages of an input wait at most; None where all that come do."""
-        if not arrivals(self.component, self.view).by_inputs or at(self.component.pairing, self.view) == LATEST:
-            return 1  # the timer of a hybrid thread takes all that has come
-        size = at(self.space.connections[wire].queue_size, self.view)
-        size = at(self.component.queue_size, self.view) if size is None else size
-        return None if size is None else max(1, size)
+        return input_room(self.space, self.component, wire, self.view)
 
     # --- bounds of a wait ---------------------------------------------------------------------------------------
 
@@ -117,20 +112,24 @@ class Join:
         return found
 
     def shortest_wait(self, step: Step) -> Exact:
-        """How long a message of the input of a step waits at least: more than 0 where it always comes before others."""
-        if any(self.room(wire) is not None for wire in self.wires):
+        """How long a message of the input of a step waits at least: more than 0 where it always comes before others.
+
+        That is told where every input comes from a timer at once, so that nothing on the way may lose messages, and no
+        input makes place for new ones: it depends on no response time.
+        """
+        if any(self.room(wire) is not None for wire in self.wires) or any(map(self._comes_by_others, self.wires)):
             return 0
-        alone = replace(self.space, processing="execution_time") if counts_responses(self.space) else self.space
-        ways = _origins_of(alone, self.number, self.view)
         start = _start_of(self.space, step, self.view)
-        if ways is None or start.is_late or any(_may_be_separated(self.space, item) for item in self._upstream()):
+        ways = None if start.is_late or start.has_figures else _origins_of(self.space, self.number, self.view)
+        if ways is None or step.via is None:
             return 0
-        assert step.via is not None
         own, together = ways[step.via], [origin for way in ways.values() for origin in way]
-        reference = next((origin for origin in own if (origin.kind, origin.index) == start.origin), None)
-        if reference is None or start.has_figures:
-            return 0
-        return self._soonest_ns(reference, together) - self._soonest_ns(reference, own)
+        return self._soonest_ns(own[0], together) - self._soonest_ns(own[0], own)
+
+    def _comes_by_others(self, wire: int) -> bool:
+        """Whether the sender of an input works at the rate of inputs of its own."""
+        source = self.space.connections[wire].source
+        return source is not None and passes_rates_on(self.space.components[source], self.view)
 
     def _gap_ns(self, wire: int) -> Exact:
         gap = message_gap_ns(self.space, wire, self.view)
@@ -182,20 +181,6 @@ class Join:
         """How long after a release of an origin the event of these is there at the soonest."""
         return soonest_ns(self.space, origin, origins, self.view)
 
-    def _upstream(self) -> set[int]:
-        """The components before the inputs, up to their timers."""
-        found: set[int] = set()
-        todo = [self.space.connections[wire].source for wire in self.wires]
-        while todo:
-            number = todo.pop()
-            if number is None or number in found:
-                continue
-            found.add(number)
-            component = self.space.components[number]
-            if passes_rates_on(component, self.view):
-                todo += [self.space.connections[wire].source for wire in component.triggers]
-        return found
-
 
 def latest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: View) -> Exact | None:
     """How long after the k-th release of an origin the k-th event of `origins` comes at the latest; None: no bound."""
@@ -225,10 +210,6 @@ def _first_of(found: Sequence[tuple[Exact, int]]) -> tuple[Exact, int]:
         if item[0] > best[0]:
             best = item
     return best
-
-
-def _may_be_separated(space: Space, number: int) -> bool:
-    return "sporadic" in set(leaves(space.components[number].protocol))
 
 
 # --- where a flow begins ----------------------------------------------------------------------------------------------
@@ -275,7 +256,7 @@ def _start_of(space: Space, step: Step, view: View) -> Start:
     return Start(None, True, _leaving(space, source, _origins_at(space, pieces_until(space, source)[0], view), view))
 
 
-# --- what events come of ------------------------------------------------------------------------------------------------
+# --- what events come of ----------------------------------------------------------------------------------------------
 
 
 def _phase_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exact | None, Exact | None]:
@@ -379,15 +360,11 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
 
 
 def _may_lose(space: Space, number: int, origins: Sequence[Origin], view: View) -> bool:
-    """Whether messages come so closely that a component may lose some: while it runs, or sooner than its separation.
-
-    Where response times count jobs wait for those before.
-    """
+    """Whether messages come so closely that a component may lose some: while it runs, or sooner than its separation."""
     component = space.components[number]
-    lost: Exact = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
-    if not counts_responses(space):
-        pieces = component.pieces.members if component.pieces is not None else (number,)
-        lost = picked("max", lost, processing_ns(space, pieces, view)[1])
+    apart: Exact = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
+    pieces = component.pieces.members if component.pieces is not None else (number,)
+    lost = picked("max", processing_ns(space, pieces, view)[1], apart)
     for origin in origins:
         latest = latest_ns(space, origin, origins, view)
         if latest is not None and origin.period_ns - (latest - soonest_ns(space, origin, origins, view)) >= lost:

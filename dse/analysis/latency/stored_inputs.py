@@ -95,9 +95,9 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
 
     A timer is released once in each period (one that waits for all inputs goes on at the first release after they have
-    come), and what comes from outside comes at its rate; what a job sends comes as
-    much later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself;
-    a join of all needs the slowest. Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
+    come), and what comes from outside comes at its rate; what a job sends comes as much later as its processing and
+    transmission may spread. Each way to be dispatched bounds the time by itself; a join of all needs the slowest.
+    Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
     that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
     return _as_bound(_distances(space, number, view)[number])
@@ -179,7 +179,7 @@ def _to_timer(space: Space, wire: int, found: Mapping[int, Distance], view: View
     number = space.connections[wire].target
     assert number is not None
     least, most = callback_ns(space, space.components[number], view)
-    return _deliveries(space, wire, found, view).thinned(most, 0).later(most - least)
+    return _deliveries(space, wire, found, view).later(most - least)
 
 
 def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
