@@ -66,6 +66,7 @@ class _SimulationRun:
         self.begun: dict[int, list[Exact]] = {}
         self.held: dict[int, dict[int, deque[Births]]] = {}
         self.fresh: dict[int, set[int]] = {}
+        self.started: set[int] = set()
         self.ended: Counter[TaskKey] = Counter()
         self.now: Exact = 0
 
@@ -114,6 +115,7 @@ class _SimulationRun:
             return  # not all have come: it waits for another period
         if fresh is not None:
             fresh.clear()
+            self._start(task)
         self._release(task, self.now, {})
 
     def _next_send(self, number: int, link: SimulatedConnection, count: int) -> None:
@@ -162,9 +164,10 @@ class _SimulationRun:
             core.add(job, self.sequence)
             self._reschedule(core)
             return
-        start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
-        self.free[task.key] = start + job.left
-        self.at(start + job.left, END, "alone", job)
+        last = self.free.get(task.key, 0)  # jobs end in their order, also where they do not wait for each other
+        end = max(self.now, last) + job.left if task.serial else max(self.now + job.left, last)
+        self.free[task.key] = end
+        self.at(end, END, "alone", job)
 
     def _read(self, job: Job) -> None:
         """A job reads what is there, once."""
@@ -371,6 +374,21 @@ class _SimulationRun:
         if number is not None and number in self.plan.tasks[component, "thread"].rooms:
             self.fresh.setdefault(component, set()).add(number)
 
+    def _start(self, task: SimulatedTask) -> None:
+        """All inputs have come for the first time: what waited for the system to start is not followed.
+
+        It is where all of an input waits, in order.
+        """
+        component = task.key[0]
+        if component in self.started:
+            return
+        self.started.add(component)
+        for key in self.plan.places.get(component, ()):
+            self.buffers.pop(key, None)
+        for number, queue in self.held.get(component, {}).items():
+            for births in queue if task.rooms[number] is not None else ():
+                births.clear()
+
     def _join(self, task: SimulatedTask, number: int, births: Births) -> None:
         """A message waits until one of each trigger is there; then one of each is what dispatches the thread.
 
@@ -386,6 +404,7 @@ class _SimulationRun:
             self.seen.dropped[self.plan.links[number].name] += 1
         if not all(held.values()):
             return
+        self._start(task)
         together: Births = {}
         for queue in held.values():
             _add_to(together, queue.popleft())

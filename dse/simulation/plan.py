@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import lcm
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
@@ -163,9 +162,10 @@ class Plan:
             *clock, offset = phases[name]
             key = str(clock[0]), str(clock[1])
             start = clocks.setdefault(key, found.get(name, offset) - offset)
-            if together:  # the first releases of a clock are at their offsets
-                periods = [int(self.timers[other]) for other, phase in phases.items() if phase[:2] == key]
-                found[name] = start % lcm(*periods) + offset
+            if together:  # first releases are at their offsets from the beginning of the clock on, all within a period
+                others = [(int(self.timers[other]), phase[2]) for other, phase in phases.items() if phase[:2] == key]
+                room = min(period for period, _ in others) - max(offset for _, offset in others)
+                found[name] = start % max(1, room) + offset
             else:
                 found[name] = (start + offset) % max(1, int(self.timers[name]))
         return found
