@@ -32,10 +32,7 @@ def read_join(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: 
     Leaves are the words of the file; None where nothing is stated, where a timer alone releases jobs, and of a pairing
     where nothing is joined.
     """
-    join: Tree = FieldReader(ledger, owner, "join", "join", str).read(lambda model: getattr(model, "join", None))
-    pairing: Tree = FieldReader(ledger, owner, "pairing", "pairing", str).read(
-        lambda model: getattr(model, "pairing", None)
-    )
+    join, pairing = _stated(ledger, owner, "join"), _stated(ledger, owner, "pairing")
     path = owner.path
     if pairing is not None and ALL not in set(leaves(join)):
         message = "says which messages a join of all takes together, but nothing is joined"
@@ -56,6 +53,12 @@ def read_join(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: 
     taken = graft(join, lambda word: pairing if word == ALL else None)
     with_use(ledger, f"{owner.name}.pairing", taken)
     return join, taken
+
+
+def _stated(ledger: Ledger, owner: Owner, field: str) -> Tree:
+    """What a thread states in a field; None where nothing."""
+    own = Owner(owner.name, owner.path, owner.own)  # types of threads say nothing of what dispatches them
+    return FieldReader(ledger, own, field, field, str).read(lambda model: getattr(model, field))
 
 
 def _by_messages(protocol: str | None, period: Tree, join: Tree) -> Tree:
