@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.metrics import flow_figure_ns
-from dse.analysis.latency.rows import UNBOUNDED_METHODS, counts_responses
+from dse.analysis.latency.rows import counts_responses, has_no_bound
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
 from dse.analysis.rates import NS_PER_S
@@ -35,7 +36,7 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
         if figure_ns is not None and figure_ns < UNBOUNDED_NS:
             return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
-        return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method in UNBOUNDED_METHODS))
+        return tuple(dict.fromkeys(row.contributor for row in rows if has_no_bound(row)))
     if metric.kind == "response time":
         number = metric.index or 0
         if bounded_response_ns(space, number, "thread", view) >= UNBOUNDED_NS:
@@ -61,12 +62,15 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
 
 
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
-    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch."""
+    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs."""
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
     if metric.kind not in ("latency", "jitter"):
         return metric.kind == "response time"
-    return counts_responses(space) or any(may_be_stored(space, step) for step in space.flows[metric.index or 0].steps)
+    steps = space.flows[metric.index or 0].steps
+    return counts_responses(space) or any(
+        may_be_stored(space, step) or may_wait_for_inputs(space, step) for step in steps
+    )
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:
