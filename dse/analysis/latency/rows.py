@@ -22,7 +22,10 @@ DISPATCH_METHOD = "sampling by dispatch"
 """Of a row of an event-triggered component that reads what does not dispatch it."""
 UNBOUNDED_DISPATCH = "sampling by dispatch (unbounded)"
 """Of such a row where nothing bounds the time between two dispatches."""
-UNBOUNDED_METHODS = (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH)
+BUS_METHOD = "waiting for the bus"
+"""Of a row of a connection whose message waits for others."""
+UNBOUNDED_BUS = "waiting for the bus (unbounded)"
+UNBOUNDED_METHODS = (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH, UNBOUNDED_BUS)
 
 
 @dataclass(frozen=True, slots=True)

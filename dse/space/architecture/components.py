@@ -255,6 +255,8 @@ def _build_connection(
         type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
+        identifier=given.identifier,
+        deadline_ns=read("deadline", "duration", format_duration),
     )
 
 
