@@ -68,7 +68,7 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)
     check_arbitration(ledger, spec)
-    buses = with_arbitration(ledger, spec, buses, components, connections)
+    buses = with_arbitration(ledger, spec, buses, connections)
     flows = build_flows(ledger, spec, components, connections)
     space = Space(
         name=spec.name,

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.support.units import Exact
 
 
 def with_shorter_job(system: System, key: TaskKey, by_ns: int) -> System:
@@ -40,7 +39,7 @@ def with_shorter_job(system: System, key: TaskKey, by_ns: int) -> System:
 def with_shorter_section(system: System, number: int, section_ns: int) -> System:
     """The system in which the sections of a thread, by number, that nothing interrupts take so long."""
 
-    def section_of(key: TaskKey, longest: Exact) -> Exact:
+    def section_of(key: TaskKey, longest: int) -> int:
         return min(section_ns, longest) if key[0] == number and key[1] != "message" else longest
 
     return _with_sections(system, section_of)
@@ -65,7 +64,7 @@ def only(system: System, places: frozenset[tuple[int, int]]) -> System:
     return replace(system, resources=tuple(resources))
 
 
-def _with_sections(system: System, section_of: Callable[[TaskKey, Exact], Exact]) -> System:
+def _with_sections(system: System, section_of: Callable[[TaskKey, int], int]) -> System:
     """The system with other sections, of the stages that have one."""
 
     def of_entry(entry: Entry) -> Entry:

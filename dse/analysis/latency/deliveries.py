@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.latency.rows import BUS_METHOD, UNBOUNDED_BUS, Row
-from dse.analysis.scheduling.messages import may_wait_for
+from dse.analysis.scheduling.messages import bus_of
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, message_waits_ns
 from dse.analysis.views import View
 from dse.space.model.space import Space
@@ -19,11 +19,12 @@ def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
     connection = space.connections[number]
     least, most, method = transmission_ns(space, connection, view)
     row = Row("connection", connection.name, least, method, most, method)
-    if not may_wait_for(space, number):
+    bus = bus_of(space, number, view)
+    if bus is None:
         return (row,)
     waits = message_waits_ns(space, number, view)
     method = BUS_METHOD if waits < UNBOUNDED_NS else UNBOUNDED_BUS
-    return row, Row("connection", connection.name, 0, BUS_METHOD, waits, method)
+    return row, Row("connection", connection.name, 0, BUS_METHOD, waits, method, space.buses[bus].name)
 
 
 def delivery_ns(space: Space, number: int, view: View) -> tuple[Exact, Exact]:

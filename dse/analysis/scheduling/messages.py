@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from math import ceil
+from typing import cast
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
 from dse.analysis.memo import Recall
@@ -80,16 +81,16 @@ def message_stage(space: Space, number: int, view: View) -> Stage:
     return Stage(key, connection.name, best, worst, worst, releases, elapsed_ns=(best, worst))
 
 
-def _time_ns(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, Exact]:
+def _time_ns(space: Space, connection: Connection, bus: int, view: View) -> tuple[int, int]:
     (size,) = message_sizes(space, connection, bus, view)
     times = carrying_ns(space, space.buses[bus], connection, size, view)
     assert times is not None
     return _number(times[0]), _number(times[1])
 
 
-def _number(time: Exact) -> Exact:
-    """A time as an integer where it is one: busy windows of integers are found much faster."""
-    return time.numerator if type(time) is Fraction and time.denominator == 1 else time
+def _number(time: Exact) -> int:
+    """A time as an integer where it is one: busy windows of integers are found much faster. It passes for one."""
+    return cast(int, time.numerator if type(time) is Fraction and time.denominator == 1 else time)
 
 
 def wrapping_ns(space: Space, number: int, bus: int, view: View) -> tuple[Exact, Exact]:
@@ -135,9 +136,7 @@ def bus_resource(space: Space, bus: int, view: View) -> Resource:
     entries, turns = [], []
     for position, number in enumerate(carried):
         rivals = tuple(at for at, other in enumerate(carried) if other in alike[position] and other != number)
-        others = (
-            dict.fromkeys(one for one in senders if one != senders[position]) if arbitration == "round_robin" else {}
-        )
+        others = dict.fromkeys(one for one in senders if arbitration == "round_robin" and one != senders[position])
         longest = [_longest(space, bus, _alike(carried, senders, one), view) for one in others]
         entries.append(Entry((number, "message"), 0, rivals))
         turns.append(tuple(longest))
@@ -148,8 +147,8 @@ def bus_resource(space: Space, bus: int, view: View) -> Resource:
 def _by_identifier(space: Space, bus: int, carried: Sequence[int], view: View) -> Resource:
     slot = space.buses[bus]
     frame, bandwidth = frame_at(slot.fixed_ns, view), at(slot.bandwidth_bps, view)
-    last: list[Exact] = []
-    sections: list[Exact] = []
+    last: list[int] = []
+    sections: list[int] = []
     for number in carried:
         connection = space.connections[number]
         whole = _time_ns(space, connection, bus, view)[1]
@@ -158,7 +157,7 @@ def _by_identifier(space: Space, bus: int, carried: Sequence[int], view: View) -
         last.append(_number(final))
         sections.append(_number(longest))
     entries: list[Entry] = []
-    longest_later: list[tuple[TaskKey, Exact]] = []  # of the less urgent ones the message with the longest frame
+    longest_later: list[tuple[TaskKey, int]] = []  # of the less urgent ones the message with the longest frame
     for position in reversed(range(len(carried))):
         key: TaskKey = (carried[position], "message")
         blocked = longest_later[0][1] if longest_later else 0

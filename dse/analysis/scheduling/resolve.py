@@ -1,7 +1,7 @@
 """Reads a design once: the plain model (`dse.analysis.scheduling.model`) of a space and a view of its decisions.
 
-Only this module and what it calls (`tasks`, `messages`, `order`, `priorities`, `overheads`, first-fit) look at the space and ask
-for decisions; what is computed of the model does neither.
+Only this module and what it calls (`tasks`, `messages`, `order`, `priorities`, `overheads`, first-fit) look at the
+space and ask for decisions; what is computed of the model does neither.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _bus(space: Space, number: int, view: View) -> Resource:
 
 
 def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
-    """A stage that ends as latencies count it where nothing delays it: within its stated response time, if it has one."""
+    """A stage that ends as latencies count it where nothing delays it: within its response time, if one is stated."""
     stage = read(key)
     stated = at(space.components[key[0]].response_ns, view) if key[1] == "thread" else None
     if stated is None:

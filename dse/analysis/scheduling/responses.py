@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.scheduling.busy_window import Task
@@ -192,20 +192,18 @@ def message_waits_ns(space: Space, number: int, view: View) -> Exact:
     if view.groups is not None or bus_of(space, number, view) is None:
         return 0
     key = message_key(space, number, view)
-    response: Exact | None
+    response: Any
     if type(view) is View:
         solution = messages_of(space, view)
         response, alone = solution.ends[key], solution.system.stages[key].worst_ns
     else:
         alone = message_stage(space, key[0], view).worst_ns
         knows = knowing(view)
-        known = ABSENT if knows is None else knows.get(key, ABSENT)
-        if known is ABSENT:
+        response = ABSENT if knows is None else knows.get(key, ABSENT)
+        if response is ABSENT:
             if ("waits", key) not in view.memo:
                 view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
             (response,) = view.memo["waits", key]
-        else:
-            response = known
     return NO_BOUND if response is None or response >= UNBOUNDED_NS else response - alone
 
 

@@ -166,7 +166,7 @@ def told_name(space: Space, key: TaskKey) -> str:
 
 
 def blocking_name(space: Space, entry: Entry) -> str:
-    """The thread, or the message, whose section may keep a stage waiting longest; the first of several, empty where none may."""
+    """The thread or message whose section may keep a stage waiting longest; the first of several, "" where none may."""
     longest = max((section for _, section in entry.blockers), default=0)
     return next((stated_name(space, key) for key, section in entry.blockers if section == longest), "")
 

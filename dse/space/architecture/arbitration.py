@@ -1,7 +1,7 @@
 """Whether messages wait for each other on a bus: what its types and its messages state, and what is missing.
 
 Waiting for a bus counts only where all that decides it is stated: how the bus arbitrates, and of each of its messages
-size and rate, and the identifier where that decides. Else the waiting for this bus is not counted, and the bus says why
+the size, and the identifier where that decides. Else the waiting for this bus is not counted, and the bus says why
 (`Bus.uncounted`).
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.carriers import carriers
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Component, Connection
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
 from dse.spec.schema.fields import MOST_IDENTIFIER
@@ -45,10 +45,8 @@ def check_arbitration(ledger: Ledger, spec: Spec) -> None:
             ledger.error(place, "`priority` is that of identifiers: of frames of CAN, or a `transmission_time`", hint)
 
 
-def with_arbitration(
-    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], wires: Sequence[Connection]
-) -> tuple[Bus, ...]:
-    """The buses, each with how it arbitrates where all that decides the waiting for it is stated, else with what is not.
+def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Bus, ...]:
+    """The buses: how each arbitrates where all that decides the waiting for it is stated, else what is missing.
 
     Reports identifiers that two senders share, or that are beyond the bits of their frames.
     """
@@ -68,32 +66,36 @@ def with_arbitration(
             continue
         _check_identifiers(ledger, models, here)
         kinds = {name: default_arbitration(model) for name, model in models.items()}
-        missing = next(_missing(buses, bus, models, kinds, components, wires, here), "")
-        tree = type_choice(bus.type_decision, [kinds.get(name) for name in bus.types])
-        found.append(replace(bus, uncounted=missing) if missing else replace(bus, arbitration=tree))
+        missing = next(_missing(buses, kinds, here), "")
+        is_asked = any(model.arbitration for model in models.values()) or any(
+            one.identifier is not None for one in here
+        )
+        if not missing:
+            bus = replace(bus, arbitration=type_choice(bus.type_decision, [kinds.get(name) for name in bus.types]))
+        elif is_asked:
+            bus = replace(bus, uncounted=missing)
+        found.append(bus)
     return tuple(found)
 
 
 def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Sequence[Connection]) -> None:
     first: dict[int, Connection] = {}
-    bits = min(
-        (m.frame.identifier_bits for m in models.values() if isinstance(m.frame, CanFrame | CanFdFrame)), default=29
-    )
+    frames = [model.frame for model in models.values()]
+    bits = min((item.identifier_bits for item in frames if isinstance(item, CanFrame | CanFdFrame)), default=29)
     for wire in wires:
         if wire.identifier is None:
             continue
         place = ("connections", wire.name, "identifier")
-        if wire.identifier >= 1 << bits:
+        most = (1 << bits) - 1
+        if wire.identifier > most:
             hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
-            ledger.error(
-                place, f"{wire.identifier:#x} is beyond identifiers of {bits} bits ({(1 << bits) - 1:#x})", hint
-            )
+            ledger.error(place, f"{wire.identifier:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
         other = first.setdefault(wire.identifier, wire)
         if other is wire or (is_one_message(other, wire) and all(model.broadcast for model in models.values())):
             continue
-        message = f"{wire.identifier:#x} is the identifier of {shown(other.name)} on the same bus"
         hint = "one message to several receivers leaves one `from_port` onto a `broadcast` bus"
-        ledger.error(place, message, hint if wire.source == other.source else "each sender has identifiers of its own")
+        hint = hint if wire.source == other.source else "each sender has identifiers of its own"
+        ledger.error(place, f"{wire.identifier:#x} is the identifier of {shown(other.name)} on the same bus", hint)
 
 
 def is_one_message(one: Connection, other: Connection) -> bool:
@@ -103,41 +105,15 @@ def is_one_message(one: Connection, other: Connection) -> bool:
 
 def _missing(
     buses: Sequence[Bus],
-    bus: Bus,
-    models: Mapping[str, BusType],
     kinds: Mapping[str, Arbitration | None],
-    components: Sequence[Component],
-    every: Sequence[Connection],
     wires: Sequence[Connection],
 ) -> Iterator[str]:
-    """What keeps the waiting for a bus from being counted, the first first."""
-    for name in models:
-        if kinds[name] is None:
-            yield f"{name} states no `arbitration`"
+    """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
+    yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "priority" in kinds.values():
         yield from _said("no `identifier`", [wire for wire in wires if wire.identifier is None])
-    yield from _said(
-        "no `data_size`", [wire for wire in wires if any(leaf is None for leaf in leaves(wire.size_bytes))]
-    )
-    yield from _said("no rate", [wire for wire in wires if not _has_rate(components, every, wire)])
+    yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])
     yield from _said("several buses at once", [wire for wire in wires if _is_on_several(buses, wire)])
-
-
-def _has_rate(components: Sequence[Component], wires: Sequence[Connection], wire: Connection) -> bool:
-    """Whether it is known how often a message is sent: it says so, or what sends it is released by something."""
-    todo, seen = [wire], set()
-    while todo:
-        wire = todo.pop()
-        if wire.states_rate:
-            return True
-        if wire.source is None or wire.source in seen:
-            continue
-        seen.add(wire.source)
-        sender = components[wire.source]
-        if any(leaf is not None for leaf in leaves(sender.period_ns)):
-            return True
-        todo += [wires[number] for number in sender.triggers]
-    return False
 
 
 def _is_on_several(buses: Sequence[Bus], wire: Connection) -> bool:

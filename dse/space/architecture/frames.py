@@ -216,9 +216,9 @@ def wire_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
 
 
 def last_frame_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
-    """The longest time of the last frame of a message, and of the longest of its frames: those of CAN compete one by one.
+    """The longest time of the last frame of a message, and of the longest of its frames.
 
-    A message in other frames is sent as a whole.
+    Those of CAN compete one by one; a message in other frames is sent as a whole.
     """
     most = {"can": CAN_BYTES, "can_fd": FD_SIZES[-1]}.get(frame.protocol)
     if most is None or size <= most:

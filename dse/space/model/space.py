@@ -104,7 +104,7 @@ class Bus(Slot):
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
     nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
-    is None where the waiting for the bus is not counted, and `uncounted` says why where a message may be on it.
+    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated.
     """
 
     virtual: bool
@@ -208,7 +208,7 @@ class Connection:
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
     OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
     is no connection of the file: it leads from a piece of a thread to the next. Of the messages that wait for a bus the
-    one of the lowest `identifier` goes first; `deadline_ns` is that of a message from when it is sent until it is there.
+    one of the lowest `identifier` goes first; `deadline_ns` is that of a message, from when it is sent to its receipt.
     """
 
     name: str

@@ -107,11 +107,9 @@ def deadline_requirements(space: Space, origin: Callable[[Component | Connection
     found = []
 
     def add(of: Component | Connection, kind: str, number: int, longest_ns: int) -> None:
-        name = f"response time of {of.name}"
+        metric = Metric(f"response time of {of.name}", kind, number, "deadline")
         limit = Quantity(Fraction(longest_ns, 10**9), TIME, "s")
-        found.append(
-            Requirement(f"{name} <= its deadline", Metric(name, kind, number, "deadline"), "<=", limit, origin(of))
-        )
+        found.append(Requirement(f"{metric.name} <= its deadline", metric, "<=", limit, origin(of)))
 
     for number, component in enumerate(space.components) if space.deadlines != "none" else ():
         trees = (component.deadline_ns, component.period_ns)[: 2 if space.deadlines == "all" else 1]

@@ -3,11 +3,12 @@
 * ``priority`` (CAN): of the messages that wait the one with the lowest identifier goes next. One less urgent may have
   begun before, and what comes up to one bit after a start still competes for it:
 
-      w(q) = B + q C + sum over the more urgent of ceil((w(q) + J + bit) / T) C,    R = max over q of w(q) + C - release(q)
+      w(q) = B + q C + sum over the more urgent of ceil((w(q) + J + bit) / T) C
+      R = max over q of w(q) + C - release(q)
 
-  over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network (CAN)
-  schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several frames
-  competes with each of them: until the last one begins what is more urgent goes first.
+  over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network
+  (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
+  frames competes with each of them: until the last one begins what is more urgent goes first.
 * ``fifo``: messages go in the order in which they come.
 * ``none``: each sender has a line of its own, on which its messages go as they come.
 * ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
@@ -18,25 +19,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import takewhile
 
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
     Task,
-    densest_releases_ns,
     is_late,
     is_plain,
-    last_to_look_at_ns,
     load,
     most_jobs,
+    releases_to_look_at_ns,
 )
 from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
-from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, WorstJob
 from dse.support.units import Exact
 
@@ -84,12 +83,16 @@ class Arbitrated:
         found = self.worst_job()
         if found is None:
             return None
-        release, end = found
-        until = end - self.last_ns + self.bit_ns
-        return before_job(self.task, ((item, most_jobs(item, until)) for item in self.urgent), self.blocked_ns, *found)
+        until, jobs = found[1] - self.last_ns + self.bit_ns, jobs_by if self._counts_starts else most_jobs
+        return before_job(self.task, ((item, jobs(item, until)) for item in self.urgent), self.blocked_ns, *found)
+
+    @property
+    def _counts_starts(self) -> bool:
+        """Whether what comes at the very start of a frame goes first: nothing has begun a moment before."""
+        return not self.bit_ns and not self.blocked_ns
 
     def worst_job(self) -> tuple[Exact, Exact] | None:
-        """Release and end of the job that responds last, from the beginning of its busy period; None without a bound."""
+        """Release and end of the job that responds last, from when its busy period begins; None without a bound."""
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
         used = load((task, *urgent))
         if used > 1 or (used == 1 and (blocked or not task.streams or any(map(is_late, (task, *urgent))))):
@@ -99,24 +102,15 @@ class Arbitrated:
         return None
 
     def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
-        busy, demand = work.busy_ns(), demand_of(work.fellows)
+        busy, demand = work.busy_ns(), demand_of(work.fellows, until=self._counts_starts)
         worst: tuple[Exact, Exact] = (0, 0)
         start: Exact = 0
-        for count, release in enumerate(_releases(self.task, work.fellows, busy)):
+        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, work.fellows), busy)):
             before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
             start = work.least(max(before, start), lambda time, own=before: own + demand(time + self.bit_ns))  # type: ignore[misc]
             if start + self.last_ns - release > worst[1] - worst[0]:
                 worst = release, start + self.last_ns
         return worst
-
-
-def _releases(task: Task, rivals: Sequence[Task], busy_ns: Exact) -> Iterator[Exact]:
-    """When the jobs of a busy period are released, as far as one of them may respond last."""
-    last = last_to_look_at_ns((task, *rivals))
-    for count, release in enumerate(takewhile(lambda time: last is None or time <= last, densest_releases_ns(task))):
-        if count and release >= busy_ns:
-            return
-        yield release
 
 
 @lru_cache(16384)
