@@ -11,8 +11,8 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Reading, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import active_cycle, rate_hz
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
 from dse.space.model.criteria import Metric

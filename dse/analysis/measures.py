@@ -146,8 +146,8 @@ def _response_time(space: Space, metric: Metric, counted: bool) -> Measure:
 
 
 def _message_response(space: Space, metric: Metric, counted: bool) -> Measure:
-    term = message_term(space, metric.index or 0)
-    return _scaled(metric, "ns", (term,), whole_time_scale(space) if counted else 1, RESPONSE_SCALE_LIMIT)
+    terms, scale = (message_term(space, metric.index or 0),), whole_time_scale(space) if counted else 1
+    return _scaled(metric, "ns", terms, scale, RESPONSE_SCALE_LIMIT)
 
 
 def _figures(space: Space, metric: Metric, _: bool) -> Measure:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from dse.analysis.binding import bit_times_ns, byte_times_ns
 from dse.analysis.memo import Recall
-from dse.analysis.scheduling.messages import may_wait_for
+from dse.analysis.messages.stages import may_wait_for
 from dse.analysis.usage import reachable_buses
 from dse.analysis.views import View
 from dse.space.architecture.carriers import wrapping

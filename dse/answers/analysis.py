@@ -16,12 +16,12 @@ from dse.analysis.latency.offset_advice import Boundary, boundaries
 from dse.analysis.latency.rows import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.measures import loaded_buses
+from dse.analysis.messages.stages import counted_buses
+from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.osate.findings import CURRENT, Finding, flow_findings, specified_rows
 from dse.analysis.osate.load import BusBudget, bus_budget
 from dse.analysis.osate.quirks import quirks
 from dse.analysis.osate.resources import ResourceUse, resource_uses
-from dse.analysis.scheduling.message_responses import MessageResponse, message_responses
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.scheduling.overheads import stated_overheads
 from dse.analysis.scheduling.responses import Response, processor_responses
 from dse.analysis.terms import PPM, Term

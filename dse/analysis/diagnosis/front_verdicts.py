@@ -15,10 +15,10 @@ from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import placement
 from dse.analysis.placement.heuristics import placed
 from dse.analysis.placement.partition import Spread
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.architecture.carriers import carriers

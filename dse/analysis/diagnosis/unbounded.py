@@ -11,8 +11,8 @@ from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.latency.rows import UNBOUNDED_METHODS, counts_responses
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
+from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling.messages import counted_buses, may_wait_for
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, message_waits_ns
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.latency.rows import BUS_METHOD, UNBOUNDED_BUS, Row
-from dse.analysis.scheduling.messages import bus_of
+from dse.analysis.messages.stages import bus_of
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, message_waits_ns
 from dse.analysis.views import View
 from dse.space.model.space import Space

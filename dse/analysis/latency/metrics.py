@@ -24,10 +24,10 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.sampling import LET
 from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, stored_row, waits_for_others
 from dse.analysis.memo import Answering, Recall
+from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
-from dse.analysis.scheduling.messages import counted_buses, may_wait_for
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked

@@ -3,7 +3,6 @@
 Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then `resolve.py` (how data are read).
 
 * `model.py`, `resolve.py`, `order.py`: stages, releases and resources; reading them from a design; who goes first.
-* `messages.py`, `message_responses.py`: messages as stages on buses; what each waits for, told.
 * `tasks.py`, `priorities.py`, `overheads.py`: what a job takes by itself; priorities; sections, switches, interrupts.
 * `event_models.py`, `busy_window.py`: what releases a stage, with its jitter; the busy window and the worst job in it.
 * `policies/`: how cores, executors, reservations, accelerators and buses serve jobs.

@@ -15,9 +15,7 @@ from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
-from dse.analysis.rates import NS_PER_S, arrivals, rate_hz
-from dse.analysis.scheduling.busy_window import Stream
-from dse.analysis.scheduling.messages import (
+from dse.analysis.messages.stages import (
     bus_of,
     bus_resource,
     counted_buses,
@@ -25,6 +23,8 @@ from dse.analysis.scheduling.messages import (
     message_key,
     message_stage,
 )
+from dse.analysis.rates import NS_PER_S, arrivals, rate_hz
+from dse.analysis.scheduling.busy_window import Stream
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns

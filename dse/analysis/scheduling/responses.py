@@ -15,9 +15,9 @@ from functools import cached_property
 from typing import Annotated, Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
-from dse.analysis.scheduling.messages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns

@@ -14,10 +14,10 @@ from itertools import permutations
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.responses import counted_ns, subset_responses
 from dse.analysis.scheduling.tasks import work_ns

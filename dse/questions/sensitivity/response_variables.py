@@ -21,8 +21,8 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import solve
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns

@@ -12,9 +12,9 @@ from dse.analysis.diagnosis.front_verdicts import (
     placements_of,
     uncounted_buses,
 )
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_room
 from dse.analysis.placement.partition import Spread
-from dse.analysis.scheduling.messages import counted_buses
 from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
 from dse.analysis.terms import PPM
 from dse.analysis.views import View

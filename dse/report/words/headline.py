@@ -7,7 +7,7 @@ from functools import cached_property
 
 from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses, uncounted_buses
 from dse.analysis.latency.rows import counts_responses
-from dse.analysis.scheduling.messages import counted_buses
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis
 from dse.answers.contention_verdicts import Broken, Contended

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from dse.analysis.scheduling.message_responses import MessageResponse
+from dse.analysis.messages.waits import MessageResponse
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Table

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated
 
+from dse.analysis.messages.stages import bus_resource, wrapping_ns
 from dse.analysis.scheduling.busy_window import Stream
-from dse.analysis.scheduling.messages import bus_resource, wrapping_ns
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.scheduling.waits import stated_name
