@@ -406,9 +406,9 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
         for other, item in enumerate(space.connections)
         if other == number
         or (
-            part.is_broadcast
-            and figures.connections[other].bus == part.bus
+            part.is_shared
             and connection.from_port is not None
+            and figures.connections[other] == part
             and (item.source, item.from_port) == (connection.source, connection.from_port)
         )
     )

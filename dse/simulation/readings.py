@@ -53,7 +53,8 @@ class ComponentFigures:
 class ConnectionFigures:
     """A connection in a design: what virtual carriers take, and the physical bus under them.
 
-    `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`.
+    `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`. One that
+    `is_shared` is one message with the others of its port that are as long.
     """
 
     soft_ns: Range
@@ -63,7 +64,7 @@ class ConnectionFigures:
     queue_size: int | None
     arbitration: Arbitration | None = None
     frames: tuple[Range, ...] = ()
-    is_broadcast: bool = False
+    is_shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -260,8 +261,8 @@ class _DesignReader:
             return found
         size = next(size for way, size in sizes.items() if way[-1] == hard)
         frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
-        is_broadcast = bool(self.at(self.space.buses[hard].broadcast))
-        return replace(found, arbitration=arbitration, frames=frames, is_broadcast=is_broadcast)
+        is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
+        return replace(found, arbitration=arbitration, frames=frames, is_shared=is_shared)
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
         """The times of the frames of a message of so many bytes, of which each competes for the bus."""

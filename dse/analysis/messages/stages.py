@@ -59,13 +59,19 @@ def bus_of(space: Space, number: int, view: View) -> int | None:
 
 
 def message_key(space: Space, number: int, view: View) -> TaskKey:
-    """The stage of a connection's message on its bus: on a broadcast bus that of the first one from its port."""
+    """The stage of a connection's message on its bus: on a broadcast bus that of the first one from its port.
+
+    Such connections are one message where both are bound to the bus itself, at one rate and of one size.
+    """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
     assert bus is not None
-    if connection.from_port is not None and at(space.buses[bus].broadcast, view):
-        for other, item in enumerate(space.connections[:number]):
-            if is_one_message(item, connection) and bus_of(space, other, view) == bus:
+    if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
+        return number, "message"
+    for other, item in enumerate(space.connections[:number]):
+        if is_one_message(item, connection) and bus_of(space, other, view) == bus == at(item.bus, view):
+            same_size = at(item.size_bytes, view) == at(connection.size_bytes, view)
+            if same_size and not item.states_rate and not connection.states_rate:
                 return other, "message"
     return number, "message"
 
