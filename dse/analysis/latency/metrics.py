@@ -121,7 +121,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
         ranges = [_element_range_ns(alone, element, view) for element in elements_of(space, flow)]
         least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
         jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
-        jobs += _waiting_connections(space)
+        jobs += sum(bool(may_wait_for(space, step.index)) for step in flow.steps if step.kind == "connection")
         waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
         if kind == "min latency":
             return ZERO, ZERO + exact_range_ns(alone, flow, view)[0]  # readers that begin late meet more
@@ -170,7 +170,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
                 return least - period, least
             jobs = 2 + _queue_size(space, step, view)
             if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
-                jobs += 1 + 2 * len(dispatchers(space, step.index)) + _waiting_connections(space)
+                jobs += 1 + 2 * len(dispatchers(space, step.index))
             most = least + jobs * UNBOUNDED_NS
             if not _may_move(space, step, kind):
                 return least, most
@@ -230,13 +230,6 @@ def _follows_a_bus(space: Space, step: Step) -> bool:
         return False
     came = any(item.kind == "connection" and may_wait_for(space, item.index) for item in step.since)
     return (came and hangs_on_offsets(space, step)) or may_be_stored(space, step)
-
-
-def _waiting_connections(space: Space) -> int:
-    """How many connections may wait for buses."""
-    if not counted_buses(space):
-        return 0
-    return sum(bool(may_wait_for(space, number)) for number in range(len(space.connections)))
 
 
 def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
