@@ -184,7 +184,7 @@ def lab(colour: str, vision: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("vision", VISION)
-@pytest.mark.parametrize("names", ["d1 d2 d3 d4", "k1 k2 k3 k4 k5 k6", "s1 s2 s3 s4"])
+@pytest.mark.parametrize("names", ["d1 d2 d3 d4", "k1 k2 k3 k4 k5 k6 k7", "s1 s2 s3 s4"])
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
 def test_colours_are_told_apart(theme: dict[str, str], names: str, vision: str) -> None:
     """Two colours of a plot differ by 14 (CIE76) at least, also for colour-blind eyes."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from dse.analysis.binding import bus_stack
-from dse.analysis.latency.rows import Row
+from dse.analysis.latency.rows import JOIN_METHOD, Row
 from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
 from dse.answers.contention_verdicts import Broken
@@ -28,7 +28,7 @@ from dse.report.words.reasons import figures_words
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
 
-CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices")
+CAUSES = ("sampling", "execution", "waiting for the CPU", "middleware", "buses", "devices", "waiting for input")
 """What a latency consists of, in the order of its bar."""
 WITH_WAITING = ", with waiting"
 MOST_LIMITS = 8
@@ -221,7 +221,9 @@ def _flow(flow: FlowTable, analysis: Analysis) -> list[Any]:
 
 def _by_cause(row: Row, analysis: Analysis, view: View, execution: Mapping[str, Exact]) -> Iterator[tuple[str, Exact]]:
     """The greatest time of a row, by what takes it: a response time is execution, and waiting for the rest."""
-    if "sampling" in row.max_method or row.max_method == "queued":
+    if row.max_method.startswith(JOIN_METHOD):
+        yield "waiting for input", row.max_ns
+    elif "sampling" in row.max_method or row.max_method == "queued":
         yield "sampling", row.max_ns
     elif row.category == "device":
         yield "devices", row.max_ns
