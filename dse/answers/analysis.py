@@ -48,7 +48,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlowTable:
-    """The latency of a flow: the sum of its rows."""
+    """The contributor table of one flow: its latency as the sum of rows, in ns.
+
+    Rows stand in the order of the flow, from source to sink, with minimum and maximum and the rule that gives each.
+    `jitter_ns` is the maximum less the minimum. Under the profiles `osate-2.2` and `osate-2.19` rows are those of
+    OSATE.
+    """
 
     JSON_NAME = "Flow"
     WRITTEN = ("rows", "min_ns", "max_ns", "jitter_ns", "specified_ns", "findings")

@@ -35,7 +35,11 @@ def to_file(text: str, path: str | os.PathLike[str] | None) -> str:
 
 
 class Answer:
-    """An answer that is written as JSON: what of it, its class says (`dse.support.json_fields`)."""
+    """The base of every answer that is written as JSON.
+
+    `to_dict` gives plain data in the format of its class, such as ``dse-result/1``; `to_json` its text. In a
+    terminal an answer is one line, in a notebook a table.
+    """
 
     FORMAT: ClassVar[str]
     """The name of its format: ``result`` for ``dse-result/1``, which `dse schema --of result` prints."""
@@ -80,7 +84,10 @@ class Answer:
 
 
 class DataAnswer(Answer):
-    """An answer that is made of nothing but the data of its format: it can be read back."""
+    """The base of answers that hold only the data of their format.
+
+    Such an answer is read back from its JSON with `dse.read`, equal to the one that was written.
+    """
 
     @classmethod
     def _read(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

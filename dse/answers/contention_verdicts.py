@@ -40,7 +40,10 @@ class Broken:
 
 @dataclass(frozen=True)
 class Contended:
-    """What a design keeps when response times count."""
+    """The requirements that a design violates when threads wait for the CPU.
+
+    For results whose search counted execution times alone. `broken` is empty where the design meets every requirement.
+    """
 
     JSON_NAME = "Contention"
     WRITTEN = ("status", "broken")

@@ -54,7 +54,12 @@ class Figures:
 
 @dataclass(frozen=True, repr=False)
 class Point(Figures):
-    """A non-dominated design."""
+    """A non-dominated design: one point of a Pareto front.
+
+    `objectives` and `counts` are exact integers by name, in the units of `Result.units`; `metrics` has each metric in
+    the units of `Result.metric_units`. `decisions` names the option of each decision that the design uses. Points are
+    hashable, and stay valid when a front is ranked anew: `id` does not change, `rank` does.
+    """
 
     id: Annotated[int, "The number by which commands call it; it is the same whatever the ranking."]
     rank: Annotated[int, "Its rank, from 1; equally good points share one."]
@@ -86,7 +91,11 @@ class Point(Figures):
 
 @dataclass(frozen=True)
 class FurtherDesign(Figures):
-    """Another design at or near a point of the front."""
+    """A further design at or near a point of the front.
+
+    It has the objectives of its point, or each at most a stated share worse (`--further`, `--within`), and differs from
+    the point and its other further designs in as many decisions as was found.
+    """
 
     id: Annotated[str, "`POINT.NUMBER`, such as `3.1`: the first further design of point 3."]
     objectives: Objectives
@@ -104,7 +113,11 @@ class FurtherDesign(Figures):
 
 @dataclass(frozen=True)
 class FurtherDesigns:
-    """The further designs of a point."""
+    """The further designs of one point of the front.
+
+    `within` is the share by which each objective may be worse than the point's; `more` tells whether others exist,
+    None where the time was too short to know.
+    """
 
     of: Annotated[int, "The point."]
     within: Annotated[Fraction, "Each objective is at most this share worse than the point's; 0: the same objectives."]
@@ -131,7 +144,11 @@ class KeptBy:
 
 @dataclass(frozen=True)
 class ListedPoint:
-    """A point of the front: the design that stands for it."""
+    """A point of the front as JSON has it: the design that stands for it.
+
+    With the cores of its threads, what it meets when threads wait for the CPU, and the point that it is
+    near-identical to.
+    """
 
     JSON_NAME = "Point"
     WRITTEN = (
@@ -167,7 +184,7 @@ class ListedDesign:
 
 @dataclass(frozen=True)
 class ListedDesigns:
-    """The further designs of a point."""
+    """The further designs of one point as JSON has them, each with its cores and what it meets with waiting."""
 
     JSON_NAME = "FurtherDesigns"
     WRITTEN = ("found.of", "found.within", "designs", "found.more")

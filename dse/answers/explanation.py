@@ -307,7 +307,10 @@ class Explanation(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """The exit code of the command line.
+
+        4: infeasible, proved; 5: stopped before everything was searched; 0: feasible, nothing to explain.
+        """
         if not self.complete:
             return EXIT_INCOMPLETE
         return EXIT_COMPLETE if self.status == "feasible" else EXIT_NO

@@ -159,7 +159,11 @@ class Kept:
 
 @dataclass(frozen=True, repr=False)
 class MeasuredComparison(Answer):
-    """A design against measurements."""
+    """A design compared with measurements.
+
+    Metrics against their predictions, stated inputs against measured ones, and every requirement with the measured
+    figures. `is_as_predicted` and `still_holds` sum it up.
+    """
 
     FORMAT = "comparison"
     JSON_NAME = "MeasuredForm"

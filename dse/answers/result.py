@@ -139,7 +139,10 @@ class Result(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """The exit code of the command line for this result.
+
+        0: complete; 4: infeasible, proved; 5: stopped early.
+        """
         return {"complete": EXIT_COMPLETE, "incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO}[self.status]
 
     @property
@@ -338,7 +341,11 @@ def ranked(rows: Sequence[tuple[V, Design]], senses: Sequence[str]) -> list[tupl
 
 @dataclass(frozen=True)
 class ObjectiveInfo:
-    """An objective: its name, sense, and the unit that its integers count."""
+    """An objective of a result.
+
+    `sense` is ``minimise`` or ``maximise``. `unit` is what the integers of its values count, such as ``ns``, ``ct``,
+    ``ppm``, or a fraction of one such as ``1/3 ppm``, in which all values are integers.
+    """
 
     name: str
     sense: str
@@ -347,7 +354,11 @@ class ObjectiveInfo:
 
 @dataclass(frozen=True)
 class Clash:
-    """A requirement or rule of a conflict."""
+    """A requirement or rule of a conflict, or one that must be relaxed.
+
+    `closest` is the nearest limit with which a design exists while everything else holds, in `unit` as `limit` is; None
+    where there is none, or where it was not searched.
+    """
 
     JSON_NAME = "Member"
     WRITTEN = ("text", "origin", "limit", "closest", "miss", "unit", "thread", "unbounded", "is_sought", "overload")
@@ -392,7 +403,10 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Search:
-    """What the search did; the only part that differs between two runs of one question."""
+    """What the search did: solver calls, seconds, workers and seed.
+
+    It is the only part of a result that differs between two runs of one question with the same seed.
+    """
 
     solver_calls: Annotated[int, "How often the solver was called."]
     wall_s: Annotated[float, "Seconds that passed."]

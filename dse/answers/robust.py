@@ -89,7 +89,10 @@ class RobustResult(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """The exit code of the command line: the greater of both fronts.
+
+        0: both are complete; 4: one is infeasible, proved; 5: one was stopped early.
+        """
         return max(self.robust.exit_code, self.nominal.exit_code)
 
     @property

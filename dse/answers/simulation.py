@@ -254,7 +254,10 @@ class Simulation(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """The exit code of the command line.
+
+        4 where an observation lies outside an analysed bound, 5 where the simulation was stopped, else 0.
+        """
         if self.contradictions or self.outside:
             return EXIT_NO
         return EXIT_INCOMPLETE if self.is_stopped else EXIT_COMPLETE

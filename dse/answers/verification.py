@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that is wrong with a result."""
+    """A mistake that `dse verify` found in a result.
+
+    `place` says where it stands in the JSON, such as ``front[2].objectives``.
+    """
 
     place: Annotated[str, "Where in the result, such as `front[2].objectives`."]
     text: Annotated[str, "What is wrong."]

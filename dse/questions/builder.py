@@ -60,51 +60,92 @@ class Builder(Generic[P]):
         return name
 
     def add_processor_type(self, name: str, **keys: Value) -> str:
-        """A type of computer: ``cores``, ``price``, ``power``, ``context_switch``, and so on."""
+        """Add a type of computer.
+
+        Keywords are the keys of ``processor_types`` in a problem file: ``cores``, ``price="60 EUR"``, ``power``,
+        ``context_switch`` and others. Returns the name, for `add_processor`.
+        """
         return self._add("processor_types", name, keys)
 
     def add_bus_type(self, name: str, **keys: Value) -> str:
-        """A type of bus: ``bandwidth``, ``transmission_time``, ``price``, ``frame``, and so on."""
+        """Add a type of bus.
+
+        Keywords are the keys of ``bus_types``: ``bandwidth="500 kbit/s"``, ``transmission_time``, ``price``,
+        ``frame`` and others. Returns the name, for `add_bus`.
+        """
         return self._add("bus_types", name, keys)
 
     def add_processor(self, name: str, type: str | Sequence[str], **keys: Value) -> str:  # noqa: A002 (the file's key)
-        """A place for a computer, of one of some types."""
+        """Add a computer; a list of types leaves the choice to dse.
+
+        Returns the name, for `add_thread`.
+        """
         return self._add("processors", name, {"type": type, **keys})
 
     def add_bus(self, name: str, type: str | Sequence[str], **keys: Value) -> str:  # noqa: A002 (the file's key)
-        """A place for a bus, of one of some types."""
+        """Add a bus; a list of types leaves the choice to dse.
+
+        Returns the name, for `connect`.
+        """
         return self._add("buses", name, {"type": type, **keys})
 
     def add_device(self, name: str, **keys: Value) -> str:
-        """A sensor or an actuator: ``period``, ``compute_execution_time``, ``price``, and so on."""
+        """Add a sensor or an actuator.
+
+        Keywords are the keys of ``devices``: ``period="20 ms"``, ``compute_execution_time``, ``price`` and others.
+        Returns the name, for `connect` and `add_flow`.
+        """
         return self._add("devices", name, keys)
 
     def add_thread(self, name: str, processor: str | Sequence[str], **keys: Value) -> str:
-        """A thread: ``period`` or ``dispatch_protocol``, ``compute_execution_time``, ``priority``, and so on."""
+        """Add a thread on a processor, or on one of several.
+
+        Keywords are the keys of ``threads``: ``period=["5 ms", "10 ms"]``, ``dispatch_protocol``,
+        ``compute_execution_time``, ``priority`` and others; a list leaves the choice to dse. Returns the name.
+        """
         return self._add("threads", name, {"processor": processor, **keys})
 
     def add_flow(self, name: str, path: Sequence[Value], **keys: Value) -> str:
-        """A flow through devices and threads, in order."""
+        """Add an end-to-end flow through devices and threads, in order.
+
+        Returns its name, for requirements and objectives such as ``jitter of NAME``.
+        """
         return self._add("flows", name, {"path": list(path), **keys})
 
     def connect(self, source: str, target: str, name: str = "", **keys: Value) -> str:
-        """A connection: ``bus``, ``data_size``; it is called ``SOURCE_to_TARGET`` where it has no name of its own."""
+        """Connect two components.
+
+        Keywords are the keys of ``connections``: ``bus``, ``data_size="16 B"`` and others. Returns its name, which is
+        ``SOURCE_to_TARGET`` where none is given.
+        """
         return self._add("connections", name or f"{source}_to_{target}", {"from": source, "to": target, **keys})
 
     def require(self, *texts: str) -> None:
-        """Requirements: ``jitter of main <= 20 ms``."""
+        """Add requirements, as texts.
+
+        For example ``"jitter of main <= 20 ms"``.
+        """
         self._document.setdefault("requirements", []).extend(texts)
 
     def rule(self, *texts: str) -> None:
-        """Rules between decisions: ``computer == large implies control.period == 5 ms``."""
+        """Add rules between decisions, as texts.
+
+        For example ``"computer == large implies control.period == 5 ms"``.
+        """
         self._document.setdefault("rules", []).extend(texts)
 
     def minimise(self, *metrics: str) -> None:
-        """Objectives."""
+        """Add metrics to minimise, as texts.
+
+        For example ``"jitter of main"``, ``"price"``.
+        """
         self._document.setdefault("objectives", []).extend(f"minimise {metric}" for metric in metrics)
 
     def maximise(self, *metrics: str) -> None:
-        """Objectives that are the better the larger they are."""
+        """Add metrics to maximise, as texts.
+
+        For example a total that the problem declares.
+        """
         self._document.setdefault("objectives", []).extend(f"maximise {metric}" for metric in metrics)
 
     def set(self, section: str, value: Value) -> None:

@@ -46,8 +46,8 @@ MOST_UNPACKED = 100
 SCRIPTS = ("scatter.js", "first.js", "decide.js", "report.js")
 """The page of a front: each defines its part, the last begins."""
 FURTHER_PLOTS = "Parallel coordinates and the plots of contributions, use and deadlines below need"
-QUESTION = 120
-"""Letters of the limits beside the title."""
+QUESTION, LEAST_QUESTION = 120, 40
+"""Letters of title and limits in one line, and of the limits at least."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -76,7 +76,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         result=result,
         proof=proof_words(result),
         screen=screen,
-        question=limits_words(result, QUESTION),
+        question=limits_words(result, max(LEAST_QUESTION, QUESTION - len(result.problem.name))),
         banner=banner(screen),
         cards=cards(screen),
         short=data["first"]["short"] if result.front else (),

@@ -23,7 +23,10 @@ from dse.support.files.writing import write_file, write_files
 
 @dataclass(frozen=True, repr=False)
 class Picture:
-    """A plot; `svg` is its text. A notebook shows it."""
+    """A plot as SVG.
+
+    `svg` is its text; a notebook shows it, `save` writes it as SVG or PNG.
+    """
 
     name: str
     svg: str

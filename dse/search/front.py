@@ -51,7 +51,11 @@ MOST_CERTIFYING = 20_000
 
 @dataclass(frozen=True)
 class Progress:
-    """Where the search stands."""
+    """The state of a search, as a callback of `dse.solve` gets it after every solver call.
+
+    `points` found so far, regions of the objective space that are open, solver calls, and the seconds since the start.
+    An `open_regions` of 0 means that the front is complete.
+    """
 
     points: int
     open_regions: int
@@ -128,7 +132,11 @@ class _State:
             self.incumbent, self.hint = Found(point, evaluation.design), evaluation.design
 
     def progress(self) -> Progress:
-        """Where the search stands."""
+        """The state of a search, as a callback of `dse.solve` gets it after every solver call.
+
+        `points` found so far, regions of the objective space that are open, solver calls, and the seconds since the
+        start. An `open_regions` of 0 means that the front is complete.
+        """
         elapsed = time.monotonic() - self.started
         return Progress(len(self.designs), len(self.regions.open), self.calls_before + self.pool.calls, elapsed)
 

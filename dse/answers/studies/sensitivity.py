@@ -35,7 +35,11 @@ class Break:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one input may move, alone."""
+    """How far one input may move while all others stay, before a requirement is violated.
+
+    `below` and `above` have the last value that meets every requirement in each direction, exact in `unit`; None where
+    no requirement is violated within `searched`.
+    """
 
     path: Annotated[str, "The input, as a path of the problem file."]
     unit: Annotated[Unit, "What its figures count."]
@@ -176,7 +180,10 @@ class SensitivityResult(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """The exit code of the command line.
+
+        4 where the design violates a requirement as it is stated, 5 where the time limit came first, else 0.
+        """
         if self.broken:
             return EXIT_NO
         return EXIT_INCOMPLETE if self.left_out else EXIT_COMPLETE

@@ -31,7 +31,10 @@ RANKING = "distance to the ideal point, objectives scaled to their range on all 
 
 @dataclass(frozen=True)
 class VariedAxis:
-    """What was varied: it has either `values` or an `interval`."""
+    """One thing that a sweep varies: an input of the file, or a limit.
+
+    It has `values`, for each of which the front is solved, or the `interval` of a limit whose break-points are exact.
+    """
 
     name: Annotated[str, "The path of an input, or the metric of a limit."]
     kind: Annotated[str, "`limit` or what kind of input it is."]

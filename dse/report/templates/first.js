@@ -97,7 +97,7 @@ window.dseFirst = (page) => {
       const nearest = first.designs[id].limits[0];
       const notes = [];
       if (top !== null && id !== top) notes.push(`against #${top}: ${difference(byId.get(top), record)}`);
-      if (nearest) notes.push(`${nearest[0]} ${nearest[2]} (${nearest[3]})`);
+      if (nearest && !first.designs[id].waiting) notes.push(`${nearest[0]} ${nearest[2]} (${nearest[3]})`);
       if (inside.length > 1) notes.push(`${inside.length} designs`);
       const note = card.querySelector(".note");
       note.replaceChildren();
@@ -204,7 +204,7 @@ window.dseFirst = (page) => {
       box.append(row);
     });
     if (!limits.length) box.append(make("p", "No requirement is stated."));
-    if (more) box.append(make("p", `and ${more} more, with more slack`, { class: "soft" }));
+    if (more) box.append(make("p", `and ${more} more (table below)`, { class: "soft" }));
   }
 
   page.showSides = (width) => {

@@ -32,7 +32,11 @@ Design: TypeAlias = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Decision:
-    """One decision: texts of its options, and values that formulas use; inactive where `home`'s walk leaves it out."""
+    """One decision of a problem, such as ``computer.type`` or ``control.period``.
+
+    `options` are texts as the file has them, `values` what formulas use (ns, indices, names). A design holds the
+    index of an option for each decision. `home` is the tree of decisions that says in which designs it is used at all.
+    """
 
     name: str
     component: str
