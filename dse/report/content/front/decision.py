@@ -18,6 +18,7 @@ from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
 from dse.answers.contention_verdicts import Broken
 from dse.answers.designs import Point
+from dse.answers.ranking.reasons import Margin
 from dse.answers.tables.display import counted, display_unit, readable
 from dse.report.content.front.document import Alternative
 from dse.report.content.front.first_screen import Screen
@@ -178,7 +179,7 @@ def steps(screen: Screen) -> list[tuple[str, str]]:
 
 
 def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
-    nearest = {}
+    nearest: dict[tuple[str, str, bool], Margin] = {}
     for margin in item.margins:
         if margin.limit and margin.value and not margin.requirement.implied:
             nearest.setdefault((margin.requirement.metric.name, margin.thread, margin.requirement.is_upper), margin)
