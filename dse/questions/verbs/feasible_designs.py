@@ -31,7 +31,7 @@ class Feasible:
 def feasible_designs(result: Result) -> Feasible | None:
     """What the front of a result lies among; None where there are too many designs to look at each.
 
-    Found by the exhaustion of `dse verify`, which shares nothing with the search.
+    Found by the exhaustion of `dse verify`, which shares the formulas with the search, and nothing else.
     """
     if not result.front or result.search.space_size > MOST_DESIGNS:
         return None
