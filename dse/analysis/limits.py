@@ -195,6 +195,9 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
         bus, share = space.buses[metric.index or 0], quantity.value / 8
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     if metric.key == "deadline":
+        if metric.kind == "message response":
+            stated = space.connections[metric.index or 0].deadline_ns
+            return Limit(requirement, measure, lambda view: Fraction(0) + at(stated, view))
         thread = space.components[metric.index or 0]
         return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(space, thread, view))
     dimension = metric_dimension(space, metric)

@@ -12,7 +12,7 @@ from math import lcm
 from typing import Literal
 
 from dse.analysis.binding import bus_stack
-from dse.analysis.latency.metrics import flow_terms, input_terms, up_to
+from dse.analysis.latency.metrics import flow_terms, input_terms, message_term, up_to
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import always_executes, elapsed_ns
 from dse.analysis.terms import (
@@ -144,6 +144,11 @@ def _busy(space: Space, metric: Metric, counted: bool) -> Measure:
 def _response_time(space: Space, metric: Metric, counted: bool) -> Measure:
     term = _response_term(space, metric.index or 0)
     return _scaled(metric, "ns", (term,), whole_time_scale(space) if counted else 1, RESPONSE_SCALE_LIMIT)
+
+
+def _message_response(space: Space, metric: Metric, counted: bool) -> Measure:
+    terms, scale = (message_term(space, metric.index or 0),), whole_time_scale(space) if counted else 1
+    return _scaled(metric, "ns", terms, scale, RESPONSE_SCALE_LIMIT)
 
 
 def _figures(space: Space, metric: Metric, _: bool) -> Measure:
@@ -294,6 +299,7 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     "load": _load,
     "busy": _busy,
     "response time": _response_time,
+    "message response": _message_response,
     **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),
     "changes": lambda space, metric, _: Measure(metric, "", change_terms(space)),
     "derived": lambda space, metric, _: _sum(space, metric, space.derived[metric.index or 0].terms),

@@ -1,10 +1,10 @@
 """The simulation itself: events in integer nanoseconds (in fractions of them where messages take such).
 
-At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
-very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch (in
-a problem that speaks of clocks when it first gets its core, unless its data pass at its dispatch); an arrival
-dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job
-ends; under logical execution time at the deadline, or when the job ends where that is later.
+At one instant jobs end and separations run out first, then messages arrive, then timers dispatch, then a bus takes its
+next message: what arrives at the very moment of a timer's dispatch is read by it. A timer's job reads the latest value
+of everything at its dispatch (in a problem that speaks of clocks when it first gets its core, unless its data pass at
+its dispatch); an arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost.
+Output leaves when a job ends; under logical execution time at the deadline, or when the job ends where that is later.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
 sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed
@@ -22,6 +22,7 @@ from fractions import Fraction
 from heapq import heappop, heappush
 from math import lcm
 
+from dse.simulation.bus import Bus, QueuedMessage
 from dse.simulation.core import Births, Core, InputQueue, Job
 from dse.simulation.observing import Observation, Setting
 from dse.simulation.plan import Gap, Plan, ReservationShare, SimulatedConnection, SimulatedTask, StepKey, TaskKey
@@ -43,7 +44,7 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
     return _SimulationRun(plan, setting).run()
 
 
-END, ARRIVE, DISPATCH = 0, 1, 2
+END, ARRIVE, DISPATCH, ARBITRATE = 0, 1, 2, 3
 EVENTS_A_LOOK = 512
 """The number of events, some milliseconds, between two looks at the clock."""
 
@@ -63,6 +64,9 @@ class _SimulationRun:
         self.sent_after: dict[int, Exact] = {}
         self.delivered: dict[int, Exact] = {}
         self.bus_free: dict[int, Exact] = {}
+        self.buses: dict[tuple[int, int], Bus] = {}
+        self.riding: dict[int, deque[Births]] = {}
+        self.senders = sorted({link.turn.sender for link in plan.links if link.turn is not None})
         self.begun: dict[int, list[Exact]] = {}
         self.held: dict[int, dict[int, deque[Births]]] = {}
         self.fresh: dict[int, set[int]] = {}
@@ -89,7 +93,8 @@ class _SimulationRun:
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
             "yield": self._yield, "refill": self._refill, "begin": self._read,
-            "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve, "publish": self._publish,
+            "bus": self._on_bus, "arbitrate": self._arbitrate, "arrive": self._arrive, "wake": self._serve,
+            "publish": self._publish,
         }  # fmt: skip
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
             self.now, _, _, what = heappop(self.heap)
@@ -318,18 +323,49 @@ class _SimulationRun:
             for flow in self.plan.link_starts.get(number, ()):
                 births[flow, 0] = [self.now]
         soft = self._drawn(link.soft_ns)
-        if self.setting.bus_contention and link.bus is not None:
+        if link.turn is not None and link.turn.rides_on is not None:
+            self.riding.setdefault(number, deque()).append(births)
+        elif link.turn is not None or (self.setting.bus_contention and link.bus is not None):
             self.at(self.now + soft, ARRIVE, "bus", number, births)
         else:
             self._deliver(number, self.now + soft + self._drawn(link.bus_ns), births)
 
     def _on_bus(self, number: int, births: Births) -> None:
-        """A physical bus carries one message at a time, in the order in which they are handed to it."""
+        """A physical bus carries one message at a time, in the order of its arbitration.
+
+        Where that is not counted, in the order in which they are handed to it.
+        """
         link = self.plan.links[number]
         assert link.bus is not None
+        if link.turn is not None:
+            self.sequence += 1
+            message = QueuedMessage(number, births, self.now, self.sequence, link.turn, deque(link.turn.frames))
+            self.buses.setdefault(link.turn.line, Bus()).waiting.append(message)
+            self.at(self.now, ARBITRATE, "arbitrate", link.turn.line)
+            return
         end = max(self.now, self.bus_free.get(link.bus, 0)) + self._drawn(link.bus_ns)
         self.bus_free[link.bus] = end
         self._deliver(number, end, births)
+
+    def _arbitrate(self, line: tuple[int, int]) -> None:
+        """The next frame has the bus, if that is free and something waits."""
+        bus = self.buses[line]
+        if not bus.waiting or self.now < bus.busy_until:
+            return
+        message = bus.next(self.senders)
+        bus.last_sender = message.turn.sender
+        bus.busy_until = end = self.now + self._drawn(message.left.popleft())
+        self.at(end, ARBITRATE, "arbitrate", line)
+        if message.left:
+            return
+        bus.waiting.remove(message)
+        link = self.plan.links[message.link]
+        self.seen.responses[link.name] = max(self.seen.responses.get(link.name, 0), end - message.since)
+        self._deliver(message.link, end, message.births)
+        for number, riders in self.riding.items():
+            turn = self.plan.links[number].turn
+            if turn is not None and turn.rides_on == message.link and riders:
+                self._deliver(number, end, riders.popleft())
 
     def _deliver(self, number: int, time: Exact, births: Births) -> None:
         """Messages of one connection keep their order."""

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
-from dse.space.model.space import Design, ExecutorKind, Space
+from dse.space.model.space import Arbitration, Design, ExecutorKind, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
 
@@ -91,10 +91,27 @@ class Gap:
 
 
 @dataclass(frozen=True)
+class BusTurn:
+    """How a message takes its turn on its bus: what decides, its identifier, and the ranges of its frames' times.
+
+    `line` tells on which of the lines of a bus it waits: with ``none`` each sender has one. With `rides_on` it is the
+    message of that connection, by its number: a broadcast bus carries both at once.
+    """
+
+    arbitration: Arbitration
+    identifier: int
+    sender: int
+    frames: tuple[Range, ...]
+    line: tuple[int, int]
+    rides_on: int | None = None
+
+
+@dataclass(frozen=True)
 class SimulatedConnection:
     """A connection: the delays of its virtual carriers together, and of the physical bus that it occupies.
 
-    At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer.
+    At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer. Where messages wait
+    for the bus `turn` says how.
     """
 
     name: str
@@ -107,6 +124,7 @@ class SimulatedConnection:
     period_ns: Fraction | None
     is_trigger: bool
     capacity: int | None
+    turn: BusTurn | None = None
 
 
 @dataclass(frozen=True)
@@ -420,6 +438,29 @@ def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Simulat
                 period_ns=period,
                 is_trigger=connection.target is not None and number in space.components[connection.target].triggers,
                 capacity=ENDLESS if endless or connection.is_inner else part.queue_size,
+                turn=_turn(space, figures, number),
             )
         )
     return found
+
+
+def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
+    """How the message of a connection takes its turn on its bus; None where it waits for none."""
+    part, connection = figures.connections[number], space.connections[number]
+    if part.arbitration is None or part.bus is None:
+        return None
+    sender = -1 - number if connection.source is None else connection.source
+    first = next(
+        other
+        for other, item in enumerate(space.connections)
+        if other == number
+        or (
+            part.is_shared
+            and connection.from_port is not None
+            and figures.connections[other] == part
+            and (item.source, item.from_port) == (connection.source, connection.from_port)
+        )
+    )
+    line = (part.bus, sender if part.arbitration == "none" else 0)
+    identifier = connection.identifier or 0
+    return BusTurn(part.arbitration, identifier, sender, part.frames, line, None if first == number else first)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.frames import Frame, wire_ns
-from dse.space.model.space import Component, Connection, Design, ExecutorKind, Interference, Space, at_home
+from dse.space.model.space import Arbitration, Component, Connection, Design, ExecutorKind, Interference, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.support.units import Exact
 
@@ -54,13 +54,20 @@ class ComponentFigures:
 
 @dataclass(frozen=True)
 class ConnectionFigures:
-    """A connection in a design: what virtual carriers take, and the physical bus under them."""
+    """A connection in a design: what virtual carriers take, and the physical bus under them.
+
+    `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`. One that
+    `is_shared` is one message with the others of its port that are as long.
+    """
 
     soft_ns: Range
     bus: int | None
     bus_ns: Range
     stated_hz: Fraction | None
     queue_size: int | None
+    arbitration: Arbitration | None = None
+    frames: tuple[Range, ...] = ()
+    is_shared: bool = False
 
 
 @dataclass(frozen=True)
@@ -259,7 +266,25 @@ class _DesignReader:
         else:
             on_bus = (times.get(hard) if hard is not None else None) or (0, 0)
             soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])
-        return ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+        found = ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+        arbitration = None if hard is None else self.at(self.space.buses[hard].arbitration)
+        if hard is None or arbitration is None or self.space.profile != "dse" or self.space.bus_queuing != "counted":
+            return found
+        size = next(size for way, size in sizes.items() if way[-1] == hard)
+        frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
+        is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
+        return replace(found, arbitration=arbitration, frames=frames, is_shared=is_shared)
+
+    def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
+        """The times of the frames of a message of so many bytes, of which each competes for the bus."""
+        frame, bandwidth = self.at(self.space.buses[number].fixed_ns), self.at(self.space.buses[number].bandwidth_bps)
+        most = {"can": 8, "can_fd": 64}.get(frame.protocol) if isinstance(frame, Frame) else None
+        if most is None or size <= most:
+            return (whole,)
+        full = -(-size // most) - 1
+        last = wire_ns(frame, size - full * most, bandwidth)
+        each = (Fraction(whole[0] - last[0]) / full, Fraction(whole[1] - last[1]) / full)
+        return (*[each] * full, last)
 
     def wrap(self, bus: int, above: list[int], size: int, sizes: dict[tuple[int, ...], int]) -> None:
         """The size of a message on each way down to a bus, with the overheads of the way from top to bottom."""

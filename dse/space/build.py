@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from dse.space.architecture.activation import check_activation, with_triggers
+from dse.space.architecture.arbitration import check_arbitration, with_arbitration
 from dse.space.architecture.budgets import build_resources
 from dse.space.architecture.buses import build_buses, check_bus_types
 from dse.space.architecture.clocks import check_clocks, grid_in_use
@@ -67,6 +68,8 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)
+    check_arbitration(ledger, spec)
+    buses = with_arbitration(ledger, spec, buses, connections)
     flows = build_flows(ledger, spec, components, connections)
     space = Space(
         name=spec.name,

@@ -22,7 +22,7 @@ from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.responses import Response, response_of, solution_of
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.scheduling.waits import Wait, Waits
+from dse.analysis.scheduling.waits import Wait, Waits, stated_name
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -128,7 +128,7 @@ class Teller:
     def _because(self, loss: Loss) -> tuple[str, ...]:
         """The threads without a bound because of which a thread has none; none where it has none by itself."""
         keys = self.solution.because(loss)
-        return tuple(dict.fromkeys(self.space.components[number].stated_as for number, _ in keys))
+        return tuple(dict.fromkeys(stated_name(self.space, key) for key in keys))
 
     def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
         """The threads that break an upper limit on their response time, in the order of the limits."""
@@ -180,7 +180,7 @@ class Teller:
 
     def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
         """The tasks of threads, by their names."""
-        return [key for key in self.solution.ends if self.space.components[key[0]].stated_as in names]
+        return [key for key in self.solution.ends if stated_name(self.space, key) in names]
 
     def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
         """Where a thread and what goes before it need most, if that is more than there is."""

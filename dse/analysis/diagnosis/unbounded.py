@@ -12,8 +12,9 @@ from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.latency.rows import counts_responses, has_no_bound
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
+from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, message_waits_ns
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in, metric_dimension, parts_of
@@ -37,6 +38,10 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
             return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
         return tuple(dict.fromkeys(row.contributor for row in rows if has_no_bound(row)))
+    if metric.kind == "message response":
+        number = metric.index or 0
+        is_unbounded = message_waits_ns(space, number, view) >= UNBOUNDED_NS
+        return (space.connections[number].name,) if is_unbounded else ()
     if metric.kind == "response time":
         number = metric.index or 0
         if bounded_response_ns(space, number, "thread", view) >= UNBOUNDED_NS:
@@ -65,11 +70,16 @@ def may_be_unbounded(space: Space, metric: Metric) -> bool:
     """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs."""
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
+    if metric.kind == "message response":
+        return bool(may_wait_for(space, metric.index or 0))
     if metric.kind not in ("latency", "jitter"):
         return metric.kind == "response time"
     steps = space.flows[metric.index or 0].steps
-    return counts_responses(space) or any(
-        may_be_stored(space, step) or may_wait_for_inputs(space, step) for step in steps
+    waits = any(step.kind == "connection" and may_wait_for(space, step.index) for step in steps)
+    return (
+        waits
+        or counts_responses(space)
+        or any(may_be_stored(space, step) or may_wait_for_inputs(space, step) for step in steps)
     )
 
 
@@ -102,8 +112,10 @@ def delayed_by(space: Space, processors: Iterable[int]) -> frozenset[int]:
     """The components, by number, that may wait for what runs on some processors, by number.
 
     They are those that may run there, those that one of them triggers, the other pieces of their threads, and what may
-    share a core with the latter two.
+    share a core with the latter two. Where messages wait for buses that may be any.
     """
+    if counted_buses(space):
+        return frozenset(range(len(space.components)))
     reached: set[Place] = {(processor, None) for processor in processors}
     found = set[int]()
     while True:

@@ -3,6 +3,7 @@
 Read `contributors.py` first: the contributor table of a flow, row by row (docs/semantics.md, section 3).
 
 * `rows.py`, `processing.py`: a row of that table; that of what a job takes.
+* `deliveries.py`: the rows of a connection: transmission, and waiting for its bus.
 * `contributors.py`: the rules of latency, element by element.
 * `metrics.py`: metrics of flows as terms.
 * `stored_inputs.py`: waits of data for the next dispatch of their reader.

@@ -9,10 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.deliveries import delivery_rows
 from dse.analysis.latency.joined_inputs import joined_row
 from dse.analysis.latency.processing import best_ns, callback_row, processing_row, worst_ns
-from dse.analysis.latency.rows import UNBOUNDED_METHOD, Row, in_flow
+from dse.analysis.latency.rows import (
+    UNBOUNDED_METHOD,
+    Row,
+    in_flow,
+)
 from dse.analysis.latency.sampling import METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
@@ -49,7 +53,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     if step.kind == "connection":
         if space.connections[step.index].is_inner:
             return ()
-        return (_connection_row(space, step.index, view),)
+        return delivery_rows(space, step.index, view)
     component = _in_flow(space, step, view)
     rows = _callback_rows(space, step, component, view)
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
@@ -191,13 +195,6 @@ def _on_one_clock(space: Space, step: Step, component: Component, view: View) ->
         return None
     least, most = wait_ns(found.pair, found.least_ns, found.most_ns)
     return Row(component.category, component.name, least, METHOD, most, METHOD)
-
-
-def _connection_row(space: Space, number: int, view: View) -> Row:
-    """Transmission, as `transmission_ns` says."""
-    connection = space.connections[number]
-    least, most, method = transmission_ns(space, connection, view)
-    return Row("connection", connection.name, least, method, most, method)
 
 
 def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:

@@ -68,9 +68,9 @@ def exact_range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
 
     They are exact unless clocks differ by an error, or a hyperperiod is too long (`MOST_RELEASES`): then safe bounds.
     """
-    found: tuple[Exact, Exact] | None = view.memo.get(("exact", flow.name, space.processing))
+    found: tuple[Exact, Exact] | None = view.memo.get(("exact", flow.name, space.processing, space.bus_queuing))
     if found is None:
-        found = view.memo["exact", flow.name, space.processing] = _range_ns(space, flow, view)
+        found = view.memo["exact", flow.name, space.processing, space.bus_queuing] = _range_ns(space, flow, view)
     return found
 
 

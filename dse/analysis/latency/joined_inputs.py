@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from functools import reduce
 from typing import NamedTuple, TypeAlias
 
-from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns
 from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
 from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns
@@ -383,7 +383,7 @@ def _leaving(space: Space, number: int, releases: Origins, view: View) -> Origin
 def _delivered(space: Space, wire: int, found: dict[int, Origins], view: View) -> Origins:
     """The origins of the messages of a connection, when they have come."""
     connection = space.connections[wire]
-    least, most, _ = transmission_ns(space, connection, view)
+    least, most = delivery_ns(space, wire, view)
     if connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
         return (Origin("connection", wire, NS_PER_S / rate, least, most),) if rate else None

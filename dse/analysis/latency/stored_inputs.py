@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
-from dse.analysis.binding import transmission_ns
+from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns, processing_row
 from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, is_joined, passes_rates_on, rate_hz
@@ -185,7 +185,7 @@ def _to_timer(space: Space, wire: int, found: Mapping[int, Distance], view: View
 def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the messages of a connection."""
     connection = space.connections[wire]
-    least, most, _ = transmission_ns(space, connection, view)
+    least, most = delivery_ns(space, wire, view)
     apart: Exact = 0
     if connection.states_rate or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)

@@ -19,14 +19,16 @@ from dse.report.text_table import basis_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
     PROCESSING,
-    WAITING,
+    arbitration_words,
     bound_words,
     bus_words,
     contended_words,
     core_words,
     overhead_words,
     processing_words,
+    waiting_left_words,
 )
+from dse.report.words.messages import message_tables
 from dse.report.words.reasons import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.report.words.resources import resource_blocks
 from dse.report.words.scheduling import busy_timelines, response_tables
@@ -120,6 +122,7 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     if others:
         yield Text(f"Other metrics: {'; '.join(others)}.", brief=f"Other metrics: {few(others, MANY, 'metrics')}.")
     missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
+    missed += [item.name for found in analysis.messages.values() for item in found if item.meets_deadline is False]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
     yield from listing(analysis.warnings, "warning", 0, brief=1)
     found = [finding for flow in analysis.flows for finding in flow.findings]
@@ -186,6 +189,7 @@ def _bus_words(usage: Usage) -> str:
 def _responses(analysis: Analysis) -> Iterator[Block]:
     yield from deadline_plot(analysis.responses)
     yield from response_tables(analysis.responses, FEW_THREADS)
+    yield from message_tables(analysis.messages, FEW_THREADS)
 
 
 def _notes(analysis: Analysis) -> Iterator[Block]:
@@ -195,7 +199,8 @@ def _notes(analysis: Analysis) -> Iterator[Block]:
     if analysis.contended is not None:
         said = contended_words(analysis.contended, analysis.space.currency)
         kept = f"With response times, {core_words(analysis.space)}: {said}"
-    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, WAITING if buses else ""]
+    waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
+    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
     yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
 
 

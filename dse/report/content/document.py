@@ -37,6 +37,7 @@ from dse.report.words.contention import (
     processing_words,
     uncounted_words,
 )
+from dse.report.words.messages import message_tables
 from dse.report.words.missing import TITLE, missing_words
 from dse.report.words.reasons import (
     GAPS,
@@ -329,7 +330,11 @@ class Document:
             usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
             usage_tables=tuple(usage_tables(analysis)),
             deadlines=deadline_records(analysis.responses),
-            responses=(*response_tables(analysis.responses), *busy_timelines(analysis.responses)),
+            responses=(
+                *response_tables(analysis.responses),
+                *message_tables(analysis.messages),
+                *busy_timelines(analysis.responses),
+            ),
             bindings=self._bindings(reasons.point),
             requirements=verdict_table(analysis),
             decisions=self._decisions(reasons.point),

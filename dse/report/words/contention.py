@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from dse.analysis.diagnosis.front_verdicts import core_by, core_origins, leaves_out_buses, placements_of
+from dse.analysis.diagnosis.front_verdicts import (
+    core_by,
+    core_origins,
+    leaves_out_buses,
+    placements_of,
+    uncounted_buses,
+)
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_room
 from dse.analysis.placement.partition import Spread
 from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
@@ -15,9 +22,11 @@ from dse.answers.contention_verdicts import Broken, Contended
 from dse.answers.designs import Point
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
+from dse.report.amounts import listed
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
+from dse.space.model.trees import leaves
 from dse.space.question.open_cores import is_scheduled
 
 PROCESSING = {
@@ -56,8 +65,38 @@ def uncounted_words(space: Space) -> str:
 
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
-    is_left_out = leaves_out_buses(space) and any(flows_in(space, metric) for metric in _asked(space))
-    return WAITING if is_left_out else ""
+    return waiting_left_words(space) if any(flows_in(space, metric) for metric in _asked(space)) else ""
+
+
+def waiting_left_words(space: Space) -> str:
+    """That messages do not wait for a bus that may carry them, in short."""
+    return (_left_out_words(space) or WAITING) if leaves_out_buses(space) else ""
+
+
+def _left_out_words(space: Space) -> str:
+    """Which buses messages do not wait for, and why; "" where nothing is stated of the arbitration of any."""
+    left = uncounted_buses(space)
+    if not counted_buses(space) and not any(bus.uncounted for bus in left):
+        return ""
+    said = [f"{bus.name} ({bus.uncounted or 'no `arbitration` is stated'})" for bus in left]
+    return f"Waiting for {listed(said)} is not counted."
+
+
+KINDS = {
+    "priority": "by identifier",
+    "fifo": "as they come",
+    "round_robin": "in turns",
+    "none": "each sender by itself",
+}
+
+
+def arbitration_words(space: Space) -> str:
+    """For which buses messages wait, and in which order they go; "" where waiting for no bus is counted."""
+    said = []
+    for bus in (space.buses[number] for number in counted_buses(space)):
+        kinds = dict.fromkeys(KINDS[leaf] for leaf in leaves(bus.arbitration) if leaf is not None)
+        said.append(f"{bus.name} ({' or '.join(kinds)})")
+    return f"Waiting for {listed(said)} is counted." if said else ""
 
 
 def study_waiting_words(data: Mapping[str, Any]) -> str:
@@ -70,9 +109,10 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def bus_words(space: Space) -> str:
-    """That messages wait for no bus in a latency, where a physical bus may carry them."""
+    """For which buses messages wait in latencies, and for which that may carry them they do not."""
     told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
-    return told if leaves_out_buses(space) else ""
+    left = (_left_out_words(space) or told) if leaves_out_buses(space) else ""
+    return " ".join(filter(None, (arbitration_words(space), left)))
 
 
 def contention_words(result: Result) -> str:

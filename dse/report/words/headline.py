@@ -5,8 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cached_property
 
-from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses
+from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses, uncounted_buses
 from dse.analysis.latency.rows import counts_responses
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis
 from dse.answers.contention_verdicts import Broken, Contended
@@ -90,8 +91,11 @@ def counted_words(result: Result) -> tuple[str, str]:
         return "", ""
     is_counted = counts_responses(space)
     counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
+    counted += ["waiting for the bus"] if counted_buses(space) else []
     left = [] if is_counted else ["waiting for the CPU"]
-    left += ["bus arbitration"] if leaves_out_buses(space) else []
+    if leaves_out_buses(space):
+        of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
+        left += [f"bus arbitration{of}"]
     said = f"{', '.join(counted)}."
     if left:
         said += f" Not {', not '.join(left)}."

@@ -232,7 +232,7 @@ def _build_connection(
     def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
         return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
 
-    size = read("data_size", "data size", format_size)
+    size, deadline = read("data_size", "data size", format_size), read("deadline", "duration", format_duration)
     bus = stated_bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
@@ -259,6 +259,8 @@ def _build_connection(
         type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
+        identifier=given.identifier,
+        deadline_ns=deadline,
     )
 
 

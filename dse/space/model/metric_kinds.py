@@ -42,7 +42,11 @@ KINDS: Mapping[str, MetricKind] = {
 }
 """The metrics that a file may ask for, by name, besides those that it makes itself; how a design has them is a formula
 of `dse.analysis.measures`."""
-INNER = {**dict.fromkeys(INPUT_METRICS, KINDS["latency"]), "core utilisation": KINDS["utilisation"]}
+INNER = {
+    **dict.fromkeys(INPUT_METRICS, KINDS["latency"]),
+    "core utilisation": KINDS["utilisation"],
+    "message response": MetricKind("connection", TIME),
+}
 """Those that are asked for in other words."""
 MADE = ("total", "derived", "max", "min")
 """Kinds of metrics that a problem file makes itself."""

@@ -25,6 +25,7 @@ UNKNOWN_TYPE = "?\n"
 """The type of a slot whose types are all misnamed, while other mistakes are looked for; no name has a line break."""
 INACTIVE = -1
 
+Arbitration: TypeAlias = Literal["priority", "fifo", "round_robin", "none"]
 Design: TypeAlias = tuple[int, ...]
 """The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
 
@@ -102,7 +103,8 @@ class Bus(Slot):
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
-    nobody says, or `PerProcessorType`.
+    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
+    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated.
     """
 
     virtual: bool
@@ -121,6 +123,8 @@ class Bus(Slot):
     broadcast: Tree = False
     budget: Fraction | None = None
     sizes_bytes: Tree = None
+    arbitration: Tree = None
+    uncounted: str = ""
 
 
 @dataclass(frozen=True)
@@ -206,7 +210,8 @@ class Connection:
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
     OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
-    is no connection of the file: it leads from a piece of a thread to the next.
+    is no connection of the file: it leads from a piece of a thread to the next. Of the messages that wait for a bus the
+    one of the lowest `identifier` goes first; `deadline_ns` is that of a message, from when it is sent to its receipt.
     """
 
     name: str
@@ -227,6 +232,8 @@ class Connection:
     is_inner: bool = False
     budget: Fraction | None = None
     type_bytes: Tree = None
+    identifier: int | None = None
+    deadline_ns: Tree = None
 
     @property
     def states_rate(self) -> bool:
@@ -320,7 +327,7 @@ class Space:
     best_case: str = "empty_queue"
     """OSATE's setting for queues at best: or ``full_queue``."""
     bus_queuing: str = "counted"
-    """OSATE's setting for waiting on buses: or ``not_counted``."""
+    """Whether messages wait for buses: ``counted`` where all that decides it is stated, or ``not_counted``."""
     executors: tuple[Executor, ...] = ()
     reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0

@@ -311,7 +311,7 @@ def busy_obstacle(space: Space, number: int) -> str:
 
 
 def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
-    """The response time of a thread, or of every one that runs on a processor."""
+    """The response time of a thread or of a connection's message, or of every thread that runs on a processor."""
     threads = {
         item.name: Metric(f"response time of {item.name}", "response time", number)
         for number, item in enumerate(space.components)
@@ -321,10 +321,13 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
         if not threads:
             raise QuestionError("no thread runs on a processor: there is no response time")
         return tuple(threads.values())
+    wire = next((number for number, item in enumerate(space.connections) if item.name == of), None)
+    if wire is not None and of not in threads:
+        return (Metric(f"response time of {of}", "message response", wire),)
     if of not in threads:
         if any(item.name == of for item in space.components):
             raise QuestionError(f"{shown(of)} runs on no processor: it has no response time", closest(of, threads))
-        raise QuestionError(f"no thread is called {shown(of)}", closest(of, threads))
+        raise QuestionError(f"no thread or connection is called {shown(of)}", closest(of, threads))
     return (threads[of],)
 
 

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 from dse.spec.schema.fields import (
     Carrier,
     Core,
+    Identifier,
     Items,
     Length,
     Line,
@@ -213,6 +214,8 @@ class Connection(SpecMapping):
     timing: Timing = "sampled"
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
+    identifier: Identifier | None = None
+    deadline: Options[Duration] | None = None
     source: Line | None = None
 
 
