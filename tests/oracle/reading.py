@@ -548,7 +548,7 @@ class Reading:
         """
         period, error = self.period_ns(name), self.error_ns(sender, name)
         assert period is not None, name
-        if error is None:
+        if error is None or most >= NO_BOUND_NS:
             return 0, period, period
         step = gcd(period, self.period_ns(sender) or 0)
         offsets = [self.get(each, "offset") if self.is_active(each, "offset") else None for each in (sender, name)]
