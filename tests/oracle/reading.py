@@ -381,7 +381,12 @@ class Reading:
         """How much later than they must threads end, less than 0 where they end before."""
         found = self.responses()
         limits = {name: self.deadline_ns(name) for name in found}
-        return {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        late = {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        if self.problem.document.get("deadlines", "stated") != "none":
+            for name, response in self.message_responses().items():
+                if self.get(name, "deadline") is not None:
+                    late[name] = response - quantities.deadline(self.get(name, "deadline"))
+        return late
 
     # Latency
 
@@ -556,9 +561,37 @@ class Reading:
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
+    @property
+    def messages(self) -> Scheduling:
+        """What messages wait for their buses: with all response times where these count, else by themselves."""
+        if self.problem.counts_responses:
+            return self.scheduling
+        found, seen = self._messages
+        self.looked_at[-1] |= seen
+        return found
+
+    @cached_property
+    def _messages(self) -> tuple[Scheduling, set[str]]:
+        """The same by themselves, and the decisions that were looked at."""
+        self.looked_at.append(set())
+        return Scheduling(self, only_buses=True), self.looked_at.pop()
+
     @in_common
     def connection_rows(self, connection: str) -> list[Row]:
-        """The contributions of a connection of a flow."""
+        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus."""
+        rows = self.transit_rows(connection)
+        if not self.problem.waiting_buses & set(self.stack(connection)):
+            return rows
+        return [*rows, (connection, "waiting for the bus", 0, self._counted(self.messages.waits(connection)))]
+
+    def message_responses(self) -> dict[str, Fraction]:
+        """The longest from when the message of each connection is sent until it is there."""
+        named = self.problem.sections["connections"]
+        return {name: sum((Fraction(row[3]) for row in self.connection_rows(name)), Fraction(0)) for name in named}
+
+    @in_common
+    def transit_rows(self, connection: str) -> list[Row]:
+        """What a connection takes where nobody waits."""
         rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
