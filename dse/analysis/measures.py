@@ -40,6 +40,7 @@ from dse.analysis.views import View, is_met
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import (
     CHAIN_METRICS,
+    EXACT_METRICS,
     FLOW_METRICS,
     INPUT_METRICS,
     SYSTEM_METRICS,
@@ -50,7 +51,7 @@ from dse.space.model.metric_kinds import (
 )
 from dse.space.model.space import Bus, Component, Decision, Slot, Space
 from dse.space.model.trees import Tree, at, leaves
-from dse.space.question.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
+from dse.space.question.metrics import all_disparities, busy_obstacle, core_metric, has_age, has_exact, most_cores
 from dse.space.question.open_cores import tells_cores_apart
 from dse.support.units import (
     BASES,
@@ -249,8 +250,11 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
         kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
-        aged = has_age(space, flow)
-        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
+        left_out = {
+            *(() if has_age(space, flow) else ("data age",)),
+            *(() if has_exact(space, flow) else EXACT_METRICS),
+        }
+        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind not in left_out]
     if any(step.since for flow in space.flows for step in flow.steps):
         metrics += all_disparities(space, range(len(space.components)))
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]

@@ -9,11 +9,13 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from dse.importers.can_sizes import TEXT, check_sizes
+from dse.importers.can_dbc import UNUSED_SIGNALS, check_statements, listed, mended
+from dse.importers.can_sizes import check_sizes
 from dse.importers.registry import Imported, Key, Place
 from dse.support.errors import Diagnostic, ProblemError, UsageError
 from dse.support.extras import needed_for
@@ -29,23 +31,12 @@ FORMATS = ("dbc", "sym", *XML)
 MOST_LOOKED_AT = 4096
 """The number of bytes that tell the format of a database of another suffix."""
 UNKNOWN = "unknown sender"
-UNUSED_SIGNALS = "VECTOR__INDEPENDENT_SIG_MSG"
-"""Under this name DBC files keep signals of no message."""
-_BEGUN = re.compile(r'^[ \t]*(?P<word>(BO_|SG_)(?!\S)|(BA_DEF_DEF_|BA_)(?=[ \t]+"))', re.MULTILINE)
-_ENDED = re.compile(r'\w+\s+""[^;]*[\w"]\s*;')
-_WHOLE = {
-    "BA_": ("attribute", _ENDED),
-    "BA_DEF_DEF_": ("attribute", _ENDED),
-    "BO_": ("message", re.compile(r"BO_\s+\d+\s+[^\s:]+\s*:\s*\d+\s+\w+")),
-    "SG_": (
-        "signal",
-        re.compile(
-            r"SG_\s+[^\s:]+(\s+\w+)?\s*:\s*\d+\s*\|\s*\d+\s*@\s*[01]\s*[+-]\s*\([^()]*\)\s*\[[^\[\]]*\]\s*"
-            r'"\s*"\s*\w+'
-        ),
-    ),
-}
-"""How the statements of a DBC file go, its texts left empty."""
+DOUBTFUL_BPS = 1000
+"""No CAN bus is so slow: some tools write kbit/s."""
+LEFT_OUT = 0
+"""The cycle time of messages that are left out."""
+CYCLES = "a cycle time for all, such as 100 ms, or for some, such as NAME=20 ms, or none, which leaves them out"
+HOW_CYCLES = "--cycle '100 ms' for all; --cycle 'NAME=20 ms, DIAG_*=1 s' for some; --cycle none leaves them out"
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -62,8 +53,11 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         raise ProblemError([Diagnostic("the file is empty: expected a CAN database", file=str(path), line=1)])
     form, text = _text(path)
     check_sizes(path, text, form)
+    told: list[Diagnostic] = []
+    if form == "dbc":
+        text, told = mended(path, text)
     database = _database(path, text, form)
-    return _Reader(path, text, database, options).read()
+    return _Reader(path, text, database, options, told).read()
 
 
 def _text(path: Path) -> tuple[str, str]:
@@ -94,26 +88,11 @@ def _database(path: Path, text: str, form: str) -> Any:
     with reading(path, "no CAN database", "", lambda words: _place(words, text)):
         found = load_string(text, form, strict=False)
     if form == "dbc":
-        _check_statements(path, text)
+        check_statements(path, text)
     if not getattr(found, "messages", None):
         hint = "is the file cut off?"
         raise ProblemError([Diagnostic("it has no CAN messages", file=str(path), line=1, hint=hint)])
     return found
-
-
-def _check_statements(path: Path, text: str) -> None:
-    """Whatever a DBC file begins of `_WHOLE` is whole: cantools passes over the rest of a file cut off."""
-    plain = TEXT.sub(lambda found: '"' + "\n" * found[0].count("\n") + '"', text)
-    mistakes = []
-    for found in _BEGUN.finditer(plain):
-        what, whole = _WHOLE[found["word"]]
-        if not whole.match(plain, found.start("word")):
-            line = plain.count("\n", 0, found.start("word")) + 1
-            mistakes.append(
-                Diagnostic(f"this {what} is not whole", file=str(path), line=line, hint="is the file cut off?")
-            )
-    if mistakes:
-        raise ProblemError(mistakes)
 
 
 def _place(words: str, text: str) -> tuple[int, int]:
@@ -126,12 +105,14 @@ def _place(words: str, text: str) -> tuple[int, int]:
 class _Reader:
     """Makes the document of one database."""
 
-    def __init__(self, path: Path, text: str, database: Any, options: Mapping[str, Any]) -> None:
+    def __init__(
+        self, path: Path, text: str, database: Any, options: Mapping[str, Any], told: Sequence[Diagnostic]
+    ) -> None:
         self.path, self.database, self.options = path, database, options
-        self.remarks: list[Diagnostic] = []
+        self.remarks = [*told]
         self.places: dict[Key, Place] = {}
         self.lines = _message_lines(text)
-        self.cycle_ns = _option(options, "cycle", lambda text: parse_duration_ns(text, Rounding.EXACT))
+        self.cycles = _cycles(options.get("cycle"))
         self.bandwidth = _option(options, "bandwidth", parse_bandwidth_bps)
         self.data_bandwidth = _option(options, "data-bandwidth", parse_bandwidth_bps)
         self.nodes: dict[str, None] = {}
@@ -157,6 +138,7 @@ class _Reader:
         ends = {name for message in messages for name in (*message.senders, *message.receivers)}
         if self.to and self.to not in {*names, *ends}:
             raise UsageError(f"--to {self.to}: there is no such node; nodes: {', '.join(sorted({*names, *ends}))}")
+        messages = self._with_cycles(messages)
         buses = dict.fromkeys(message.bus_name or "can0" for message in messages)
         types = {name: self._bus_type(name, [m for m in messages if (m.bus_name or "can0") == name]) for name in buses}
         connections = dict(self._connections(messages, {*buses, *names, *ends}))
@@ -173,23 +155,62 @@ class _Reader:
             "devices": {name: {} for name in self.nodes},
             "connections": connections,
         }
-        if any("rate" not in body for body in connections.values()):
-            document["assumptions"].append(
-                "Messages without a `rate` have no cycle time: until one is stated they count as often as their sender "
-                "is dispatched, by what it receives, if anything."
-            )
         is_named = all(message.bus_name for message in messages)
         made_up = frozenset() if is_named else frozenset(("can0", "can0_type"))
         return Imported(document, tuple(self.remarks), self.places, made_up=made_up)
 
+    def _cycle_ns(self, message: Any) -> Fraction:
+        """The cycle time of a message: its own, or that stated for it."""
+        if message.cycle_time:
+            return Fraction(message.cycle_time) * 10**6
+        stated = _stated(self.cycles, message.name)
+        assert stated
+        return Fraction(stated)
+
+    def _with_cycles(self, messages: Sequence[Any]) -> list[Any]:
+        """The messages that have a cycle time, of the file or of the option.
+
+        Raises
+        ------
+        ProblemError
+            when some have none, with their names.
+        UsageError
+            when the option names messages that are not there.
+        """
+        open_ = [message for message in messages if not message.cycle_time]
+        for pattern in self.cycles:
+            if pattern != "*" and not any(fnmatchcase(message.name, pattern) for message in open_):
+                raise UsageError(f"--cycle {pattern}=...: no message without a cycle time is called so")
+        found = {id(message): _stated(self.cycles, message.name) for message in open_}
+        unknown = [message for message in open_ if found[id(message)] is None]
+        if unknown:
+            count = "1 message has" if len(unknown) == 1 else f"{len(unknown)} messages have"
+            text = f"{count} no cycle time: {listed([message.name for message in unknown])}"
+            line = min(self.lines.get(_key(message), 1) for message in unknown)
+            raise ProblemError([Diagnostic(text, file=str(self.path), line=line, hint=HOW_CYCLES)])
+        names: dict[bool, list[str]] = {False: [], True: []}
+        for message in open_:
+            names[found[id(message)] == LEFT_OUT].append(message.name)
+        if names[False]:
+            self._remark(f"{len(names[False])} without a cycle time count with --cycle: {listed(names[False])}")
+        if names[True]:
+            self._remark(f"{len(names[True])} without a cycle time are left out (--cycle): {listed(names[True])}")
+        kept = [message for message in messages if found.get(id(message)) != LEFT_OUT]
+        if not kept:
+            raise ProblemError(
+                [Diagnostic("no message has a cycle time", file=str(self.path), line=1, hint=HOW_CYCLES)]
+            )
+        return kept
+
     def _bus_type(self, name: str, messages: Sequence[Any]) -> dict[str, Any]:
         stated = next((bus for bus in self.database.buses if (bus.name or "can0") == name), None)
         bandwidth = self.bandwidth or getattr(stated, "baudrate", None) or self._attribute("Baudrate")
-        if not bandwidth:
+        if not bandwidth or bandwidth <= DOUBTFUL_BPS:
+            text = f"nothing says the bit rate of {name}"
+            if bandwidth:
+                text = f"the bit rate of {name} is {bandwidth} bit/s, slower than CAN: is it in kbit/s?"
             hint = "give --bandwidth, such as --bandwidth '500 kbit/s'"
-            raise ProblemError(
-                [Diagnostic(f"nothing says the bit rate of {name}", file=str(self.path), line=1, hint=hint)]
-            )
+            raise ProblemError([Diagnostic(text, file=str(self.path), line=1, hint=hint)])
         long = any(message.is_extended_frame for message in messages)
         if long and not all(message.is_extended_frame for message in messages):
             self._remark(f"{name} has identifiers of 11 and of 29 bits: all count as 29")
@@ -209,6 +230,9 @@ class _Reader:
     def _attribute(self, name: str) -> int | None:
         attributes = getattr(self.database.dbc, "attributes", None) or {}
         value = getattr(attributes.get(name), "value", None)
+        if value is None:
+            definitions = getattr(self.database.dbc, "attribute_definitions", None) or {}
+            value = getattr(definitions.get(name), "default_value", None)
         return value if isinstance(value, int) and value > 0 else None
 
     def _connections(self, messages: Sequence[Any], taken: set[str]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -238,17 +262,9 @@ class _Reader:
             body["to"] = to
         body["data_size"] = f"{message.length} B"
         said = [f"identifier {message.frame_id:#x}"]
-        cycle_ns = Fraction(message.cycle_time) * 10**6 if message.cycle_time else self.cycle_ns
-        if cycle_ns:
-            body["rate"] = format_rate(10**9 / Fraction(cycle_ns))
+        body["rate"] = format_rate(10**9 / self._cycle_ns(message))
         if not message.cycle_time:
-            hint = "counts with --cycle" if cycle_ns else "state its `rate`, or give --cycle, such as --cycle '100 ms'"
-            self._remark(f"{message.name}: no cycle time is stated", hint, line)
-            said.append(
-                "cycle time assumed"
-                if cycle_ns
-                else f"cycle time missing: without a `rate` it counts at the rate of {sender}"
-            )
+            said.append("cycle time stated at the import (--cycle)")
         if len(receivers) > 1:
             said.append(f"received by {', '.join(receivers)}")
         body["bus"] = message.bus_name or "can0"
@@ -273,6 +289,31 @@ def _option(options: Mapping[str, Any], name: str, parse: Any) -> int | None:
     if found <= 0:
         raise UsageError(f"--{name} {text}: it must be above zero")
     return found
+
+
+def _cycles(text: Any) -> dict[str, int]:
+    """The cycle times in ns that ``--cycle`` states, by pattern of names; `LEFT_OUT` for ``none``.
+
+    >>> _cycles("Wake*=20 ms, Log=none, 1 s")
+    {'Wake*': 20000000, 'Log': 0, '*': 1000000000}
+    """
+    found: dict[str, int] = {}
+    for part in str(text).split(",") if text is not None else ():
+        pattern, sign, stated = (item.strip() for item in part.rpartition("="))
+        pattern = pattern if sign else "*"
+        if not pattern or not stated or pattern in found:
+            raise UsageError(f"--cycle {part.strip()}: expected {CYCLES}")
+        ns = LEFT_OUT
+        if stated != "none":
+            ns = _option({"cycle": stated}, "cycle", lambda words: parse_duration_ns(words, Rounding.EXACT)) or 0
+        found[pattern] = ns
+    return found
+
+
+def _stated(cycles: Mapping[str, int], name: str) -> int | None:
+    """What is stated for a message: of the first pattern that is its own, else for all."""
+    own = (ns for pattern, ns in cycles.items() if pattern != "*" and fnmatchcase(name, pattern))
+    return next(own, cycles.get("*"))
 
 
 def _message_lines(text: str) -> dict[int, int]:

@@ -42,7 +42,9 @@ class Imported:
     understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
     `entities` are what threads are in ROS, such as ``/cam@Timer(10000000)``, by which other files speak of them.
     `made_up` are names that the file does not have: what they name is not what another file has under such a name.
-    `aliases` lead from the names that threads have in other files to those in `document`.
+    `aliases` lead from the names that threads have in other files to those in `document`. `publishers` are the
+    callbacks that publish a topic of a node, by node and topic, as they were seen. `is_measured`: it was seen while the
+    system ran, which counts more than what a description says; `is_own`: it is a problem file, which counts most.
     """
 
     document: Mapping[str, Any]
@@ -51,6 +53,9 @@ class Imported:
     entities: Mapping[str, str] = field(default_factory=dict)
     made_up: frozenset[str] = frozenset()
     aliases: Mapping[str, str] = field(default_factory=dict)
+    publishers: Mapping[tuple[str, str], tuple[str, ...]] = field(default_factory=dict)
+    is_measured: bool = False
+    is_own: bool = False
 
 
 Read: TypeAlias = Callable[[Path, Mapping[str, Any]], Imported]
@@ -88,7 +93,7 @@ class Importer:
 
 YAML = (".yaml", ".yml")
 OF_ROS2 = {
-    "cores": "how many cores the computer has; else as many as callbacks are pinned to, at least one.",
+    "cores": "how many cores the computer has; else as many as callbacks are pinned to, or a trace has CPUs.",
     "rate": "how often topics come that nothing in the file publishes, such as 10 Hz.",
 }
 OF_LAUNCH = {
@@ -118,7 +123,8 @@ IMPORTERS: tuple[Importer, ...] = (
         {
             "bandwidth": "the bit rate of the buses, such as 500 kbit/s; where the file does not say it.",
             "data-bandwidth": "the bit rate of the data of CAN FD, where the file does not say it.",
-            "cycle": "the cycle time of messages that state none, such as 100 ms.",
+            "cycle": "the cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
+            "none leaves them out.",
             "to": "the node at which messages end that several receive.",
         },
     ),
@@ -172,6 +178,8 @@ MOST_LOOKED_AT = 4_000_000
 """The number of characters of a file that are looked at for what tells its format."""
 NODES = "nodes"
 """The option by which parameter files learn which nodes the files named before them have."""
+PUBLISHERS = "publishers"
+"""The option by which descriptions learn which callbacks publish the topics of a node: `Imported.publishers`."""
 CHOICES = "choices"
 """The option of importers of whole problems that names what may be chosen: for each section, types by component."""
 
@@ -283,7 +291,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
     given = dict(options or {})
     for name in given:
-        if name not in importer.options and name not in (CHOICES, NODES):
+        if name not in importer.options and name not in (CHOICES, NODES, PUBLISHERS):
             what = ", ".join(f"--{item}" for item in importer.options) or "none"
             raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
     if not path.is_dir() and (missing := obstacle(path)) is not None:

@@ -68,6 +68,9 @@ class _SimulationRun:
         self.riding: dict[int, deque[Births]] = {}
         self.senders = sorted({link.turn.sender for link in plan.links if link.turn is not None})
         self.begun: dict[int, list[Exact]] = {}
+        self.held: dict[int, dict[int, deque[Births]]] = {}
+        self.fresh: dict[int, set[int]] = {}
+        self.started: set[int] = set()
         self.ended: Counter[TaskKey] = Counter()
         self.now: Exact = 0
 
@@ -112,6 +115,12 @@ class _SimulationRun:
 
     def _tick(self, task: SimulatedTask, count: int) -> None:
         self._next_tick(task, count + 1)
+        fresh = self.fresh.get(task.key[0])
+        if task.rooms and (fresh is None or len(fresh) < len(task.rooms)):
+            return  # not all have come: it waits for another period
+        if fresh is not None:
+            fresh.clear()
+            self._start(task)
         self._release(task, self.now, {})
 
     def _next_send(self, number: int, link: SimulatedConnection, count: int) -> None:
@@ -142,7 +151,7 @@ class _SimulationRun:
         scale = lcm(low.denominator, high.denominator)
         return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
-    def _release(self, task: SimulatedTask, release: Exact, births: Births) -> None:
+    def _release(self, task: SimulatedTask, release: Exact, births: Births, by: int | None = None) -> None:
         """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then."""
         component, part = task.key
         if task.first == component:
@@ -150,7 +159,7 @@ class _SimulationRun:
         if part == "thread" and self.now < self.setting.births_until_ns:
             for flow in self.plan.starts.get(component, ()):
                 births[flow, 0] = [self.now]
-        job = Job(task, release, self._drawn(task.cost_ns), births)
+        job = Job(task, release, self._drawn(task.cost_ns), births, by=by)
         if not task.reads_late or task.core is None:
             self._read(job)
         if task.core is not None:
@@ -160,9 +169,10 @@ class _SimulationRun:
             core.add(job, self.sequence)
             self._reschedule(core)
             return
-        start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
-        self.free[task.key] = start + job.left
-        self.at(start + job.left, END, "alone", job)
+        last = self.free.get(task.key, 0)  # jobs end in their order, also where they do not wait for each other
+        end = max(self.now, last) + job.left if task.serial else max(self.now + job.left, last)
+        self.free[task.key] = end
+        self.at(end, END, "alone", job)
 
     def _read(self, job: Job) -> None:
         """A job reads what is there, once."""
@@ -170,6 +180,8 @@ class _SimulationRun:
         is_new, job.has_read = not job.has_read, True
         if not is_new or part != "thread":
             return
+        if component in self.fresh:
+            self.fresh[component].clear()
         for key in self.plan.places.get(component, ()):
             fresh = self.buffers.pop(key, None)
             if fresh:
@@ -268,6 +280,7 @@ class _SimulationRun:
         if part == "callback":
             for key, births in job.births.items():
                 self._store(key, births)
+            self._come(component, job.by)
         else:
             for (flow, position), births in job.births.items():
                 if position == self.plan.lengths[flow] - 1:
@@ -376,6 +389,10 @@ class _SimulationRun:
         if task.period_ns is not None or not link.is_trigger:
             for key, born in onward.items():
                 self._store(key, born)
+            self._come(link.target, number)
+            return
+        if task.rooms:
+            self._join(task, number, onward)
             return
         entry = self.entries.setdefault(task.key, InputQueue())
         for key, born in onward.items() if task.key[1] == "thread" else ():
@@ -385,7 +402,54 @@ class _SimulationRun:
             reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
             self.seen.lost[f"{task.name}: {reason}"] += 1
             return
-        entry.waiting.append((self.now, onward))
+        entry.waiting.append((self.now, onward, number))
+        self._serve(task)
+
+    def _come(self, component: int, number: int | None) -> None:
+        """A message is there for the next release of a timer that goes on only when all have come."""
+        if number is not None and number in self.plan.tasks[component, "thread"].rooms:
+            self.fresh.setdefault(component, set()).add(number)
+
+    def _start(self, task: SimulatedTask) -> None:
+        """All inputs have come for the first time: what waited for the system to start is not followed.
+
+        It is where all of an input waits, in order.
+        """
+        component = task.key[0]
+        if component in self.started:
+            return
+        self.started.add(component)
+        for key in self.plan.places.get(component, ()):
+            self.buffers.pop(key, None)
+        for number, queue in self.held.get(component, {}).items():
+            for births in queue if task.rooms[number] is not None else ():
+                births.clear()
+
+    def _join(self, task: SimulatedTask, number: int, births: Births) -> None:
+        """A message waits until one of each trigger is there; then one of each is what dispatches the thread.
+
+        Where there is no room the oldest makes place: what it says lives on in the next one.
+        """
+        held = self.held.setdefault(task.key[0], {wire: deque() for wire in task.rooms})
+        for key, born in births.items():
+            self._note(key, born)
+        room = task.rooms[number]
+        held[number].append(births)
+        if room is not None and len(held[number]) > room:
+            _add_to(held[number][1], held[number].popleft())
+            self.seen.dropped[self.plan.links[number].name] += 1
+        if not all(held.values()):
+            return
+        self._start(task)
+        together: Births = {}
+        for queue in held.values():
+            _add_to(together, queue.popleft())
+        entry = self.entries.setdefault(task.key, InputQueue())
+        if len(entry.waiting) >= task.capacity and (entry.busy or entry.waiting or self.now < entry.not_before):
+            reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
+            self.seen.lost[f"{task.name}: {reason}"] += 1
+            return
+        entry.waiting.append((self.now, together, number))
         self._serve(task)
 
     def _serve(self, task: SimulatedTask) -> None:
@@ -396,10 +460,15 @@ class _SimulationRun:
         if self.now < entry.not_before:
             self.at(entry.not_before, END, "wake", task)
             return
-        arrival, births = entry.waiting.popleft()
+        arrival, births, by = entry.waiting.popleft()
         # a response counts from when on only the thread itself and its core keep the message waiting
         release = max(arrival, entry.not_before)
         if task.separation_ns is not None:
             entry.not_before = self.now + task.separation_ns
         entry.busy = task.serial
-        self._release(task, release, births)
+        self._release(task, release, births, by)
+
+
+def _add_to(births: Births, more: Births) -> None:
+    for key, born in more.items():
+        births.setdefault(key, []).extend(born)

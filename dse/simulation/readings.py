@@ -30,7 +30,8 @@ class ComponentFigures:
     execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
     occupies nothing. On a core each job takes `switching_ns` more, and for `section_ns` of it nothing preempts it.
     `phase` is set where its timer keeps it, `logical_ns` where data pass so long after its releases and not when a job
-    ends; `reads_late` tells whether a job reads when it first gets its core, and not at its release.
+    ends; `reads_late` tells whether a job reads when it first gets its core, and not at its release. One that `joins`
+    needs a message of each trigger for a job, the newest of each where it `takes_newest`.
     """
 
     period_ns: Fraction | None
@@ -47,6 +48,8 @@ class ComponentFigures:
     phase: Phase | None = None
     logical_ns: int | None = None
     reads_late: bool = False
+    joins: bool = False
+    takes_newest: bool = False
 
 
 @dataclass(frozen=True)
@@ -189,6 +192,8 @@ class _DesignReader:
             phase=self.phase(item) if timed else None,
             logical_ns=self.logical_ns(item, period) if timed else None,
             reads_late=timed and self.on_clocks and self.at(item.communication) not in AT_RELEASE,
+            joins=self.at(item.join) == "all",
+            takes_newest=self.at(item.pairing) == "latest",
         )
 
     def phase(self, item: Component) -> Phase | None:
@@ -211,8 +216,10 @@ class _DesignReader:
             item = self.space.components[number]
             protocol, period = self.at(item.protocol), self.at(item.period_ns)
             own = Fraction(NS_PER_S, period) if period is not None else None
-            if protocol in ("aperiodic", "sporadic") or own is None:
-                arriving = self.input_rate(item)
+            if protocol == "hybrid" and own is not None and self.at(item.join) == "all":
+                self._rates[number] = min(own, self.set_rate(item))
+            elif protocol in ("aperiodic", "sporadic") or own is None:
+                arriving = self.set_rate(item) if self.at(item.join) == "all" else self.input_rate(item)
                 self._rates[number] = min(arriving, own) if protocol == "sporadic" and own is not None else arriving
             else:
                 self._rates[number] = own
@@ -220,6 +227,10 @@ class _DesignReader:
 
     def input_rate(self, item: Component) -> Fraction:
         return sum((self.delivery_rate(self.space.connections[wire]) for wire in item.triggers), Fraction(0))
+
+    def set_rate(self, item: Component) -> Fraction:
+        """How often a message of each trigger has come: as often as the slowest sends."""
+        return min((self.delivery_rate(self.space.connections[wire]) for wire in item.triggers), default=Fraction(0))
 
     def delivery_rate(self, item: Connection) -> Fraction:
         stated = self.stated_rate(item)

@@ -20,6 +20,7 @@ from dse.space.architecture.components import (
 )
 from dse.space.architecture.executors import build_executors, build_homes, build_reservations
 from dse.space.architecture.flows import build_flows, check_flow_sizes, unread_flows
+from dse.space.architecture.joins import check_joins
 from dse.space.architecture.processors import build_processor, check_overheads
 from dse.space.architecture.segments import with_pieces
 from dse.space.model.metric_kinds import RESERVED
@@ -104,6 +105,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         resources=build_resources(ledger, spec, [item.stated_as for item in components], list(spec.processors)),
     )
     check_activation(ledger, space)
+    check_joins(ledger, space)
     check_flow_sizes(ledger, space)
     _check_uncertainty(ledger)
     space = with_questions(ledger, space, spec)

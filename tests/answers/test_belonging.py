@@ -194,7 +194,7 @@ def test_what_is_gone_is_carried_and_a_forgery_would_pass(
         assert run(["compare", *sides]) in (0, 2)  # it has no baseline
         said = capsys.readouterr().err
         assert ("working with the problem that the result itself carries" in said) == ("baseline" not in sides)
-    for form in ("ros2", "dot", "graphml", "svg"):
+    for form in ("pinning", "dot", "graphml", "svg"):
         assert run(["export", there, "--alternative", "1", "--format", form, "-o", f"out.{form}"]) == 0
     assert run(["export", there, "--alternative", "1", "-o", "one.yaml"]) == 0
     exported = dse.analyse(dse.load("one.yaml"))

@@ -13,7 +13,6 @@ from typing import Any
 
 import networkx
 import pytest
-import yaml
 from click.testing import CliRunner
 
 import dse
@@ -291,12 +290,6 @@ def test_every_export_has_the_cores(tmp_path: Path) -> None:
     file.write_text(SHARED.lstrip(), encoding="utf-8")
     result = dse.solve(file)
     cheap = next(point for point in result.front if point.objectives["price"] == 500)
-    ros = yaml.safe_load(dse.export(result, cheap.id, "ros2"))
-    assert {name: node["ros__parameters"]["cpu_affinity"] for name, node in ros.items()} == {
-        "a": [0],
-        "b": [0],
-        "c": [1],
-    }
     title, said, *lines = dse.export(result, cheap.id, "pinning").splitlines()
     rows = list(csv.DictReader(lines))
     assert title.startswith("# ") and "hold where each thread is pinned" in said
@@ -319,7 +312,6 @@ def test_every_export_has_the_cores(tmp_path: Path) -> None:
 def test_one_core_needs_no_word() -> None:
     result = dse.solve(loads(SHARED.replace("cores: 2, ", "").replace(", core: 2", "")))
     assert all("cores" not in point for point in result.to_dict()["front"])
-    assert "cpu_affinity" not in dse.export(result, 1, "ros2")
     assert "on the only core of each processor" in contention_words(result)
 
 

@@ -23,6 +23,7 @@ from dse.cli.main import run
 from dse.examples.shipped import example_folder
 from dse.questions.reopen import reopen
 from dse.questions.verbs.export import export, find_design
+from dse.spec.schema.model import Ros2
 from dse.support.errors import UsageError
 from tests.answers.hostile import NAMES, PROBLEM, hostile_result
 
@@ -181,10 +182,10 @@ def test_hostile_names_survive_every_format(tmp_path: Path) -> None:
         ] == []
         graph = networkx.read_graphml(io.BytesIO(graphml(result.space, point.design).encode()))
         assert {NAMES["worker"], NAMES["cpu"], NAMES["sensor"], NAMES["wire bus"]} == set(graph.nodes)
-        parameters = yaml.safe_load(ros2_parameters(result.space, point.design, "a\nb: c"))
-        for name, fields in parameters.items():
-            assert re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name)
-            assert fields["ros__parameters"]["rate_hz"] > 0
+        names = Ros2(parameters={f"{NAMES['worker']}.rate": "hz"})
+        [(name, fields)] = yaml.safe_load(ros2_parameters(result.space, point.design, "a\nb: c", names)).items()
+        assert re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name)
+        assert fields["ros__parameters"]["hz"] > 0
         dot = graphviz(result.space, point.design)
         outside = re.sub(r'"(?:[^"\\]|\\.)*"', '""', dot)
         assert "<" not in outside
@@ -221,17 +222,41 @@ def test_the_graph_has_everything_that_was_decided() -> None:
         assert f"gnss\\n{point.decisions['gnss.type']}" in graphviz(result.space, point.design)
 
 
-def test_rates_are_those_of_the_analysis() -> None:
-    result = dse.solve(example_folder() / "inmark.yaml")
-    point = next(item for item in result.front if item.decisions["ekf_fusion.main_loop.period"] == "4 ms")
-    parameters = yaml.safe_load(export(result, point.id, "ros2"))
-    assert parameters["ekf_fusion"]["ros__parameters"]["main_loop"] == {
-        "dispatch_protocol": "periodic",
-        "period_s": 0.004,
-        "rate_hz": 250.0,
-        "cpu_affinity": [0],
+def test_the_parameters_are_those_that_nodes_declare(tmp_path: Path) -> None:
+    stated = {
+        "ekf_fusion.main_loop.period": "loop.period",
+        "gnss_provider.rate": "hz",
+        "sprayer.rate": "rate [int Hz]",
     }
-    assert parameters["gnss_provider"]["ros__parameters"]["rate_hz"] == 20.0
+    problem = (example_folder() / "inmark.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "inmark.yaml"
+    file.write_text(
+        f"{problem}\nros2: {{nodes: {{gnss_provider: /gnss}}, parameters: {json.dumps(stated)}}}\n", "utf-8"
+    )
+    shutil.copytree(example_folder() / "catalogues", tmp_path / "catalogues")
+    result = dse.solve(file)
+    point = next(item for item in result.front if item.decisions["ekf_fusion.main_loop.period"] == "4 ms")
+    text = export(result, point.id, "ros2")
+    assert yaml.safe_load(text) == {
+        "ekf_fusion": {"ros__parameters": {"loop.period": 0.004}},
+        "/gnss": {"ros__parameters": {"hz": 20.0}},
+        "sprayer": {"ros__parameters": {"rate": 250}},
+    }
+    assert "# Without a stated parameter, so that their nodes keep what they have: " in text
+    (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
+    out = tmp_path / "out.yaml"
+    for _ in range(2):
+        assert run(["export", f"{tmp_path}/r.json#{point.id}", "--format", "ros2", "-o", str(out)]) == 0
+    assert (tmp_path / "out.pinning.csv").read_text(encoding="utf-8") == export(result, point.id, "pinning")
+    (tmp_path / "out.pinning.csv").write_text("mine", encoding="utf-8")
+    assert run(["export", f"{tmp_path}/r.json#{point.id}", "--format", "ros2", "-o", str(out)]) == 2
+    assert (tmp_path / "out.pinning.csv").read_text(encoding="utf-8") == "mine"
+
+
+def test_parameters_that_no_node_declares_are_not_written() -> None:
+    result = dse.solve(example_folder() / "starter.yaml")
+    with pytest.raises(UsageError, match="the problem states no parameters of nodes: state what the nodes declare"):
+        export(result, 1, "ros2")
 
 
 def test_an_unknown_alternative_is_refused() -> None:
@@ -259,7 +284,7 @@ def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         assert run(["export", result, "--alternative", number, "-o", out]) == 0
         assert run(["analyse", out]) == 0
         capsys.readouterr()
-    for form in ("ros2", "dot", "graphml", "svg"):
+    for form in ("pinning", "dot", "graphml", "svg"):
         assert run(["export", result, "--alternative", "1", "--format", form]) == 0
         assert capsys.readouterr().out
     assert run(["compare", f"{result}#1", f"{result}#{others[0]}"]) == 0

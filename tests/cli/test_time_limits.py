@@ -257,7 +257,7 @@ def test_verify_says_how_far_it_came(looks: int, pump: Path, monkeypatch: pytest
     for method in ("exhaustion", "model"):
         with jumping(1000.0, monkeypatch) as looked:
             try:
-                found = dse.verify(pump, method=method, time_limit_s=1000.0 * looks)  # type: ignore[arg-type]
+                found = dse.verify(pump, method=method, time_limit_s=1000.0 * looks)
             except OutOfTime:  # not even the problem was read
                 assert looks < 30
                 continue

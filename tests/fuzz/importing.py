@@ -65,6 +65,7 @@ MUXED = DBC.replace(
     '"bar" Engine\n SG_ m m0M : 16|2@1+ (1,0) [0|0] "" Engine\n SG_ n m1 : 18|2@1+ (1,0) [0|0] "" Engine',
 )
 MUXED += 'SG_MUL_VAL_ 512 n m 0-3, 5-5;\nVAL_ 291 speed 0 "off" 1 "on";\nCM_ BO_ 512 "a text";\n'
+UNMARKED = MUXED.replace(" 512 ", " 5120 ") + 'VAL_ 5120 none 0 "off" 1 "on";\nSIG_VALTYPE_ 77 none : 1;\n'
 MSG = """# a beam
 std_msgs/Header header
 uint8 NEAR=1
@@ -152,7 +153,14 @@ class Sound:
 def sound_files(folder: Path) -> Iterator[Sound]:
     """One or two of each format; what lies beside them is put in the folder."""
     can = ("import", "FILE", "--bandwidth", "500 kbit/s", "--cycle", "10 ms", "-o", "out.yaml")
-    for name, text in (("a.dbc", DBC), ("b.dbc", MUXED), ("a.kcd", KCD), ("a.sym", SYM), ("a.arxml", ARXML)):
+    for name, text in (
+        ("a.dbc", DBC),
+        ("b.dbc", MUXED),
+        ("c.dbc", UNMARKED),
+        ("a.kcd", KCD),
+        ("a.sym", SYM),
+        ("a.arxml", ARXML),
+    ):
         yield Sound(f"can/{name}", text.encode(), can)
     for name, text in (("msg/A.msg", MSG), ("srv/B.srv", SRV), ("action/C.action", ACTION), ("msg/Pair.idl", IDL)):
         yield Sound(f"mine/{name}", text.encode(), ("sizes", "--definitions", "FILE", "--json", "out.json"))

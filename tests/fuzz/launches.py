@@ -187,6 +187,11 @@ LINES = (
     "x = PathJoinSubstitution(x)", "x = PythonExpression(x)", "x = IncludeLaunchDescription(x, launch_arguments=x)",
     "x = IncludeLaunchDescription('case.launch.py')", "x = DeclareLaunchArgument(x, default_value=x)", "x = dict(x)",
     "x = ComposableNodeContainer(composable_node_descriptions=[x])", "x = Path(x)", "x = x.perform(x)", "x = tuple(x)",
+    "x = x or x", "x = x and not x", "x = '%s' % x", "x = '{}'.format(x)", "x = x.replace('a', x)", "x = x.split(x)",
+    "x = '/'.join(x)", "x = Path(x, x).parent", "x = Path(__file__).parents[3]", "x = f'{x:9.9f}{x!r}'", "x = x[:9]",
+    "x = {y: x for y in x if y in x}", "x = list(range(x))", "x = dict(zip(x, x))", "x = list(enumerate(x))", "break",
+    "x = x * x", "x = len(x) < 3 <= x", "x -= x", "x = x.get(x, x)", "x.update(x)", "while x: x = x + x", "continue",
+    "x = int(x) / int(x)", "x = RegisterEventHandler(OnProcessExit(on_exit=x))", "x = x.startswith(x)", "x = any(x)",
     "ld = LaunchDescription(x)", "ld.add_action(x)", "ld.add_action(ld)", "nodes.append(x)", "nodes.append(x)",
 )  # fmt: skip
 """What a function of a Python file may do to a value."""

@@ -128,8 +128,8 @@ def test_what_leads_nowhere_is_told_and_the_rest_is_read(
 def test_texts_that_are_too_deep_or_too_large_are_not_static(value: str, tmp_path: Path) -> None:
     text = f'<launch><let name="x" value="{value}"/><node exec="e" name="n"/><node exec="e" name="$(var x)"/></launch>'
     found = dse.import_file(put(tmp_path, text, "x.launch.xml"))
-    assert list(yaml.safe_load(found.text)["threads"]) == ["n"]
-    assert "x.launch.xml:1: warning: not static, left out: node $(var x)" in str(found.remarks[0])
+    assert list(yaml.safe_load(found.text)["threads"]) == ["n", "e"]
+    assert "x.launch.xml:1: warning: not static, left out: its name (node $(var x)): " in str(found.remarks[0])
 
 
 def test_files_that_include_each_other_many_times_are_counted(

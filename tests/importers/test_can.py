@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+import random
+import re
 import sys
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import yaml
 
 import dse
 from dse.cli.main import run
+from dse.importers.can import HOW_CYCLES
+from tests.helpers.effort import cases
 
 HEAD = 'VERSION ""\nNS_ :\nBS_:\nBU_: Engine Brake Gateway\n'
 DBC = (
@@ -50,9 +55,6 @@ KCD = """<?xml version="1.0" encoding="utf-8"?>
 """
 
 
-HINT = "(state its `rate`, or give --cycle, such as --cycle '100 ms')"
-
-
 def put(folder: Path, text: str, name: str = "car.dbc") -> str:
     path = folder / name
     path.write_text(text, encoding="utf-8")
@@ -60,10 +62,8 @@ def put(folder: Path, text: str, name: str = "car.dbc") -> str:
 
 
 def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path: Path) -> None:
-    found = dse.import_file(put(tmp_path, DBC))
-    with pytest.raises(dse.ProblemError, match=r"Gateway: its rate is needed, .* or its connections a `rate`"):
-        dse.loads(found.text)
-    problem = dse.loads(found.text.replace("  Event:", "  Event:\n    rate: 1 Hz"))
+    found = dse.import_file(put(tmp_path, DBC), cycle="Event=1 s")
+    problem = dse.loads(found.text)
     [bus] = dse.analyse(problem).buses
     wire = {"Speed": 135, "Pressure": 95, "Event": 65, "Lost": 75}
     rates: dict[str, Fraction | int] = {"Event": 1, "Speed": 100, "Pressure": Fraction(100, 3), "Lost": 10}
@@ -72,7 +72,7 @@ def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path
     assert "identifier 0x123; received by Brake, Gateway" in found.text
     said = [str(remark) for remark in found.remarks]
     assert said == [
-        f"{tmp_path}/car.dbc:9: warning: Event: no cycle time is stated {HINT}",
+        f"{tmp_path}/car.dbc: warning: 1 without a cycle time count with --cycle: Event",
         f"{tmp_path}/car.dbc:11: warning: Lost: no sender is stated (it is sent by a device of that name)",
     ]
 
@@ -80,7 +80,7 @@ def test_a_database_is_a_problem_with_sizes_rates_senders_and_receivers(tmp_path
 def test_options_fill_in_what_is_not_stated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = put(tmp_path, DBC), str(tmp_path / "car.yaml")
     assert run(["import", path, "--cycle", "50ms", "--to", "Gateway", "--bandwidth", "125 kbit/s", "-o", out]) == 0
-    assert "Event: no cycle time is stated (counts with --cycle)" in capsys.readouterr().err
+    assert "1 without a cycle time count with --cycle: Event" in capsys.readouterr().err
     assert run(["check", out]) == 0
     [bus] = dse.analyse(out).buses
     assert bus.shares["Event"] == Fraction(65, 8) * 20 and bus.capacity == Fraction(125_000, 8)
@@ -99,19 +99,21 @@ def test_can_fd_needs_its_second_rate(tmp_path: Path, capsys: pytest.CaptureFixt
     stated = f'BA_DEF_ BO_ "VFrameFormat" ENUM {formats};\nBA_DEF_DEF_ "VFrameFormat" "StandardCAN";\n'
     text = DBC.replace('BA_DEF_DEF_ "Gen', stated + 'BA_DEF_DEF_ "Gen')
     path = put(tmp_path, text + 'BA_ "VFrameFormat" BO_ 291 14;\n')
-    assert run(["import", path]) == 3
+    assert run(["import", path, "--cycle", "none"]) == 3
     assert "nothing says the bit rate of their data (give --data-bandwidth" in capsys.readouterr().err
-    found = dse.import_file(path, **{"data-bandwidth": "2 Mbit/s"})
-    assert "all count as CAN FD" in str(found.remarks[0])
+    found = dse.import_file(path, cycle="none", **{"data-bandwidth": "2 Mbit/s"})
+    assert any("all count as CAN FD" in str(remark) for remark in found.remarks)
     assert "protocol: can_fd" in found.text
 
 
+WHOLE = DBC + 'BA_ "GenMsgCycleTime" BO_ 1024 40;\n'
+"""Every message has a cycle time."""
 BAD = {
     "empty": ("", "car.dbc:1: the file is empty: expected a CAN database"),
     "no database": ("hello\nworld\n", "car.dbc:1:1: no CAN database: DBC"),
     "an identifier too long": (
-        'VERSION ""\nBU_: A\nBO_ 1 Short: 1 A\nBO_ 4000 Long: 8 A\n',
-        'car.dbc:4: no CAN database: DBC: "Standard frame id 0xfa0 is more than 11 bits in message Long."',
+        'VERSION ""\nBU_: A\nBO_ 1 Short: 1 A\nBO_ 600000000 Long: 8 A\n',
+        'car.dbc:4: no CAN database: DBC: "Standard frame id 0x23c34600 is more than 11 bits in message Long."',
     ),
     "cut off": (DBC[: DBC.index("BO_ 512") + 12], "car.dbc:7: this message is not whole (is the file cut off?)"),
     "cut off in a message": (DBC[: DBC.index("BO_ 512") + 7], "car.dbc:7: this message is not whole (is the"),
@@ -123,7 +125,21 @@ BAD = {
     ),
     "cut off in its value": (DBC[: DBC.index("1025 100;") + 6], "this attribute is not whole (is the file cut off?)"),
     "no messages": (HEAD, "car.dbc:1: it has no CAN messages (is the file cut off?)"),
-    "no bit rate": (DBC.replace("Baudrate", "Other"), "car.dbc:1: nothing says the bit rate of can0 (give --bandwidth"),
+    "no cycle time": (DBC, f"car.dbc:9: 1 message has no cycle time: Event ({HOW_CYCLES})"),
+    "no cycle times": (
+        DBC.replace("BA_DEF_ BO_", 'BA_DEF_ BO_ "O" INT 0 1;\nBA_DEF_ BO_')
+        .replace(" 10;", " 0;")
+        .replace(" 30;", " 0;"),
+        f"car.dbc:5: 3 messages have no cycle time: Speed, Pressure, Event ({HOW_CYCLES})",
+    ),
+    "a bit rate in kbit/s": (
+        WHOLE.replace("250000;", "250;"),
+        "car.dbc:1: the bit rate of can0 is 250 bit/s, slower than CAN: is it in kbit/s? (give --bandwidth",
+    ),
+    "no bit rate": (
+        WHOLE.replace("Baudrate", "Other"),
+        "car.dbc:1: nothing says the bit rate of can0 (give --bandwidth",
+    ),
 }
 
 
@@ -148,6 +164,9 @@ def test_other_formats_that_are_none(name: str, text: str, tmp_path: Path, capsy
     [
         (["--cycle", "5"], "--cycle 5: expected a duration"),
         (["--cycle", "0 ms"], "--cycle 0 ms: it must be above zero"),
+        (["--cycle", "Speed=5 ms"], "--cycle Speed=...: no message without a cycle time is called so"),
+        (["--cycle", "=5 ms"], "--cycle =5 ms: expected a cycle time for all, such as 100 ms"),
+        (["--cycle", "5 ms, 6 ms"], "--cycle 6 ms: expected a cycle time for all, such as 100 ms"),
         (["--bandwidth", "fast"], "--bandwidth fast: expected a bandwidth"),
         (["--to", "Nobody"], "--to Nobody: there is no such node; nodes: Brake, Engine, Gateway"),
     ],
@@ -175,9 +194,48 @@ def test_what_is_imported_is_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "100 kbit/s" in point["decisions"].values()
 
 
-def test_a_message_without_cycle_time_says_at_what_rate_it_counts(tmp_path: Path) -> None:
-    out = tmp_path / "out.yaml"
-    assert run(["import", put(tmp_path, DBC), "-o", str(out)]) == 0
-    text = out.read_text(encoding="utf-8")
-    assert "Messages without a `rate` have no cycle time" in text
-    assert "cycle time missing: without a `rate` it counts at the rate of Gateway" in text
+def test_messages_without_cycle_times_count_as_stated_by_name_or_are_left_out(tmp_path: Path) -> None:
+    text = DBC.replace("BO_ 1025 Lost", "BO_ 7 Extra: 1 Brake\nBO_ 8 Wake_up: 1 Brake\nBO_ 1025 Lost")
+    found = dse.import_file(put(tmp_path, text), cycle="Wake*=none, Extra=20 ms, 1 s")
+    data = yaml.safe_load(found.text)["connections"]
+    rates = {"Speed": "100 Hz", "Pressure": "100/3 Hz", "Event": "1 Hz", "Lost": "10 Hz", "Extra": "50 Hz"}
+    assert {name: body["rate"] for name, body in data.items()} == rates
+    assert "1 without a cycle time are left out (--cycle): Wake_up" in str(found.remarks[1])
+    with pytest.raises(dse.ProblemError, match="2 messages have no cycle time: Extra, Event"):
+        dse.import_file(put(tmp_path, text), cycle="Wake*=none")
+
+
+def test_the_default_of_the_bit_rate_counts_where_nothing_else_says_it(tmp_path: Path) -> None:
+    text = WHOLE.replace('BA_ "Baudrate" 250000;\n', "")
+    assert (
+        yaml.safe_load(dse.import_file(put(tmp_path, text)).text)["bus_types"]["can0_type"]["bandwidth"] == "500 kbit/s"
+    )
+
+
+@pytest.mark.parametrize("seed", cases(4))
+def test_unmarked_identifiers_and_values_of_no_signal_change_nothing(seed: int, tmp_path: Path) -> None:
+    """A drawn database, with and without the bit that marks long identifiers, and with values of signals not there."""
+    rng = random.Random(f"dbc/{seed}")
+    keys = rng.sample(range(2048, 2**29), rng.randint(1, 5))
+    lines, attributes = [], []
+    for number, key in enumerate(keys):
+        marked = f"<{key}>"
+        lines += [f"BO_ {marked} M{number}: {rng.randint(1, 8)} {rng.choice(['Engine', 'Vector__XXX'])}"]
+        lines += [f' SG_ s{number} : 0|8@1+ (1,0) [0|0] "BO_ {key} 5;" Brake']
+        attributes += [
+            f'BA_ "GenMsgCycleTime" BO_ {marked} {rng.randint(1, 500)};',
+            f'CM_ SG_ {marked} s{number} "VAL_";',
+        ]
+        attributes += [f'VAL_ {marked} s{number} 0 "off;" 1 "on";', f"SIG_VALTYPE_ {marked} s{number} : 0;"]
+    junk = ['VAL_ 5 x 0 "a;\nb" 1 "c";', "SIG_VALTYPE_ 5 x : 0;", f'VAL_ <{keys[0]}> none 0 "off";']
+    kept = HEAD + "\n".join(lines) + '\nBA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;\nBA_DEF_DEF_ "GenMsgCycleTime" 0;\n'
+    sound = kept + "\n".join(attributes)
+    odd = kept + "\n".join(rng.sample([*attributes, *junk], len(attributes) + len(junk)))
+    marked = re.sub(r"<(\d+)>", lambda found: str(int(found[1]) | 1 << 31), sound)
+    plain = re.sub(r"<(\d+)>", r"\1", odd)
+    options = {"bandwidth": "500 kbit/s"}
+    expected, got = (dse.import_file(put(tmp_path, text + "\n"), **options) for text in (marked, plain))
+    assert got.text == expected.text
+    told = [remark.message for remark in got.remarks]
+    assert told[0].startswith("left out: values of signals that no message has: ")
+    assert told[1].startswith("identifiers of more than 11 bits that are not marked as long count as 29 bits: M")

@@ -129,6 +129,39 @@ def test_definitions_that_are_none(name: str, tmp_path: Path, capsys: pytest.Cap
     assert not (tmp_path / "o.json").exists()
 
 
+def test_the_package_is_called_as_its_package_xml_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    put(tmp_path, "my-robot/msg/Frame.msg", "uint8[] data\n")
+    assert run(["sizes", "--definitions", str(tmp_path)]) == 3
+    assert (
+        "Frame.msg: 'my-robot' cannot be the name of a package with messages (a package.xml" in capsys.readouterr().err
+    )
+    put(tmp_path, "my-robot/package.xml", "<package><name>my_robot</name></package>")
+    put(tmp_path, "my-robot/msg/sub/Deep.msg", "Frame frame\n")
+    found = dse.sizes(definitions=[tmp_path]).types
+    assert [item.name for item in found] == ["my_robot/msg/Deep", "my_robot/msg/Frame"]
+
+
+def test_only_what_is_asked_for_has_to_be_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    put(tmp_path, "my/msg/A.msg", "float32 x\n")
+    put(tmp_path, "my/msg/B.msg", "geographic_msgs/GeoPose p\n")
+    put(tmp_path, "my/msg/C.msg", "A a\n")
+    put(tmp_path, "my/msg/D.msg", "B[] b\n")
+    put(tmp_path, "other/msg/E.msg", "int32 a\n%&/ ?\n")
+    put(tmp_path, "other/msg/F.msg", "E e\n")
+    assert [item.least for item in dse.sizes("my/A", "my/C", definitions=[tmp_path]).types] == [8, 8]
+    foreign = "B.msg:1: the type geographic_msgs/msg/GeoPose, which my/msg/B has, is not defined (name the types that"
+    broken = "E.msg:2: no definition of a message"
+    wanted = {"my/B": (foreign, broken), "my/D": (foreign, broken), "other/F": (broken,), "other/E": (broken,)}
+    for name, messages in wanted.items():
+        assert run(["sizes", name, "--definitions", str(tmp_path)]) == 3
+        said = capsys.readouterr().err
+        assert all(message in said for message in messages) and ("Geo" in said) == (name in ("my/B", "my/D")), said
+    assert run(["sizes", "--definitions", str(tmp_path)]) == 3
+    said = capsys.readouterr().err
+    assert foreign in said and broken in said
+    assert run(["sizes", "my/Absent", "--definitions", str(tmp_path)]) == 3
+
+
 def test_other_encodings_and_empty_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["sizes", "--definitions", str(tmp_path)]) == 3
     assert "there is no file of definitions in this folder (.msg, .srv, .action, .idl)" in capsys.readouterr().err

@@ -114,7 +114,10 @@ def test_the_module_of_babeltrace_says_the_same(tmp_path: Path, monkeypatch: pyt
         yield object()
         for time_ns, thread, name, fields in happenings():
             event = SimpleNamespace(
-                name=f"ros2:{name}", common_context_field={"vpid": 7, "vtid": thread}, payload_field=fields
+                name=f"ros2:{name}",
+                packet=SimpleNamespace(context_field={"cpu_id": 0}),
+                common_context_field={"vpid": 7, "vtid": thread},
+                payload_field=fields,
             )
             clock = SimpleNamespace(ns_from_origin=BEGIN + time_ns)
             yield Message(event=event, default_clock_snapshot=clock)

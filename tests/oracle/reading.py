@@ -11,6 +11,7 @@ from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
+from .joins import Joins
 from .packing import Peak
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
@@ -85,6 +86,7 @@ class Reading:
         self.problem, self.design, self.complete = problem, design, complete
         self.looked_at: list[set[str]] = [set()]
         self._awaited: set[str] = set()
+        self.joins = Joins(self)
 
     def chosen(self, decision: str) -> str | None:
         """The option of a decision; every look at the design is one of these."""
@@ -164,6 +166,10 @@ class Reading:
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
         if field in ("offset", "communication") and self.protocol(name) not in ("periodic", "hybrid"):
+            return False
+        if field == "join" and self.protocol(name) == "periodic":
+            return False
+        if field == "pairing" and not self.joins.joins(name):
             return False
         if self.offered(name, field) in ([word] for word in FOLLOWS) or self.has_default(name, field):
             return False
@@ -316,14 +322,14 @@ class Reading:
     @in_common
     def rate(self, name: str) -> Fraction:
         """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
-        protocol = self.protocol(name)
-        if protocol in ("periodic", "hybrid"):
+        protocol, joins = self.protocol(name), self.joins.joins(name)
+        if protocol == "periodic" or (protocol == "hybrid" and not joins):
             return self.timer_rate(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
-        rate = self.input_rate(name)
-        if protocol == "sporadic" and self.offered(name, "period"):
+        rate = min(map(self.delivered_rate, self.triggers(name))) if joins else self.input_rate(name)
+        if protocol == "hybrid" or (protocol == "sporadic" and self.offered(name, "period")):
             rate = min(rate, self.timer_rate(name))
         self._awaited.remove(name)
         return rate
@@ -405,20 +411,28 @@ class Reading:
             return best, self._counted(self.scheduling.of(name))
         return best, worst
 
+    def callback_range(self, name: str) -> tuple[int, Any]:
+        """What the callback of a hybrid thread takes."""
+        callback = self.get(name, "callback_execution_time")
+        if callback is None:
+            return 0, 0
+        least, most = quantities.time_range(callback)
+        if self.problem.counts_responses and self.processor_of(name):
+            return least, self._counted(self.scheduling.of(name, "callback"))
+        return least, most
+
     @in_common
-    def component_rows(self, name: str, arrival: str | None, first: bool) -> list[Row]:
-        """The contributions of a component of a flow: (component, method, min, max)."""
+    def component_rows(self, name: str, arrival: str | None, first: bool, way: tuple[str, ...] = ()) -> list[Row]:
+        """The contributions of a component of a flow: (component, method, min, max); `way` leads to a join of all."""
         rows: list[Row] = []
         protocol = self.protocol(name)
         best, worst = self.processing(name)
-        if protocol == "hybrid" and arrival is not None:
-            callback = self.get(name, "callback_execution_time")
-            if callback is not None:
-                least, longest = quantities.time_range(callback)
-                most: Any = longest
-                if self.problem.counts_responses and self.processor_of(name):
-                    most = self._counted(self.scheduling.of(name, "callback"))
-                rows.append((name, "processing time", least, most))
+        if protocol == "hybrid" and arrival is not None and self.get(name, "callback_execution_time") is not None:
+            rows.append((name, "processing time", *self.callback_range(name)))
+        joins = bool(way) and arrival in self.triggers(name) and self.joins.joins(name)
+        if joins:
+            soonest, latest = self.joins.wait(name, way)
+            rows.append((name, "waiting", soonest, NO_BOUND_NS if latest is None else min(latest, NO_BOUND_NS)))
         if protocol in ("periodic", "hybrid"):
             period = self.period_ns(name)
             assert period is not None, name
@@ -429,7 +443,7 @@ class Reading:
                 rows.append((name, "until a dispatch", 0, NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)))
             queue = self.get(arrival, "queue_size") if arrival is not None else None
             queue = self.get(name, "queue_size") if queue is None else queue
-            if queue is not None:
+            if queue is not None and not self.joins.joins(name):
                 rows.append((name, "queued", 0, int(queue) * worst))
         specified = not self.offered(name, "compute_execution_time")
         logical = self.logical_ns(name)
@@ -453,15 +467,20 @@ class Reading:
 
     def _job_distances(self, name: str) -> tuple[Any, Any]:
         """The shortest and the longest time between two jobs of a component; None for ever."""
+        joins = self.joins.joins(name)
+        if self.protocol(name) == "hybrid" and joins:
+            return self.joins.job_distances(name)
         if self.protocol(name) in ("periodic", "hybrid"):
             return self.period_ns(name), self.period_ns(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
-        ways = [self._message_distances(connection) for connection in self.triggers(name)]
+        ways = [self.message_distances(connection) for connection in self.triggers(name)]
         self._awaited.remove(name)
         known = [longest for _, longest in ways if longest is not None]
         soonest = ways[0][0] if len(ways) == 1 else 0
+        if joins:
+            known = [max(known)] if len(known) == len(ways) else []
         separation = (
             self.period_ns(name) or 0 if self.protocol(name) == "sporadic" and self.offered(name, "period") else 0
         )
@@ -472,7 +491,7 @@ class Reading:
             return soonest, longest
         return max(soonest, separation), None if longest is None else longest + lost
 
-    def _message_distances(self, connection: str) -> tuple[Any, Any]:
+    def message_distances(self, connection: str) -> tuple[Any, Any]:
         """The shortest and the longest time between two messages of a connection; None for ever."""
         spread = sum((Fraction(row[3]) - row[2] for row in self.connection_rows(connection)), Fraction(0))
         sender = self.problem.component(connection).get("from")
@@ -673,7 +692,8 @@ class Reading:
                 found = [*self.connection_rows(name)]
                 arrival, first = name, False
             else:
-                found = [*self.component_rows(name, arrival, first)]
+                way = tuple(path[: path.index(name)])
+                found = [*self.component_rows(name, arrival, first, way if arrival and self.joins.joins(name) else ())]
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -699,10 +719,14 @@ class Reading:
             found["age"] = worst + first - self.last_period(flow)
         return found
 
-    def first_period(self, flow: str) -> int:
+    def first_period(self, flow: str) -> Any:
         """The period of the first component, where a timer releases it."""
         first = self.problem.paths[flow][0]
-        return self._timer_period(first) or 0
+        period = self._timer_period(first)
+        if period is not None and self.joins.joins(first):
+            gap = self.dispatch_gap_ns(first)
+            return NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)
+        return period or 0
 
     def last_period(self, flow: str) -> Any:
         """The period of the last component that a timer releases, or how far apart its dispatches are at most."""

@@ -322,9 +322,16 @@ class Scheduling:
         if part == "timer" and protocol in ("periodic", "hybrid"):
             assert period is not None, name
             return Releases(((period, Fraction(0)),))
-        arriving = self._arriving(name)
+        arriving = self._joined(name) if part == "timer" and self.reading.joins.joins(name) else self._arriving(name)
         apart = period if part == "timer" and protocol == "sporadic" else None
         return None if arriving is None else Releases(arriving, apart or 0)
+
+    def _joined(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
+        """The jobs of a thread that needs a message of each trigger."""
+        found: tuple[tuple[int, Fraction], ...] | None = self.reading.joins.streams(
+            name, {connection: self._delivered(connection) for connection in self.reading.triggers(name)}
+        )
+        return found
 
     def _arriving(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
         found: list[tuple[int, Fraction]] = []

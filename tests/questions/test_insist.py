@@ -49,7 +49,7 @@ def test_it_is_the_same_on_several_cores(result: dse.Result, monkeypatch: pytest
 def test_it_is_read_again_and_verified(result: dse.Result, file: Path) -> None:
     assert dse.reopen(file).insisting == result.insisting
     for method in ("exhaustion", "model"):
-        found = dse.verify(file, method=method)  # type: ignore[arg-type]
+        found = dse.verify(file, method=method)
         assert found.status == "verified", found.findings
         assert any("with each of 12 options" in text for text in found.checked)
 

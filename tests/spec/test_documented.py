@@ -83,7 +83,7 @@ threads:
       category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
-      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
+      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us, join: all, pairing: latest}
   h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
   i: {reservation: l, period: 1 ms, compute_execution_time: 1 us}
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}

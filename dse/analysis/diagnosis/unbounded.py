@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.metrics import flow_figure_ns
-from dse.analysis.latency.rows import UNBOUNDED_METHODS, counts_responses
+from dse.analysis.latency.rows import counts_responses, has_no_bound
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
 from dse.analysis.messages.stages import counted_buses, may_wait_for
@@ -36,7 +37,7 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
         if figure_ns is not None and figure_ns < UNBOUNDED_NS:
             return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
-        return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method in UNBOUNDED_METHODS))
+        return tuple(dict.fromkeys(row.contributor for row in rows if has_no_bound(row)))
     if metric.kind == "message response":
         number = metric.index or 0
         is_unbounded = message_waits_ns(space, number, view) >= UNBOUNDED_NS
@@ -66,7 +67,7 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
 
 
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
-    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch."""
+    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs."""
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
     if metric.kind == "message response":
@@ -75,7 +76,11 @@ def may_be_unbounded(space: Space, metric: Metric) -> bool:
         return metric.kind == "response time"
     steps = space.flows[metric.index or 0].steps
     waits = any(step.kind == "connection" and may_wait_for(space, step.index) for step in steps)
-    return waits or counts_responses(space) or any(may_be_stored(space, step) for step in steps)
+    return (
+        waits
+        or counts_responses(space)
+        or any(may_be_stored(space, step) or may_wait_for_inputs(space, step) for step in steps)
+    )
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:

@@ -19,14 +19,15 @@ from dse.analysis.latency.contributors import (
     step_rows,
 )
 from dse.analysis.latency.exact_chains import exact_range_ns
+from dse.analysis.latency.joined_inputs import Join, may_wait_for_inputs
 from dse.analysis.latency.processing import is_logical
-from dse.analysis.latency.rows import counts_responses
+from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
 from dse.analysis.latency.sampling import LET
-from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, stored_row, waits_for_others
+from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row, waits_for_others
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
-from dse.analysis.rates import is_periodic
+from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
@@ -150,6 +151,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             continue
 
         is_stored = may_be_stored(space, step)
+        has_others = may_wait_for_inputs(space, step)
         responds = counts_responses(space) and _may_wait(space, step, kind)
         is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
         counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
@@ -161,10 +163,22 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             return figure
 
         def ends(
-            view: View, step: Step = step, value: Callable[..., Fraction] = value, is_stored: bool = is_stored
+            view: View,
+            step: Step = step,
+            value: Callable[..., Fraction] = value,
+            is_stored: bool = is_stored,
+            has_others: bool = has_others,
         ) -> tuple[Fraction, Fraction]:
-            """Response times are no shorter than execution times; each counts for its job and for those queued."""
+            """Response times are no shorter than execution times; each counts for its job and for those queued.
+
+            What waits for other inputs waits less where it comes later itself.
+            """
             least = value(view, step, alone)
+            if has_others and kind != "min latency":
+                room = _room(space, step, view)
+                most = least + (2 + room * (2 + 2 * len(dispatchers(space, step.index)))) * UNBOUNDED_NS
+                rows = step_rows(alone, step, view)
+                return least - sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD)), most
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             if kind == "min latency":
                 return least - period, least
@@ -185,7 +199,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             value,
             ends=ends if is_scheduled else None,
             waits=(step.index, Fraction(1)) if counts else None,
-            may_fall=is_scheduled and _may_move(space, step, kind),
+            may_fall=is_scheduled and (has_others or _may_move(space, step, kind)),
             only_waits=only_waits,
             waits_where=waits_where,
             grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
@@ -224,12 +238,15 @@ def message_term(space: Space, number: int) -> Term:
 def _follows_a_bus(space: Space, step: Step) -> bool:
     """Whether what a component of a flow adds hangs on when messages come that wait for buses.
 
-    That is so on a clock, where it reads what comes from a timer before it, and where others dispatch it.
+    That is so on a clock, where it reads what comes from a timer before it, where others dispatch it, and where it
+    waits for other inputs.
     """
     if not counted_buses(space):
         return False
     came = any(item.kind == "connection" and may_wait_for(space, item.index) for item in step.since)
-    return (came and hangs_on_offsets(space, step)) or may_be_stored(space, step)
+    if came and hangs_on_offsets(space, step):
+        return True
+    return may_be_stored(space, step) or may_wait_for_inputs(space, step)
 
 
 def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
@@ -317,6 +334,10 @@ def _may_wait(space: Space, step: Step, kind: str) -> bool:
         return _may_move(space, step, kind) and reads_when_jobs_begin(space)
     if space.profile != "dse" or here.callback_ns is not None or waits_for_others(space, step):
         return True
+    if may_wait_for_inputs(space, step):
+        return any(
+            space.components[item].processor is not None for item in (step.index, *dispatchers(space, step.index))
+        )
     if not space.is_last_piece(step.index):
         return False
     asked = [here]
@@ -334,7 +355,7 @@ def _may_move(space: Space, step: Step, kind: str) -> bool:
 
 def _counts_waiting_once(space: Space, step: Step) -> bool:
     """Whether an element of a flow has no rows that count a response time but that of processing."""
-    if may_be_stored(space, step):
+    if may_be_stored(space, step) or may_wait_for_inputs(space, step):
         return False
     component = space.components[step.index]
     sizes = [component.queue_size]
@@ -378,6 +399,13 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
     if step.via is not None:
         sizes.append(at(space.connections[step.via].queue_size, view))
     return max(1, *(int(size or 0) for size in sizes))
+
+
+def _room(space: Space, step: Step, view: View) -> int:
+    """How many messages of a step's input wait at most for those of others, as far as that lengthens their wait."""
+    if step.via is None or not is_joined(space.components[step.index], view):
+        return 1
+    return Join(space, step.index, view).room(step.via) or 1
 
 
 def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
@@ -435,10 +463,15 @@ def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
 
 
 def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
-    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release."""
+    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release.
+
+    Of one that goes on only when all its inputs have come, the longest time until it does.
+    """
     first = flow.steps[0]
     if first.kind != "component" or not is_periodic(space.components[first.index], view):
         return 0
+    if is_joined(space.components[first.index], view):  # a hybrid thread, which goes on only when all have come
+        return dispatch_gap_ns(space, first.index, view)
     found: Exact = at(space.components[first.index].period_ns, view)
     return found
 

@@ -63,6 +63,9 @@ class Stage:
         where there are others, a timer, a separation, or a time for which what is sent waits.
     has_section
         whether nothing interrupts it for a part of its time.
+    rooms
+        of one that needs an event of each of its releases for a job, how many of each wait at most for the others
+        (None: as many as come); none where each event of any of them releases a job.
     """
 
     key: TaskKey
@@ -77,6 +80,7 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
+    rooms: tuple[int | None, ...] = ()
 
     @property
     def first(self) -> TaskKey:

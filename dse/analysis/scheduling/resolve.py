@@ -23,7 +23,7 @@ from dse.analysis.messages.stages import (
     message_key,
     message_stage,
 )
-from dse.analysis.rates import NS_PER_S, arrivals, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, rate_hz
 from dse.analysis.scheduling.busy_window import Stream
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
@@ -165,7 +165,13 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         bool(pieces) and component.executor is not None,
         _follows(space, component, view) if part == "thread" and space.executors else None,
         bool(component.section_ns),
+        _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
     )
+
+
+def _rooms(space: Space, component: Component, view: View) -> tuple[int | None, ...]:
+    """For each trigger of a thread that needs a message of all how many of its messages wait at most."""
+    return tuple(input_room(space, component, wire, view) for wire in component.triggers)
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
@@ -186,6 +192,8 @@ def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
             found.append(Release(None, (sender, "thread"), least, most))
         elif rate := rate_hz(space, ("delivery", wire), view):
             found.append(Release(Stream(max(1, NS_PER_S // rate), most - least)))
+        elif is_joined(component, view) and part == "thread":
+            return ()  # what never comes keeps all from being there
     return tuple(found)
 
 

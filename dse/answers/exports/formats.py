@@ -1,4 +1,4 @@
-"""A design for other tools: ROS 2 parameters with the rates, cores and priorities as CSV, Graphviz, GraphML."""
+"""A design for other tools: parameters of ROS 2 nodes, cores and priorities as CSV, Graphviz, GraphML."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
+from dse.analysis.diagnosis.front_verdicts import core_by
 from dse.analysis.rates import rate_hz
 from dse.analysis.scheduling.responses import processor_responses
 from dse.analysis.views import View
@@ -23,53 +23,52 @@ from dse.support.errors import UsageError
 
 
 def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None = None) -> str:
-    """A ROS 2 parameter file: a node per process (or per thread without one), with rates and periods of threads.
+    """A ROS 2 parameter file: what each node declares for the rates, periods and offsets of its threads, as chosen.
 
-    Node and parameter names become what ROS allows; where that changes one, the original is in a comment. Rates are
-    those of activation, in Hz. On a processor with several cores ``cpu_affinity`` holds the CPU to pin a thread to,
-    counted from 0 as operating systems do: response times hold on these cores only. ROS itself does not look at it.
-    `names` has the nodes' full names and the user's own parameters, which then stand in place of ours.
+    A node ignores what it does not declare, so that only the parameters stand here that the problem states
+    (``ros2: parameters``), under the nodes' full names where it states these. Threads without any are in a comment.
+
+    Raises
+    ------
+    UsageError
+        when the problem states no parameters, or one has no value in this design.
     """
-    return "\n".join([f"# {_line(title)}", *_nodes(space, design, names or Ros2())]) + "\n"
+    if names is None or not names.parameters:
+        hint = (
+            "state what the nodes declare under `ros2: parameters`, as `dse import` of launch and parameter files does"
+        )
+        raise UsageError(f"the problem states no parameters of nodes: {hint}")
+    return "\n".join([f"# {_line(title)}", PLACES, *_nodes(space, design, names)]) + "\n"
 
 
 def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
-    view, cores = View(design), cores_of(space, design)
-    nodes: dict[str, list[int]] = {}
-    same: dict[str, str] = {}
-    for number, component in enumerate(space.components):
-        if component.section == "threads" and space.is_last_piece(number):
-            own = names.nodes.get(component.name)  # of several nodes in one process
-            name = (
-                same.setdefault(own, component.name)
-                if own
-                else at(at_home(space.components, number).process, view) or component.name
-            )
-            nodes.setdefault(name, []).append(number)
+    view = View(design)
     stated_of: dict[str, list[Parameter]] = {}
     for key, text in names.parameters.items():
         parameter = read_parameter(key, text)
         if isinstance(parameter, Parameter):
             stated_of.setdefault(parameter.thread, []).append(parameter)
+    nodes: dict[str, list[int]] = {}
+    same: dict[str, str] = {}
+    others: list[str] = []
+    for number, component in enumerate(space.components):
+        if component.section != "threads" or not space.is_last_piece(number):
+            continue
+        if component.name not in stated_of:
+            others.append(component.name)
+        own = names.nodes.get(component.name)  # of several nodes in one process
+        process = at(at_home(space.components, number).process, view)
+        nodes.setdefault(same.setdefault(own, component.name) if own else process or component.name, []).append(number)
+    if others:
+        yield f"# Without a stated parameter, so that their nodes keep what they have: {_line(', '.join(others))}"
     taken = set(names.nodes.values())
     for name, numbers in nodes.items():
-        full = _node_name(space, name, numbers, names, view)
-        yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
-        yield "  ros__parameters:"
-        inside: set[str] = set()
         stated = [item for number in numbers for item in stated_of.get(space.components[number].name, ())]
         if stated:
+            full = _node_name(space, name, numbers, names, view)
+            yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
+            yield "  ros__parameters:"
             yield from _own_parameters(space, stated, view)
-            continue
-        for number in numbers:
-            component = space.components[number]
-            indent = "    "
-            if component.name != name:
-                local = component.name.removeprefix(f"{name}.")
-                yield f"{indent}{_unique(local, inside)}:{_original(local)}"
-                indent += "  "
-            for line in _parameters(space, number, view, cores.get(number)):
-                yield indent + line
 
 
 def _node_name(space: Space, name: str, numbers: Sequence[int], names: Ros2, view: View) -> str | None:
@@ -98,31 +97,10 @@ def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> It
         yield f"    {yaml_text(item.name)}: {text}  # {_line(item.thread)}, {item.field} [{item.unit}]"
 
 
-def _parameters(space: Space, number: int, view: View, core: int | None) -> Iterator[str]:
-    """Protocol, period, rate and place of a thread; `core` is where it is to be pinned, where there are several."""
-    component = space.components[number]
-    period, rate = at(component.period_ns, view), rate_hz(space, ("activation", number), view)
-    protocol = at(component.protocol, view) or ("aperiodic" if period is None else "periodic")
-    yield f"dispatch_protocol: {yaml_text(str(protocol))}"
-    if period is not None:
-        yield f"period_s: {_float(period / 10**9)}"
-    offset = at(component.offset_ns, view)
-    if offset is not None:
-        yield f"offset_s: {_float(offset / 10**9)}  # of its first release on the clock"
-    yield f"rate_hz: {_float(float(rate))}"
-    processor = at(component.processor, view)
-    if processor is None:
-        return
-    name = _line(space.processors[processor].name)
-    if core is None:
-        yield f"# runs on {name}"
-        return
-    yield f"cpu_affinity: [{core - 1}]  # runs on {name}, core {core}, {core_by(space, component, view)}"
-
-
 PINNING = (
     "thread", "executor", "processor", "type", "core", "cpu", "chosen_by", "level", "period_ns", "response_ns",
 )  # fmt: skip
+PLACES = "# Cores and priorities are no parameters: --format pinning and --format cie write them."
 PINNED = "# Response times hold where each thread is pinned to its cpu (taskset, pthread_setaffinity_np) at its level."
 
 

@@ -8,6 +8,7 @@ one document.
 * `events.py`, `trace.py`: events of ros2_tracing; callbacks, timers and execution times from them.
 * `launch/`: launch files and parameter files.
 * `bags.py`, `messages.py`: sizes and rates of recorded messages; sizes of message types, by rosbags.
+* `packages.py`: packages of a workspace by their names.
 * `serialised.py`, `idl.py`: the serialised size of a message type; expressions of IDL that are refused.
 * `matching.py`, `merging.py`: equal callbacks of two descriptions; several sources merged into one document.
 * `yaml_places.py`: YAML of other tools with line numbers.

@@ -5,12 +5,12 @@ Format: the documentation of CARET (tier4.github.io/caret_doc, "Architecture fil
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dse.importers.registry import Imported
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.registry import PUBLISHERS, Imported
+from dse.importers.ros2.system import Callback, Group, System, Wire, Writer, seen_among
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 UNDEFINED = "UNDEFINED"
@@ -28,7 +28,7 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         when an option is wrong.
     """
     file = LocatedFile(path, WHAT)
-    reader = _Reader(file)
+    reader = _Reader(file, options.get(PUBLISHERS, {}))
     system = reader.system()
     file.check()
     writer = Writer(file, system, options, "CARET architecture")
@@ -37,10 +37,10 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 
 class _Reader:
-    """Reads one architecture file."""
+    """Reads one architecture file; `seen` are callbacks that a trace shows to publish a topic (`PUBLISHERS`)."""
 
-    def __init__(self, file: LocatedFile) -> None:
-        self.file = file
+    def __init__(self, file: LocatedFile, seen: Mapping[tuple[str, str], Sequence[str]]) -> None:
+        self.file, self.seen = file, seen
         self.callbacks: dict[tuple[str, str], Callback] = {}
         self.groups: dict[str, Group] = {}
         self.subscribed: dict[tuple[str, str], list[Callback]] = {}
@@ -149,7 +149,14 @@ class _Reader:
             for one in names:
                 if (name, one) not in self.callbacks and (name, one) not in self.left_out:
                     self.file.wrong(item, f"{name} has no callback {one!r}")
-            self.published[name, topic] = stated or self._guessed(node, topic, item)
+            own = [one for (of, _), one in self.callbacks.items() if of == name]
+            seen = seen_among(own, self.seen.get((name, topic), ()))
+            if seen and stated and {*map(id, seen)} != {*map(id, stated)}:
+                ours, theirs = (", ".join(one.name for one in of) for of in (stated, seen))
+                self.file.remark(
+                    item, f"{ours} publishes {topic} by this file, {theirs} by the trace: the trace counts"
+                )
+            self.published[name, topic] = seen or stated or self._guessed(node, topic, item)
 
     def _guessed(self, node: LocatedValue, topic: str, item: LocatedValue) -> list[Callback]:
         """Who publishes a topic of which the file does not say it.
@@ -291,6 +298,10 @@ class _Reader:
                 if not leaving or arriving in leaving:
                     return [wire, arriving]
                 way = next((found for one in leaving if (found := self._leads(arriving, one))), [])
+                if not way and (node, topic) in self.seen:
+                    words = f"{arriving.name} is taken to leave its data for {leaving[0].name}, which publishes {topic}"
+                    self.file.remark(step, f"{words} by the trace: a path leads through both")
+                    way = [self._keep(arriving, leaving[0], step, "by a path and the trace")]
                 if way:
                     return [wire, arriving, *(part for hop in way for part in (hop, hop.target))]
         ends = f"{before or 'the node before'} to {topic or 'its end'}"

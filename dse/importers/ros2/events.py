@@ -66,7 +66,8 @@ def _of_ctf(path: Path) -> Iterator[Event]:
                 continue
             event = message.event
             fields: dict[str, Any] = {}
-            for part in (event.common_context_field, event.payload_field):
+            of_packet = getattr(getattr(event, "packet", None), "context_field", None)  # which has the CPU
+            for part in (of_packet, event.common_context_field, event.payload_field):
                 fields |= {str(name): _plain(value) for name, value in part.items()} if part is not None else {}
             time_ns = message.default_clock_snapshot.ns_from_origin
             if not 0 <= time_ns < MOST_NS:

@@ -14,14 +14,18 @@ from dse.importers.registry import Imported
 from dse.importers.ros2.yaml_places import ros_name
 from dse.support.errors import Diagnostic
 from dse.support.timelimit import in_time
-from dse.support.units import parse_period_ns
+from dse.support.units import format_duration, parse_period_ns
+
+BARE = {"process", "processor", "executor", "dispatch_protocol", "source"}
+MOST_TOLD, MOST_NODES = 500, 8
 
 
 @dataclass
 class Match:
     """What of a second document is what of a first one.
 
-    `threads`, `connections` and `executors`: by the name in the second one that in the first. `left_out` and
+    `threads`, `connections`, `executors`, `processors`, `processor_types`: by the name in the second one that in the
+    first. `left_out` and
     `left_out_executors` are names of the second one of what the first one does not have, and says all of. `replaced`
     are threads of the first one of which nothing but their node is known; `heirs` those of the second one in their
     place, `successors` by the replaced thread what sends in its place (a timer, or the only one). `joined`:
@@ -31,6 +35,8 @@ class Match:
     threads: dict[str, str] = field(default_factory=dict)
     connections: dict[str, str] = field(default_factory=dict)
     executors: dict[str, str] = field(default_factory=dict)
+    processors: dict[str, str] = field(default_factory=dict)
+    processor_types: dict[str, str] = field(default_factory=dict)
     left_out: set[str] = field(default_factory=set)
     left_out_executors: set[str] = field(default_factory=set)
     replaced: set[str] = field(default_factory=set)
@@ -50,9 +56,27 @@ def matched(first: Imported, second: Imported) -> Match:
         if name not in second.entities and name in ours:
             found.threads[name] = name
     _connections(found, first, second)
-    _executors(found, ours, theirs)
+    _processors(found, first, second)
+    _executors(found, first, second)
     _processes(found, first, second)
+    if (told := _added(found, first, second)) is not None:
+        found.told.append(told)
     return found
+
+
+def _processors(found: Match, first: Imported, second: Imported) -> None:
+    """The one computer of a problem file is that of a description, whatever the two call it."""
+    ours, theirs = _of(first, "processors"), _of(second, "processors")
+    if not first.is_own or len(ours) != 1 or len(theirs) != 1:
+        return
+    [(own, body)], [(name, other)] = ours.items(), theirs.items()
+    found.processors[name] = own
+    if isinstance(body.get("type"), str) and isinstance(other.get("type"), str):
+        found.processor_types[other["type"]] = body["type"]
+    if own != name and second.entities:
+        found.told.append(
+            Diagnostic(f"{name} is taken for {own}, the computer of the problem file", severity="warning")
+        )
 
 
 def _of(imported: Imported, section: str) -> Mapping[str, Any]:
@@ -81,8 +105,13 @@ def _threads(found: Match, first: Imported, second: Imported) -> None:
     for node, names in in_time(theirs.items()):
         known = [name for name in ours.get(node, []) if _kind(first.entities[name])]
         open_ = [name for name in ours.get(node, []) if not _kind(first.entities[name])]
+        is_question = first.is_own and not all(_is_bare(_of(first, "threads")[name]) for name in open_)
         if known:
             _same_node(found, known, names, first, second)
+        elif is_question and len(open_) == len(names) == 1:
+            found.threads[names[0]] = open_[0]
+        elif is_question:
+            _same_node(found, [], names, first, second)
         elif open_ and any(_kind(second.entities[name]) for name in names):
             found.replaced |= set(open_)
             found.heirs |= dict.fromkeys(names, open_[0])
@@ -117,7 +146,37 @@ def _same_node(found: Match, known: list[str], names: list[str], first: Imported
         if _kind(entity):
             source = str(_of(second, "threads")[name].get("source", ""))[:200]
             words = f"{entity} is left out: the file named before has no such callback of {node_of(entity)} ({source})"
-            found.told.append(Diagnostic(words, severity="warning"))
+            hint = _key_of(entity) if first.is_own else ""
+            found.told.append(Diagnostic(words, severity="warning", hint=hint))
+
+
+def _key_of(entity: str) -> str:
+    """What of a problem file says that a thread is this callback."""
+    node, kind = node_of(entity), _kind(entity)
+    what = kind.partition("(")[2].rstrip(")")
+    if kind.startswith("Timer"):
+        period = f"{format_duration(int(what))}" if what.isdecimal() else "its period"
+        return f"a thread of {node} is it with `period: {period}`, or as the only one with a `period`"
+    return f"a thread of {node} is it where a connection called {ros_name(what)} ends at it"
+
+
+def _is_bare(body: Mapping[str, Any]) -> bool:
+    """Whether nothing is known of a thread but its node, as of nodes that a launch file starts."""
+    return body.get("dispatch_protocol") == "periodic" and body.keys() <= BARE
+
+
+def _added(found: Match, first: Imported, second: Imported) -> Diagnostic | None:
+    """What a description adds to the threads of a problem file, which may have them already, by other names."""
+    new = [name for name in second.entities if name not in found.threads and name not in found.left_out]
+    new = [name for name in new if name not in found.heirs]
+    if not first.is_own or not new or not _of(first, "threads"):
+        return None
+    nodes = list(dict.fromkeys(node_of(second.entities[name]) for name in new))
+    count = f"{len(new)} threads" if len(new) > 1 else "1 thread"
+    words = f"added: {count} of nodes that the problem file does not name: {', '.join(new)}"[:MOST_TOLD]
+    keys = ", ".join(f"THREAD: {node}" for node in nodes[:MOST_NODES])
+    hint = f"where it has them by other names: `ros2: {{nodes: {{{keys}}}}}`, with its own thread or process"
+    return Diagnostic(words, hint=hint, severity="warning")
 
 
 def _connections(found: Match, first: Imported, second: Imported) -> None:
@@ -161,8 +220,9 @@ def _members(threads: Mapping[str, Any], names: Mapping[str, str] | None = None)
     return {name: frozenset(members) for name, members in found.items()}
 
 
-def _executors(found: Match, ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> None:
+def _executors(found: Match, first: Imported, second: Imported) -> None:
     """Executors of the same threads; those of threads of which the first document has none; the others are told."""
+    ours, theirs = _of(first, "threads"), _of(second, "threads")
     known = _members({name: body for name, body in ours.items() if name not in found.replaced})
     there = {name: body for name, body in theirs.items() if name not in found.left_out}
     for name, members in in_time(_members(there, found.threads).items()):
@@ -175,7 +235,15 @@ def _executors(found: Match, ours: Mapping[str, Any], theirs: Mapping[str, Any])
             words = f"the executor {name} is left out: by the file named before other executors run {', '.join(shared)}"
             found.told.append(Diagnostic(words[:500], severity="warning"))
         else:
-            found.joined |= dict.fromkeys(shared, name)
+            where = _of(second, "executors").get(name, {}).get("processor")
+            where = found.processors.get(where, where)
+            apart = [one for one in shared if first.is_own and ours[one].get("processor", where) != where]
+            if apart:
+                words = f"the executor {name} does not run {', '.join(apart)}: the problem file places them elsewhere"
+                found.told.append(Diagnostic(words[:500], severity="warning"))
+            found.joined |= {one: name for one in shared if one not in apart}
+            if apart and len(apart) == len(members):
+                found.left_out_executors.add(name)
 
 
 def _processes(found: Match, first: Imported, second: Imported) -> None:

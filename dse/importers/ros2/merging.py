@@ -40,13 +40,17 @@ def merged(first: Imported, second: Imported) -> Imported:
     """
     merger = _Merger(first, second, matched(first, second))
     document = merger.document()
-    entities = {**first.entities, **merger.entities}
+    entities = {**first.entities, **merger.entities, **merger.restated_entities()}
     entities = {name: text for name, text in entities.items() if name in (document.get("threads") or {})}
     remarks = (*_open(first, document), *_open(second, document), *merger.match.told, *merger.told)
     aliases = {**merger.names["threads"], **first.aliases}
     places = {**second.places, **first.places}
     made_up = first.made_up | second.made_up
-    return Imported(document, tuple(dict.fromkeys(remarks)), places, entities, made_up, aliases)
+    publishers = {**second.publishers, **first.publishers}
+    return Imported(
+        *(document, tuple(dict.fromkeys(remarks)), places, entities, made_up, aliases, publishers),
+        is_own=first.is_own,
+    )
 
 
 def _open(imported: Imported, document: Mapping[str, Any]) -> Iterable[Diagnostic]:
@@ -87,6 +91,13 @@ def _is_timed(body: Mapping[str, Any], types: Mapping[str, Any]) -> bool:
     return "compute_execution_time" in body or any("compute_execution_time" in types.get(name, {}) for name in names)
 
 
+def _is_option(key: str, ours: Any, theirs: Any) -> bool:
+    """Whether a figure is among those that a problem file decides between, or a number of cores that it exceeds."""
+    if key == "cores":
+        return isinstance(ours, int) and ours > theirs
+    return isinstance(ours, list) and theirs in ours
+
+
 @dataclass
 class _Merger:
     """Puts a second document into a first one."""
@@ -97,6 +108,19 @@ class _Merger:
     told: list[Diagnostic] = field(default_factory=list)
     entities: dict[str, str] = field(default_factory=dict)
     names: dict[str, dict[str, str]] = field(default_factory=lambda: {section: {} for section in SECTIONS})
+
+    @property
+    def is_overruled(self) -> bool:
+        """Whether what the second document saw counts more than what the first one says."""
+        return self.second.is_measured and not (self.first.is_measured or self.first.is_own)
+
+    def restated_entities(self) -> dict[str, str]:
+        """What the threads of both are in ROS where the second document counts more."""
+        if not self.is_overruled:
+            return {}
+        return {
+            self.match.threads[name]: text for name, text in self.second.entities.items() if name in self.match.threads
+        }
 
     def document(self) -> dict[str, Any]:
         """Both as one."""
@@ -119,6 +143,8 @@ class _Merger:
         self.names["threads"] = dict(self.match.threads)
         self.names["connections"] = dict(self.match.connections)
         self.names["executors"] = dict(self.match.executors)
+        self.names["processors"] = dict(self.match.processors)
+        self.names["processor_types"] = dict(self.match.processor_types)
         taken = Names()
         taken.taken = {name for section in NAMED_TOGETHER for name in ours.get(section) or {}}
         for section in NAMED_TOGETHER:
@@ -212,6 +238,10 @@ class _Merger:
                 buses = self.names["buses"]
                 of = found["bus"]
                 found["bus"] = [buses.get(one, one) for one in of] if isinstance(of, list) else buses.get(of, of)
+        if section in ("threads", "executors") and isinstance(found.get("processor"), str):
+            found["processor"] = self.names["processors"].get(found["processor"], found["processor"])
+        if section == "processors" and isinstance(found.get("type"), str):
+            found["type"] = self.names["processor_types"].get(found["type"], found["type"])
         if section == "buses" and isinstance(found.get("type"), str):
             found["type"] = self.names["bus_types"].get(found["type"], found["type"])
         if section == "threads":
@@ -255,10 +285,15 @@ class _Merger:
             if key not in found:
                 found[key] = value
                 taken.append(key)
-            elif found[key] != value and not (path.startswith("processor_types.") and key == "cores"):
+            elif found[key] != value and key == "cores" and not self.first.is_own:
+                found |= {"cores": max(found[key], value)}
+                found |= {"source": theirs["source"]} if value > ours[key] and "source" in theirs else {}
+            elif found[key] != value and key == "period" and is_thread and self.is_overruled:
+                found[key] = value
+                taken.append(key)
+                self._differ(f"{path}.{key}", ours[key], ours, value, theirs, "the trace counts")
+            elif found[key] != value and not _is_option(key, found[key], value):
                 self._differ(f"{path}.{key}", found[key], ours, value, theirs)
-            elif key == "cores" and found[key] != value:
-                found[key] = max(found[key], value)
         if is_wire and "from" in taken and "rate" in found:
             words = f"{path}.rate is left out ({found.pop('rate')}): {found['from']} sends it"
             self._tell(words, str(ours.get("source", "")))
@@ -349,10 +384,16 @@ class _Merger:
                 yield f"{section}.{own}.{key}", body
 
     def _differ(
-        self, path: str, ours: Any, of_ours: Mapping[str, Any], theirs: Any, of_theirs: Mapping[str, Any]
+        self,
+        path: str,
+        ours: Any,
+        of_ours: Mapping[str, Any],
+        theirs: Any,
+        of_theirs: Mapping[str, Any],
+        counts: str = "the file that is named first counts",
     ) -> None:
-        first, second = (str(of.get("source", "")) for of in (of_ours, of_theirs))
-        words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): the file that is named first counts"
+        first, second = (str(of.get("source", "")) or "no source" for of in (of_ours, of_theirs))
+        words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): {counts}"
         self._tell(words)
 
     def _tell(self, words: str, source: str = "") -> None:

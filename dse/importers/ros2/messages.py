@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from dse.importers.ros2.idl import wrong_expressions
+from dse.importers.ros2.packages import package_around
 from dse.importers.ros2.serialised import NOTHING, WIDTHS, Kind, Layout
 from dse.support.errors import Diagnostic, ProblemError, UsageError, did_you_mean
 from dse.support.extras import needed_for
@@ -29,6 +30,8 @@ PARTS = {".msg": ("",), ".srv": ("_Request", "_Response"), ".action": ("_Goal", 
 MOST_BYTES = 200_000
 """Of a file of definitions."""
 MOST_MISTAKES = 50
+UNDEFINED = "is not defined"
+HOW_FOREIGN = "name the types that you need, or give its definitions too (--definitions)"
 WHAT = "no definition of a message"
 _STOPPED = re.compile(r"^(\d+)$", re.MULTILINE)
 """Where rosbags tells how far it came in a text, after the text as Python writes it, in one line."""
@@ -64,12 +67,12 @@ class Types:
     """Message types: those of a distribution of ROS, and of files of definitions."""
 
     def __init__(self, distribution: str = DEFAULT, definitions: Sequence[Path] = ()) -> None:
-        """Read definitions: files, or folders with packages in them.
+        """Read definitions: files, or folders with packages in them. What is wrong with some types `check` tells.
 
         Raises
         ------
         ProblemError
-            when a file of definitions is wrong, with every mistake.
+            when a folder has no definitions.
         UsageError
             when there is no such distribution, or rosbags is not installed.
         """
@@ -83,27 +86,61 @@ class Types:
         self.rules: dict[str, tuple[int, int]] = {}
         """The size of each type by the report's rule, and how many messages are within each other in it."""
         self.own: dict[str, tuple[str, str]] = {}
-        mistakes = [mistake for path in definitions for mistake in self._read(path)]
-        mistakes += [mistake for name in self.own for mistake in self._check(name)]
-        if mistakes:
-            raise ProblemError(list({mistake.message: mistake for mistake in reversed(mistakes)}.values())[::-1])
+        self.broken: list[Diagnostic] = []
+        """What is wrong with files that are not understood, whatever types they have."""
+        for path in definitions:
+            self._read(path)
 
-    def _read(self, path: Path) -> Iterator[Diagnostic]:
+    def _read(self, path: Path) -> None:
         files = sorted(item for item in path.rglob("*") if item.suffix in SUFFIXES) if path.is_dir() else [path]
         if not files:
-            yield Diagnostic(f"there is no file of definitions in this folder ({', '.join(SUFFIXES)})", file=str(path))
+            words = f"there is no file of definitions in this folder ({', '.join(SUFFIXES)})"
+            raise ProblemError([Diagnostic(words, file=str(path))])
         for file in files:
             try:
                 text = read_text(file, MOST_BYTES, "definitions of messages")
                 found = dict(_definitions(file, text))
             except UnreadableFileError as error:
-                yield Diagnostic(error.reason, file=str(file))
+                self.broken.append(Diagnostic(error.reason, file=str(file)))
             except ProblemError as error:
-                yield from error.diagnostics
+                self.broken += error.diagnostics
             else:
                 for name, (_, fields) in found.items():
                     self.fields.setdefault(name, fields or [(NOTHING, (Kind.BASE, ("uint8", 0)))])
                     self.own[name] = str(file), text
+
+    def check(self, names: Sequence[str]) -> None:
+        """Stop where something is wrong with types, or with what they have within them.
+
+        Raises
+        ------
+        ProblemError
+            with every mistake, and those of files that are not understood where a type may be in one of them. With all
+            types of the definitions asked for, that is every mistake of the files.
+        """
+        mistakes: list[Diagnostic] = []
+        seen: set[str] = set()
+        is_lacking = False
+        waiting = [self._known(name) for name in names]
+        while waiting:
+            name = waiting.pop(0)
+            is_lacking = is_lacking or name not in self.fields
+            if name in seen or name not in self.own:
+                continue
+            seen.add(name)
+            mistakes += self._check(name)
+            waiting += [inner for _, node in self.fields[name] for inner in _named(node)]
+        if is_lacking or seen >= self.own.keys():
+            mistakes = [*self.broken, *mistakes]
+        if mistakes:
+            raise ProblemError(list({mistake.message: mistake for mistake in reversed(mistakes)}.values())[::-1])
+
+    def _known(self, name: str) -> str:
+        """The full name of a type; the name itself where there is none of it."""
+        try:
+            return self.full_name(name)
+        except UsageError:
+            return name
 
     def _check(self, name: str) -> Iterator[Diagnostic]:
         """That every type in a definition is there, that none contains itself, and that no array is longer than any."""
@@ -116,7 +153,10 @@ class Types:
                 self.rule(name)
                 self.layout.lengths(name)
         except ProblemError as error:
-            yield from (Diagnostic(item.message, file=file, line=1) for item in error.diagnostics)
+            for item in error.diagnostics:
+                is_foreign = item.message.endswith(UNDEFINED) and len(self.own) > 1
+                hint = HOW_FOREIGN if is_foreign else ""
+                yield Diagnostic(item.message, file=item.file or file, line=item.line or 1, hint=hint)
 
     def names(self) -> list[str]:
         """The types of the files of definitions; those of the distribution where there are none."""
@@ -154,7 +194,9 @@ class Types:
             raise ProblemError([Diagnostic(f"{name} contains itself: {' > '.join([*above, name])}")])
         if name not in self.fields:
             within = f", which {above[-1]} has," if above else ""
-            raise ProblemError([Diagnostic(f"the type {name}{within} is not defined")])
+            file, text = self.own.get(above[-1], ("", "")) if above else ("", "")
+            line = _line_of(name.rpartition("/")[2], text)
+            raise ProblemError([Diagnostic(f"the type {name}{within} {UNDEFINED}", file=file, line=line)])
         if len(above) >= DEEPEST:
             raise ProblemError([Diagnostic(f"{above[0]} has more than {DEEPEST} messages within each other")])
         found = [self._rule_of(node, (*above, name)) for _, node in self.fields[name]]
@@ -196,6 +238,14 @@ class Types:
         return [item.path for item in self.layout.lengths(name)]
 
 
+def _named(node: Any) -> list[str]:
+    """The type that a field has, where it is a message."""
+    kind, what = node
+    if kind == Kind.NAME:
+        return [what]
+    return [] if kind == Kind.BASE else _named(what[0])
+
+
 def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
     """The types that a file defines.
 
@@ -214,7 +264,11 @@ def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
         yield from _parsed(file, text, None).items()
         return
     folder = file.suffix.lstrip(".")
-    package = (file.parent.parent if file.parent.name == folder else file.parent).resolve().name
+    home = (file.parent.parent if file.parent.name == folder else file.parent).resolve()
+    package = package_around(home) or home.name
+    if not re.fullmatch(r"\w+", package):
+        words = f"{package[:80]!r} cannot be the name of a package with messages"
+        raise ProblemError([Diagnostic(words, file=str(file), hint="a package.xml beside its folder states the name")])
     parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
     parts = [part.lstrip("-") for part in parts]
     line = 1
@@ -292,9 +346,12 @@ def message_sizes(types: Types, names: Sequence[str], lengths: Mapping[str, int]
 
     Raises
     ------
+    ProblemError
+        when a definition of one of them is wrong, with every mistake.
     UsageError
         when there is no such type, or no type has a stated length.
     """
+    types.check(names)
     found: list[MessageSize] = []
     used: set[str] = set()
     for name in map(types.full_name, names):

@@ -77,12 +77,35 @@ class Wire:
 
 @dataclass
 class System:
-    """Everything that a description says; `executors` are groups that share an OS thread, by the executor's name."""
+    """Everything that a description says; `executors` are groups that share an OS thread, by the executor's name.
+
+    `publishes` are callbacks with a topic that they were seen to publish, `cpus` the numbers of the CPUs seen, from 0.
+    """
 
     groups: list[Group] = field(default_factory=list)
     executors: list[tuple[str, list[Group]]] = field(default_factory=list)
     wires: list[Wire] = field(default_factory=list)
     flows: dict[str, tuple[LocatedValue, list[Callback | Wire]]] = field(default_factory=dict)
+    publishes: list[tuple[Callback, str]] = field(default_factory=list)
+    cpus: set[int] = field(default_factory=set)
+
+
+def entity_of(one: Callback) -> str:
+    """What a callback is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
+    what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
+    return f"{one.node}@{'' if one.is_open else what}"
+
+
+def seen_among(callbacks: Sequence[Callback], entities: Sequence[str]) -> list[Callback]:
+    """The callbacks of a node that were seen: by what they are in ROS; its only timer is that of any period."""
+    found: dict[int, Callback] = {}
+    timers = [one for one in callbacks if one.period_ns is not None]
+    for entity in entities:
+        own = [one for one in callbacks if entity_of(one) == entity]
+        if not own and "@Timer(" in entity and len(timers) == 1:
+            own = timers
+        found |= {id(one): one for one in own}
+    return list(found.values())
 
 
 def is_of_topic(wire: str, port: str, topic: str) -> bool:
@@ -141,8 +164,8 @@ class Writer:
                 *([] if has_times else [NO_TIMES]),
                 "MISSING: sizes of messages, and what carries them. Without a `bus` they cost nothing.",
             ],
-            "processor_types": {f"{COMPUTER}_type": {"cores": cores}},
-            "processors": {COMPUTER: {"type": f"{COMPUTER}_type", "source": self._cores_source()}},
+            "processor_types": {f"{COMPUTER}_type": {"cores": cores, "source": self._cores_source()}},
+            "processors": {COMPUTER: {"type": f"{COMPUTER}_type"}},
         }
         if executors:
             found["executors"] = executors
@@ -163,12 +186,15 @@ class Writer:
 
     def entities(self) -> dict[str, str]:
         """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``."""
-        found = {}
-        for group in self.system.groups:
-            for one in group.callbacks:
-                what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
-                found[self.threads[id(one)]] = f"{one.node}@{'' if one.is_open else what}"
-        return found
+        callbacks = (one for group in self.system.groups for one in group.callbacks)
+        return {self.threads[id(one)]: entity_of(one) for one in callbacks}
+
+    def publishers(self) -> dict[tuple[str, str], tuple[str, ...]]:
+        """The callbacks, as `entities` has them, that were seen to publish a topic, by their node and the topic."""
+        found: dict[tuple[str, str], dict[str, None]] = {}
+        for one, topic in self.system.publishes:
+            found.setdefault((one.node, topic), {})[entity_of(one)] = None
+        return {key: tuple(entities) for key, entities in found.items()}
 
     def _at(self, place: LocatedValue, *words: str) -> str:
         text = " ".join("; ".join(word for word in words if word).split())
@@ -182,11 +208,14 @@ class Writer:
         pinned = max((core for group in self.system.groups for core in group.cores), default=1)
         if self.cores is not None and self.cores < pinned:
             raise UsageError(f"--cores {self.cores}: the file pins a callback group to core {pinned}")
-        return self.cores or pinned
+        return self.cores or max(pinned, *(cpu + 1 for cpu in self.system.cpus), 1)
 
     def _cores_source(self) -> str:
         if self.cores is not None:
             return "stated at the import (--cores)"
+        if self.system.cpus:
+            cpus = f"CPUs up to number {max(self.system.cpus)}, counted from 0"
+            return f"{self.file.path.name}: {len(self.system.cpus)} seen, {cpus}; --cores says otherwise"
         return f"{self.file.path.name}: as many cores as callbacks are pinned to, at least one; --cores says otherwise"
 
     def _executors(self) -> Iterator[tuple[str, dict[str, Any]]]:

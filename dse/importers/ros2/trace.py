@@ -23,6 +23,7 @@ from dse.support.units import format_rate
 
 OF_TOOLS = ("/parameter_events", "/rosout")
 """Topics that every node has, and nobody designs."""
+MOST_CPUS = 1024
 OFF = Fraction(1, 100)
 """A timer whose mean period is further from what it was created with is told."""
 NEEDED = {
@@ -50,7 +51,11 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
     document["assumptions"].append(
         "Execution times of the trace go from the beginning of a callback to its end: with what preempted it."
     )
-    return Imported(document, tuple(file.remarks), writer.places, writer.entities())
+    return Imported(
+        *(document, tuple(file.remarks), writer.places, writer.entities()),
+        publishers=writer.publishers(),
+        is_measured=True,
+    )
 
 
 def read_seen(path: Path) -> list[Callback]:
@@ -100,12 +105,16 @@ class Seen:
         self.running: dict[Any, tuple[Handle, int]] = {}
         self.published: dict[tuple[Handle | None, str], array[int]] = {}
         self.lost = 0
+        self.cpus: set[int] = set()
 
     def take(self, event: Event) -> None:
         """Note what one event says."""
         self.names.add(event.name)
         act = TAKES.get(event.name)
         if act is not None:
+            cpu = event.fields.get("cpu_id")
+            if isinstance(cpu, int) and 0 <= cpu < MOST_CPUS:
+                self.cpus.add(cpu)
             act(self, event, event.fields.get("vpid", 0))
 
     def _rcl_node_init(self, event: Event, process: Any) -> None:
@@ -196,7 +205,7 @@ class Seen:
 
     def system(self, file: LocatedFile) -> System:
         """Callbacks with their times, groups, and topics."""
-        found = System()
+        found = System(cpus=self.cpus)
         callbacks = dict(self._callbacks(file))
         grouped: dict[Any, list[Callback]] = {}
         for handle, one in callbacks.items():
@@ -279,6 +288,7 @@ class Seen:
         for (handle, topic), times in self.published.items():
             if handle is not None and handle in callbacks:
                 sources.setdefault(topic, []).append(callbacks[handle])
+                found.publishes.append((callbacks[handle], topic))
             else:
                 outside.setdefault(topic, array("q")).extend(times)
         targets = [(handle, one) for handle, one in callbacks.items() if one.topic]

@@ -61,7 +61,7 @@ def export(
     alternative
         the id of a point (``3``), or of another design (``3.1``); None for the drawing of a problem.
     form
-        ``problem``: the problem file with its decisions fixed; ``ros2``: a parameter file with the rates; ``cie``: a
+        ``problem``: the problem file with its decisions fixed; ``ros2``: the parameters that nodes declare; ``cie``: a
         configuration of the callback-isolated executor, with priorities and cores; ``pinning``: cores and
         priority levels of threads as CSV; ``dot``;
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of; ``svg``: a

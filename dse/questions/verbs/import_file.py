@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dse.importers.registry import MOST_LOOKED_AT, NODES, YAML, Imported, importer_of, read_foreign
+from dse.importers.registry import (
+    MOST_LOOKED_AT,
+    NODES,
+    PUBLISHERS,
+    YAML,
+    Imported,
+    Importer,
+    importer_of,
+    read_foreign,
+)
 from dse.importers.ros2.matching import entities_of, node_of
 from dse.importers.ros2.merging import merged
+from dse.questions.verbs.import_times import TRACE, is_trace
 from dse.spec.loading.load import load_spec
 from dse.spec.loading.recognising import is_problem
 from dse.spec.loading.writing import block_text
@@ -30,6 +40,8 @@ class ImportedFile:
 
     text: str
     remarks: tuple[Diagnostic, ...] = ()
+    document: Mapping[str, Any] = field(default_factory=dict)
+    """The file as plain data."""
 
 
 @arguments.checked(path=arguments.paths, form=arguments.optional_text, times=arguments.paths, bags=arguments.paths)
@@ -77,22 +89,26 @@ def import_file(
         raise UsageError("no file is named")
     if form is not None and len(paths) > 1:
         raise UsageError("--format: of several files each one tells its format by itself")
-    found = _several(paths, form, given)
+    cores = {"cores": given["cores"]} if "cores" in given else {}
+    traces = {Path(item): read_foreign(Path(item), TRACE, cores) for item in times if is_trace(Path(item))}
+    found = _several(paths, form, given, traces)
     document, remarks = dict(found.document), found.remarks
     if times or bags:
         from dse.questions.verbs.import_times import with_bag, with_times
 
         if times:
-            document, said = with_times(found, times)
+            document, said = with_times(found, times, traces)
             remarks += said
         for bag in bags:
             document, said = with_bag(document, Path(bag))
             remarks += said
-    return ImportedFile(block_text(document), remarks)
+    return ImportedFile(block_text(document), remarks, document)
 
 
-def _several(paths: Sequence[Path], form: str | None, options: Mapping[str, Any]) -> Imported:
-    """What all files say; each option goes to those whose format has it."""
+def _several(
+    paths: Sequence[Path], form: str | None, options: Mapping[str, Any], traces: Mapping[Path, Imported]
+) -> Imported:
+    """What all files say; each option goes to those whose format has it. What traces show is known to all of them."""
     importers = [None if _is_problem(path, form) else importer_of(path, form) for path in paths]
     known = {name for item in importers if item is not None for name in item.options}
     for name in options:
@@ -102,16 +118,31 @@ def _several(paths: Sequence[Path], form: str | None, options: Mapping[str, Any]
         number for number, item in enumerate(importers) if number and item is not None and item.name == "parameters"
     ]
     order = [number for number in range(len(paths)) if number not in late]
+
+    def own_options(importer: Importer | None) -> dict[str, Any]:
+        return {
+            key: value for key, value in options.items() if len(paths) == 1 or (importer and key in importer.options)
+        }
+
+    read_before = {
+        number: read_foreign(paths[number], form, own_options(item))
+        for number, item in enumerate(importers)
+        if item is not None and item.name == TRACE
+    }
+    seen = {key: of for item in (*traces.values(), *read_before.values()) for key, of in item.publishers.items()}
     found: Imported | None = None
     for number in (*order, *late):
         importer = importers[number]
-        own = {
-            key: value for key, value in options.items() if len(paths) == 1 or (importer and key in importer.options)
-        }
+        own = own_options(importer)
+        if seen:
+            own[PUBLISHERS] = seen
         if number in late and found is not None:
             own[NODES] = _nodes(found)
         is_own = importer is None and _is_problem(paths[number], form)
-        read = _problem(paths[number]) if is_own else read_foreign(paths[number], form, own)
+        if number in read_before:
+            read = read_before[number]
+        else:
+            read = _problem(paths[number]) if is_own else read_foreign(paths[number], form, own)
         found = read if found is None else merged(found, read)
     assert found is not None
     return found
@@ -137,4 +168,4 @@ def _problem(path: Path) -> Imported:
     """A problem file as one of several sources, or as it is."""
     loaded = load_spec(path)
     document = loaded.sources[0].node.to_data() if len(loaded.sources) == 1 else dict(loaded.document)
-    return Imported(document, (), {}, entities_of(document))
+    return Imported(document, (), {}, entities_of(document), is_own=True)

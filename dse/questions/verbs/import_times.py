@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from dse.fitting.fit import FitOptions, fit_measurements
 from dse.fitting.fitted import Execution, Fit, catalogue
-from dse.importers.registry import Imported, importer_of, read_foreign
+from dse.importers.registry import Imported, importer_of
 from dse.importers.ros2.bags import read_bag
+from dse.importers.ros2.matching import matched
 from dse.importers.ros2.system import is_of_topic
 from dse.support.errors import Diagnostic, UsageError, did_you_mean
 from dse.support.timelimit import in_time
 from dse.support.units import format_rate
 
+TRACE = "trace"
+"""The format of traces."""
 
-def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
+
+def with_times(
+    imported: Imported, files: Sequence[str | Path], traced: Mapping[Path, Imported]
+) -> tuple[dict[str, Any], tuple[Diagnostic, ...]]:
     """The document with measured execution times for its threads, and what fits no thread or is still missing.
 
     Parameters
@@ -27,6 +34,8 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     files
         measurements as `dse fit` reads them: rows with a thread (callback) and where needed a component (node); or
         traces of ros2_tracing.
+    traced
+        those of the files that are traces, as they were read.
 
     Raises
     ------
@@ -38,11 +47,10 @@ def with_times(imported: Imported, files: Sequence[str | Path]) -> tuple[dict[st
     document = dict(imported.document)
     threads: Mapping[str, Any] = document.get("threads") or {}
     remarks: list[Diagnostic] = []
-    traces = [Path(file) for file in files if _is_trace(Path(file))]
-    tables = [Path(file) for file in files if not _is_trace(Path(file))]
+    tables = [Path(file) for file in files if Path(file) not in traced]
     timed: set[str] = set()
-    for trace in traces:
-        document, found_in, said = _from_trace(document, imported.entities, trace)
+    for path, trace in traced.items():
+        document, found_in, said = _from_trace(document, imported, path, trace)
         timed |= found_in
         remarks += said
     by_thread: dict[str, list[Execution]] = {}
@@ -102,27 +110,31 @@ def with_bag(document: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
     return {**document, "connections": connections, "assumptions": kept}, remarks
 
 
-def _is_trace(path: Path) -> bool:
+def is_trace(path: Path) -> bool:
+    """Whether a file of measurements is a trace."""
     importer = importer_of(path)
-    return importer is not None and importer.name == "trace"
+    return importer is not None and importer.name == TRACE
 
 
 def _from_trace(
-    document: Mapping[str, Any], entities: Mapping[str, str], path: Path
+    document: Mapping[str, Any], imported: Imported, path: Path, traced: Imported
 ) -> tuple[dict[str, Any], set[str], list[Diagnostic]]:
     """The document with the times of a trace, the threads that have some, and which callbacks are no threads."""
-    traced = read_foreign(path, "trace")
     there = traced.document
     threads, uncertain = dict(document["threads"]), dict(document.get("uncertainty", {}))
     timed: set[str] = set()
     remarks: list[Diagnostic] = []
+    match = matched(replace(imported, document=document), traced)
     for name, entity in in_time(traced.entities.items(), every=10):
-        same = [own for own, text in entities.items() if text == entity]
-        if len(same) != 1:
-            words = "no thread is" if not same else f"{', '.join(same)} all are"
+        same = [own for own, text in imported.entities.items() if text == entity]
+        if name not in match.threads:
+            words = "no thread is" if len(same) < 2 else f"{', '.join(same)} all are"
             remarks.append(Diagnostic(f"{words} {entity}: its times are left out", file=str(path), severity="warning"))
             continue
-        own, body = same[0], there["threads"][name]
+        own, body = match.threads[name], there["threads"][name]
+        if not imported.is_own and {"period"} <= threads[own].keys() & body.keys():
+            threads[own], said = _with_period(own, threads[own], body)
+            remarks += said
         timed.add(own)
         source = "; ".join(text for text in (threads[own].get("source", ""), f"times: {body['source']}") if text)
         times = {"compute_execution_time": body["compute_execution_time"], "source": source[:900]}
@@ -131,9 +143,31 @@ def _from_trace(
         if key.format(name) in there.get("uncertainty", {}):
             uncertain[key.format(own)] = there["uncertainty"][key.format(name)]
     found = {**document, "threads": threads}
+    if not imported.is_own and "processor_types" in document:
+        found["processor_types"] = _with_cores(document["processor_types"], there["processor_types"])
     if uncertain:
         found = {key: value for key, value in found.items() if key != "uncertainty"} | {"uncertainty": uncertain}
     return found, timed, remarks
+
+
+def _with_cores(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
+    """Types of computers with the cores that a trace shows, where these are more."""
+    found = dict(ours)
+    for name, body in theirs.items():
+        if name in ours and body["cores"] > ours[name].get("cores", 0):
+            found[name] = {**ours[name], "cores": body["cores"], "source": body["source"]}
+    return found
+
+
+def _with_period(
+    name: str, ours: Mapping[str, Any], theirs: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[Diagnostic]]:
+    """A thread with the period of its timer in a trace, which counts; that they differ is told."""
+    if ours["period"] == theirs["period"]:
+        return dict(ours), []
+    first, second = (str(of.get("source", ""))[:200] for of in (ours, theirs))
+    words = f"threads.{name}.period: {ours['period']} ({first}), but {theirs['period']} ({second}): the trace counts"
+    return {**ours, "period": theirs["period"]}, [Diagnostic(words, severity="warning")]
 
 
 def _thread_of(item: Execution, threads: Mapping[str, str | None]) -> str | None:

@@ -256,7 +256,8 @@ def _sample(
     for number in range(count):
         drawn = plan.aligned({}) if offsets == "zero" else random_offsets(plan, rng)
         least = 0 if late_only else -drift_ppm
-        free = [name for name in plan.timers if name not in plan.phases]  # what keeps a phase does not drift
+        kept = {*plan.phases, *plan.steady}  # what keeps a phase does not drift
+        free = [name for name in plan.timers if name not in kept]
         drift = {name: rng.randint(least, drift_ppm) for name in free} if drift_ppm else {}
         run = replace(setting, offsets_ns=drawn, drift_ppm=drift, seed=setting.seed + number)
         record.add(simulate_once(plan, run), run)

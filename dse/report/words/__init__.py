@@ -9,6 +9,7 @@ Read `reasons.py` first.
 * `messages.py`: tables of messages that wait for their bus.
 * `clocks.py`: timers on one clock, and offsets that shorten a wait.
 * `missing.py`: the gap of an incomplete front.
+* `imported.py`: the block that an import ends with.
 * `resources.py`: budgets of processors and memories (OSATE).
 
 Not allowed here: finding a cause; `analysis/diagnosis` and `answers/ranking` do. Texts and tables without markup, in

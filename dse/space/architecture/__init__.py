@@ -8,6 +8,7 @@ Read `components.py` first; `space/build.py` calls this folder in order.
 * `arbitration.py`: whether messages wait for each other on a bus.
 * `executors.py`: executors and reservations.
 * `activation.py`, `cycles.py`: components that dispatch each other; cycles in directed graphs.
+* `joins.py`: threads that need a message of each of their triggers.
 * `clocks.py`: clocks, offsets, and the moment at which data pass.
 * `flows.py`, `budgets.py`: end-to-end flows; stated budgets of processors and memories (OSATE).
 

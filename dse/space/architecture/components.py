@@ -10,6 +10,7 @@ from dse.space.architecture.buses import read_further, read_protocols
 from dse.space.architecture.carriers import counted
 from dse.space.architecture.clocks import clock_of, read_communication, read_offset
 from dse.space.architecture.executors import Homes, home_of, served_by
+from dse.space.architecture.joins import read_join
 from dse.space.architecture.processors import decision_of, groups_of, known_types, read_figures, read_named
 from dse.space.architecture.segments import ends_by_name, inner_connections
 from dse.space.model.arrivals import PROTOCOLS
@@ -88,6 +89,7 @@ def build_component(
     stated_period = read("period", "duration", format_duration)
     period = _period_in_use(ledger, path, name, protocol, stated_period)
     clock = clock_of(ledger, spec, section, name, processor)
+    join, pairing = read_join(ledger, spec, owner, protocol, period) if section == "threads" else (None, None)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
     return Component(
@@ -113,6 +115,8 @@ def build_component(
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),
         communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
+        join=join,
+        pairing=pairing,
         stated_period_ns=_even_where_unused(ledger, f"{name}.period", stated_period, period),
         bound=section != "threads" or not given.figures_of,
         partition=_partition(ledger, spec, section, name),

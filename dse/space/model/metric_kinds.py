@@ -24,7 +24,8 @@ class MetricKind(NamedTuple):
 
 
 FLOW_METRICS = ("latency", "min latency", "jitter")
-CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
+EXACT_METRICS = ("exact latency", "exact min latency", "exact jitter")
+CHAIN_METRICS = ("run jitter", "reaction time", "data age", *EXACT_METRICS)
 """Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
 INPUT_METRICS = ("oldest input", "newest input")
 """How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""

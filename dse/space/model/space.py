@@ -152,7 +152,8 @@ class Component:
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, ``at_dispatch`` at release and when
     the job ends, else (``implicit``) when it begins and ends.
-    `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
+    `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it. `join` is
+    ``all`` where a job needs a message of each trigger, `pairing` which messages that takes together.
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
     the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE
     alone. A piece of a thread that has segments knows all its `pieces`: each but the first is dispatched by the one
@@ -181,6 +182,8 @@ class Component:
     clock: Tree = None
     offset_ns: Tree = None
     communication: Tree = None
+    join: Tree = None
+    pairing: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
     stated_period_ns: Tree = None

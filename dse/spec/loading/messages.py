@@ -110,6 +110,7 @@ def _compute(found: Sized, named: Named, stated: Messages, main: Path) -> None:
         if found.mistakes:
             return
         types = Types(stated.distribution or DEFAULT, folders)
+        types.check([item.message or "" for item in named.values()])
     except UsageError as error:  # no rosbags, or no such distribution
         where = ("messages", "distribution") if stated.distribution else ("connections", next(iter(named)), "message")
         found.mistakes.append(MessageMistake(where, str(error).removeprefix("--")))

@@ -59,6 +59,8 @@ from dse.spec.schema.resources import ResourceBudget as ResourceBudget
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set"], Respelt()]
 Communication: TypeAlias = Annotated[Literal["implicit", "at_dispatch", "let"], Respelt()]
+Join: TypeAlias = Literal["any", "all"]
+Pairing: TypeAlias = Literal["fifo", "latest"]
 Category: TypeAlias = Annotated[Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
@@ -123,6 +125,8 @@ class Thread(ThreadType):
     executor: Options[Reference] | None = None
     reservation: Reference | None = None
     dispatch_trigger: Items[Reference] | None = None
+    join: Options[Join] | None = None
+    pairing: Options[Pairing] | None = None
     segments: SomeItems[Segment] | None = None
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl", "svg")
 
 
+LINES_WITHOUT_ROWS = 3
+MOST_LOOKED_AT = 4000
 FILE = ExistingPath(dir_okay=False, allow_dash=True)
 
 
@@ -62,7 +64,8 @@ def command(
     It is named as everywhere: r.json#3 is an alternative of a result, r.json#3.1 another design of it. A problem file
     or model alone can be drawn (svg), with its open decisions marked.
 
-    For ROS 2 there are parameters (ros2), and priorities and cores for the callback-isolated executor (cie).
+    For ROS 2 there are the parameters that nodes declare (ros2); cores and priorities go into a file of their own that
+    is written beside it (.pinning.csv), or for the callback-isolated executor (cie).
 
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
     `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem
@@ -91,7 +94,22 @@ def command(
     write_text(output, text)
     if form == "aadl" and output != "-":
         _write_property_set(Path(output), text)
+    if form == "ros2" and output != "-":
+        _write_pinning(Path(output).with_suffix(".pinning.csv"), export(opened, chosen, "pinning", folder))
     return 0
+
+
+def _write_pinning(path: Path, text: str) -> None:
+    """The cores and priorities of a design, which are no parameters of nodes, in a file of their own."""
+    from dse.answers.exports.formats import PINNED
+
+    if len(text.splitlines()) <= LINES_WITHOUT_ROWS:
+        return
+    if path.exists() and PINNED not in path.read_text(encoding="utf-8", errors="replace")[:MOST_LOOKED_AT]:
+        raise UsageError(f"{path}: is there already, and is no table of cores and priorities")
+    check_writable(str(path), replaces_problems=True)
+    write_text(str(path), text)
+    tell(f"wrote {path}, cores and priorities of the threads")
 
 
 def _write_property_set(output: Path, text: str) -> None:

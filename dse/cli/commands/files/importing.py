@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from dse.cli.common import ExistingPath, check_writable, in_time, write_text
+from dse.cli.common import ExistingPath, all_option, check_writable, in_time, write_text
 from dse.cli.grouping import GroupedCommand
 from dse.cli.saying import in_a_line, tell
 from dse.importers.registry import importers
@@ -53,6 +53,7 @@ def _format_options(command: GroupedCommand) -> GroupedCommand:
     help="A recording of ROS: the sizes of FILE's topics, and the rates of those that come from outside.",
 )
 @click.option("-o", "--output", default="-", metavar="PATH", help="The file to write; standard output if left out.")
+@all_option
 @in_time
 def command(
     files: tuple[str, ...],
@@ -60,12 +61,14 @@ def command(
     times: tuple[str, ...],
     bags: tuple[str, ...],
     output: str,
+    every: bool,
     **options: str | tuple[str, ...] | None,
 ) -> int:
     """A file of another format, or several, as a problem file, or as a file that problem files include.
 
     Of several files those named first count where they differ, which is told. Each figure says where it comes from
-    (`source`). What was not understood is told on standard error, with its place.
+    (`source`). The command ends with what is to be filled in (field, unit, why), what was guessed and what was not
+    understood, with its place, on standard error; warnings that differ in names alone are counted.
     """
     check_writable(output, replaces_problems=True)
     from dse.questions.verbs.import_file import import_file
@@ -73,9 +76,11 @@ def command(
     texts = {name: ",".join(value) or None if isinstance(value, tuple) else value for name, value in options.items()}
     given: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
     found = import_file(files, form, times, bags, **given)
-    for remark in found.remarks:
-        tell(in_a_line(str(remark)))
     write_text(output, found.text)
+    from dse.report.words.imported import import_block
+
+    for line in import_block(found.document, found.remarks, every=every):
+        tell(in_a_line(line))
     return 0
 
 

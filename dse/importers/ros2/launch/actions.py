@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from dse.importers.allowance import TooMuchError, spend, spend_text
 from dse.importers.ros2.launch.entities import Entity
-from dse.importers.ros2.launch.substitutions import NotStaticError
+from dse.importers.ros2.launch.substitutions import HIDDEN, NotStaticError
 
 Given: TypeAlias = Sequence[Any]
 Named: TypeAlias = Mapping[str, Any]
@@ -21,7 +21,7 @@ class Unknown:
 
     def __str__(self) -> str:
         """The expression as a substitution that is not static."""
-        return f"$(python {''.join(char for char in self.text if char not in '()')[:80]})"
+        return f"$(python {self.text[:80].translate(HIDDEN)})"
 
 
 class Lazy(Unknown):
@@ -110,7 +110,7 @@ def _parameter(name: str, value: Any, line: int) -> list[Entity]:
 
 
 def _remaps(values: Any, line: int) -> list[Entity]:
-    pairs = values if isinstance(values, list | tuple) else []
+    pairs = values if isinstance(values, list | tuple) else [] if values is None else [values]
     return [
         Entity("remap", line, {"from": as_text(pair[0]), "to": as_text(pair[1])})
         if isinstance(pair, list | tuple) and len(pair) == 2
@@ -186,6 +186,22 @@ def _later(given: Given, named: Named, line: int) -> Entity:
     found = _entity("timer", line, named)
     found.children += _actions(_get(given, named, 1, "actions"), line)
     return found
+
+
+def _handled(*names: str) -> Callable[[Given, Named, int], Entity]:
+    """What is started when something else ends or begins: it runs sooner or later."""
+
+    def made(given: Given, named: Named, line: int) -> Entity:
+        found = _entity("timer", line, named)
+        for name in names:
+            found.children += _actions(named.get(name), line)
+        return found
+
+    return made
+
+
+def _handler(given: Given, named: Named, line: int) -> Any:
+    return _get(given, named, 0, "event_handler")
 
 
 def _description(given: Given, named: Named, line: int) -> Entity:
@@ -282,7 +298,21 @@ ACTIONS: Mapping[str, Callable[[Given, Named, int], Any]] = {
         "set_remap", line, named, **{"from": _get(given, named, 0, "src"), "to": _get(given, named, 1, "dst")}
     ),
     "SetEnvironmentVariable": _made("set_env", name=(0, "name", "name"), value=(1, "value", "value")),
+    "AppendEnvironmentVariable": _nothing,
+    "PrependEnvironmentVariable": _nothing,
+    "UnsetEnvironmentVariable": _nothing,
+    "UnsetLaunchConfiguration": _nothing,
     "ExecuteProcess": _made("executable", cmd=(0, "cmd", "cmd")),
+    "RegisterEventHandler": _handler,
+    "OnProcessStart": _handled("on_start"),
+    "OnProcessExit": _handled("on_exit"),
+    "OnExecutionComplete": _handled("on_completion"),
+    "OnStateTransition": _handled("entities"),
+    "OnProcessIO": _nothing,
+    "OnShutdown": _nothing,
+    "EmitEvent": _nothing,
+    "Shutdown": _nothing,
+    "UnregisterEventHandler": _nothing,
     "LogInfo": _nothing,
     "ParameterFile": _file,
     "RewrittenYaml": _rewritten,

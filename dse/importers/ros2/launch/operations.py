@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+import ast
+import operator
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 from dse.importers.allowance import TooMuchError, spend, spend_text
@@ -10,8 +12,23 @@ from dse.importers.ros2.launch.actions import Unknown, as_text
 from dse.importers.ros2.launch.entities import Entity
 
 T = TypeVar("T", bound=Collection[Any])
+NAMES = 8
+"""So many names that are copied count as one piece of the allowance."""
 MOST_BITS = 10_000
 """Whole numbers are not longer than this."""
+NUMBERS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+}
+ORDERS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
 
 
 def quoted(value: Any) -> str:
@@ -39,14 +56,45 @@ def sum_of(left: Any, right: Any) -> Any:
     return Unknown("a sum")
 
 
-def _total(left: float, right: float) -> float:
+def reckoned(kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """What an operator makes of two numbers; NotImplemented of anything else."""
+    act = NUMBERS.get(kind)
+    if act is None or not isinstance(left, int | float) or not isinstance(right, int | float):
+        return NotImplemented
+    return _total(left, right, act)
+
+
+def _total(left: float, right: float, act: Callable[[Any, Any], Any] = operator.add) -> Any:
     try:
-        found = left + right
+        found = act(left, right)
     except OverflowError:
         raise TooMuchError("a sum beyond all numbers") from None
+    except (ZeroDivisionError, ValueError):
+        return NotImplemented
     if isinstance(found, int) and found.bit_length() > MOST_BITS:
         raise TooMuchError("a number of too many digits")
     return found
+
+
+def assigned(body: Sequence[ast.stmt]) -> list[str]:
+    """The names that statements may change."""
+    found = []
+    for part in body:
+        for item in ast.walk(part):
+            spend()
+            if isinstance(item, ast.Name) and _is_stored(item):
+                found.append(item.id)
+    return found
+
+
+def copied(names: Mapping[str, Any]) -> dict[str, Any]:
+    """The names of a scope, for one that begins as they are."""
+    spend(1 + len(names) // NAMES)
+    return dict(names)
+
+
+def _is_stored(item: ast.Name) -> bool:
+    return isinstance(item.ctx, ast.Store)
 
 
 def is_open(value: Any) -> bool:
@@ -54,11 +102,32 @@ def is_open(value: Any) -> bool:
     return isinstance(value, Unknown | Entity) or (isinstance(value, str) and "$(" in value)
 
 
-def equal(left: Any, right: Any, is_equal: bool) -> Any:
-    """Whether two values are equal, or differ; NotImplemented where one is not known."""
+def compared(kind: type[ast.cmpop], left: Any, right: Any) -> Any:
+    """What a comparison of two values says; NotImplemented where one is not known."""
     if is_open(left) or is_open(right):
         return NotImplemented
-    return _is_same(left, right) is is_equal
+    if kind in (ast.Eq, ast.NotEq):
+        return _is_same(left, right) is (kind is ast.Eq)
+    if kind in (ast.Is, ast.IsNot) and (left is None or right is None):
+        return (left is right) is (kind is ast.Is)
+    if kind in (ast.In, ast.NotIn):
+        found = _is_in(left, right)
+        return found if found is NotImplemented else found is (kind is ast.In)
+    if kind in ORDERS and all(isinstance(item, int | float) for item in (left, right)):
+        return ORDERS[kind](left, right)
+    return NotImplemented
+
+
+def _is_in(item: Any, owner: Any) -> Any:
+    if isinstance(owner, str):
+        return item in owner if isinstance(item, str) else NotImplemented
+    if isinstance(owner, dict):
+        return item in owner if isinstance(item, str) else NotImplemented
+    if not isinstance(owner, list | tuple):
+        return NotImplemented
+    if any(is_open(one) for one in counted(owner)):
+        return True if any(not is_open(one) and _is_same(item, one) for one in owner) else NotImplemented
+    return any(_is_same(item, one) for one in owner)
 
 
 def _is_same(left: Any, right: Any) -> bool:
@@ -75,9 +144,19 @@ def entry_of(owner: Any, key: Any) -> Any:
     """``owner[key]``; NotImplemented where there is none."""
     if isinstance(owner, dict):
         return owner.get(key, NotImplemented) if isinstance(key, str) else NotImplemented
-    if isinstance(owner, list | tuple) and isinstance(key, int) and -len(owner) <= key < len(owner):
+    if isinstance(owner, str) and is_open(owner):
+        return NotImplemented
+    if isinstance(owner, list | tuple | str) and isinstance(key, int) and -len(owner) <= key < len(owner):
         return owner[key]
     return NotImplemented
+
+
+def part_of(owner: Any, first: Any, last: Any) -> Any:
+    """``owner[first:last]``; NotImplemented where that is not known."""
+    ends = all(end is None or isinstance(end, int) for end in (first, last))
+    if not ends or not isinstance(owner, list | tuple | str) or (isinstance(owner, str) and is_open(owner)):
+        return NotImplemented
+    return spend_text(owner[first:last]) if isinstance(owner, str) else counted(owner[first:last])
 
 
 def _add(owner: Any, given: list[Any]) -> Any:
@@ -102,12 +181,31 @@ def _items(owner: Any, given: list[Any]) -> Any:
     return [[key, value] for key, value in counted(owner).items()] if isinstance(owner, dict) else owner
 
 
+def _get(owner: Any, given: list[Any]) -> Any:
+    if not isinstance(owner, dict) or not 1 <= len(given) <= 2 or not isinstance(given[0], str) or is_open(given[0]):
+        return NotImplemented
+    return owner.get(given[0], given[1] if len(given) > 1 else None)
+
+
+def _update(owner: Any, given: list[Any]) -> Any:
+    if not isinstance(owner, dict) or len(given) != 1 or not isinstance(given[0], dict):
+        return NotImplemented
+    owner |= counted(given[0])
+    return None
+
+
+def _entries(owner: Any, given: list[Any], pick: Callable[[dict[str, Any]], Any]) -> Any:
+    return list(pick(counted(owner))) if isinstance(owner, dict) else NotImplemented
+
+
 METHODS: Mapping[str, Callable[[Any, list[Any]], Any]] = {
     "add_action": _add,
     "append": _add,
     "extend": _extend,
     "items": _items,
+    "keys": lambda owner, given: _entries(owner, given, dict.keys),
+    "values": lambda owner, given: _entries(owner, given, dict.values),
+    "get": _get,
+    "update": _update,
     "perform": lambda owner, given: owner,
-    "lower": lambda owner, given: spend_text(owner.lower()) if isinstance(owner, str) and "$(" not in owner else owner,
-    "strip": lambda owner, given: spend_text(owner.strip()) if isinstance(owner, str) else owner,
 }

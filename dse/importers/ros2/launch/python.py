@@ -8,21 +8,36 @@ what depends on it is told as not static.
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from dse.importers.allowance import at, spend, spend_text
 from dse.importers.ros2.launch.actions import ACTIONS, Unknown, as_text
+from dse.importers.ros2.launch.builtins import FUNCTIONS
 from dse.importers.ros2.launch.entities import Entity, problem, text_of
-from dse.importers.ros2.launch.operations import METHODS, counted, entry_of, equal, is_open, quoted, sum_of
+from dse.importers.ros2.launch.operations import (
+    METHODS,
+    assigned,
+    compared,
+    copied,
+    counted,
+    entry_of,
+    is_open,
+    part_of,
+    quoted,
+    reckoned,
+    sum_of,
+)
 from dse.importers.ros2.launch.substitutions import Context, NotStaticError, resolve, utf8
+from dse.importers.ros2.launch.texts import FILE, OF_PATHS, PARTS, by_percent, method_of_text, path_of, with_format
 
 START = "generate_launch_description"
 DEEPEST = 20
 """So deep functions of the file may call each other."""
-NAMES = 8
-"""So many names that are copied count as one piece of the allowance."""
+SIGNS = 8
+"""So many signs of an expression that is told count as one piece of the allowance."""
 
 
 def read_python(path: Path) -> Entity:
@@ -55,6 +70,13 @@ class _Returned(Exception):
         self.value = value
 
 
+class _Left(Exception):
+    """A loop is left, or goes on with its next round."""
+
+    def __init__(self, is_last: bool) -> None:
+        self.is_last = is_last
+
+
 class _Reader:
     """Follows one file."""
 
@@ -62,6 +84,7 @@ class _Reader:
         self.path, self.tree = path, tree
         self.aliases: dict[str, str] = {}
         self.functions: dict[str, ast.FunctionDef] = {}
+        self.scopes: dict[ast.FunctionDef, Mapping[str, Any]] = {}
         self.context: Context | None = None
         self.depth = 0
         self.open: list[Entity] = []
@@ -70,9 +93,9 @@ class _Reader:
 
     def start(self) -> Any:
         """What the function returns that launch calls."""
-        names: dict[str, Any] = {}
-        self._run(self.tree.body, names)
-        self.top = names
+        names: dict[str, Any] = {"__file__": FILE, "__name__": "launch"}
+        with suppress(_Left, _Returned):  # outside of loops and functions they are mistakes
+            self._run(self.tree.body, names)
         function = self.functions.get(START)
         if function is None:
             raise problem(self.path, f"it has no function {START}", hint="launch files in Python have one")
@@ -92,14 +115,19 @@ class _Reader:
         if self.depth > DEEPEST:
             return Unknown(f"{function.name}")
         arguments = function.args
-        names: dict[str, Any] = _copied(self.top)
+        names: dict[str, Any] = copied(self.scopes[function])
         places = [item.arg for item in (*arguments.posonlyargs, *arguments.args)]
         for item, default in zip(reversed(places), reversed(arguments.defaults), strict=False):
             names[item] = self.value(default, names)
         for keyword, preset in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=False):
             names[keyword.arg] = self.value(preset, names) if preset is not None else Unknown(keyword.arg)
         names |= dict(zip(places, given, strict=False))
-        names |= {key: value for key, value in named.items() if key}
+        own = {*places, *(item.arg for item in arguments.kwonlyargs)}
+        names |= {key: value for key, value in named.items() if key in own}
+        if arguments.vararg is not None:
+            names[arguments.vararg.arg] = list(given[len(places) :])
+        if arguments.kwarg is not None:
+            names[arguments.kwarg.arg] = {key: value for key, value in named.items() if key not in own}
         for item in places:
             names.setdefault(item, Unknown(item))
         self.depth += 1
@@ -107,6 +135,8 @@ class _Reader:
             self._run(function.body, names)
         except _Returned as returned:
             return returned.value
+        except _Left:
+            return None
         finally:
             self.depth -= 1
         return None
@@ -123,6 +153,7 @@ class _Reader:
         match item:
             case ast.FunctionDef():
                 self.functions[item.name] = item
+                self.scopes[item] = names
             case ast.ImportFrom(names=aliases):
                 self.aliases |= {one.asname: one.name for one in aliases if one.asname}
             case ast.Assign(targets=targets, value=value):
@@ -131,21 +162,32 @@ class _Reader:
                     self._assign(target, found, names)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._assign(target, self.value(value, names), names)
-            case ast.AugAssign(target=ast.Name(id=name), op=ast.Add(), value=value):
-                names[name] = sum_of(names.get(name, Unknown(name)), self.value(value, names))
+            case ast.AugAssign(target=ast.Name(id=name), op=op, value=value):
+                found = self._operated(op, names.get(name, Unknown(name)), self.value(value, names))
+                names[name] = Unknown(name) if found is NotImplemented else found
+            case ast.With(body=body) | ast.Try(body=body):
+                self._run(body, names)
+            case _:
+                self._flow(item, names)
+
+    def _flow(self, item: ast.stmt, names: dict[str, Any]) -> None:
+        """A statement that calls, decides or goes elsewhere."""
+        match item:
             case ast.Expr(value=value):
                 self.value(value, names)
             case ast.Return(value=value):
                 raise _Returned(self.value(value, names) if value is not None else None)
-            case ast.With(body=body) | ast.Try(body=body):
-                self._run(body, names)
             case ast.If() | ast.For():
                 self._branch(item, names)
+            case ast.Break() | ast.Continue():
+                raise _Left(isinstance(item, ast.Break))
+            case ast.While(test=why) | ast.Match(subject=why):
+                self._skip(item, why, names)
 
     def _branch(self, item: ast.If | ast.For, names: dict[str, Any]) -> None:
         if isinstance(item, ast.If):
-            test = self.value(item.test, names)
-            if not is_open(test):
+            test = self.truth(item.test, names)
+            if test is not NotImplemented:
                 self._run(item.body if test else item.orelse, names)
                 return
             self._skip(item, item.test, names)
@@ -155,13 +197,18 @@ class _Reader:
             for value in values:
                 spend()
                 self._assign(item.target, value, names)
-                self._run(item.body, names)
+                try:
+                    self._run(item.body, names)
+                except _Left as left:
+                    if left.is_last:
+                        return
+            self._run(item.orelse, names)
             return
         self._skip(item, item.iter, names)
 
-    def _skip(self, item: ast.If | ast.For, why: ast.expr, names: dict[str, Any]) -> None:
+    def _skip(self, item: ast.stmt, why: ast.expr, names: dict[str, Any]) -> None:
         """Do not follow a branch or loop: what it changes is unknown."""
-        for name in _assigned([*item.body, *item.orelse]):
+        for name in assigned([item]):
             names[name] = Unknown(name)
         self.open.append(Entity("unknown", item.lineno, {"name": str(Unknown(self._words(why)))}))
 
@@ -200,48 +247,119 @@ class _Reader:
                 return self._dictionary(keys, values, names)
             case ast.JoinedStr(values=values):
                 return as_text([self._part(item, names) for item in values])
-            case ast.BinOp(left=left, op=ast.Add(), right=right):
-                return sum_of(self.value(left, names), self.value(right, names))
-            case ast.BinOp(left=left, op=ast.Div(), right=right):
-                return as_text([self.value(left, names), "/", self.value(right, names)])
+            case ast.BinOp(left=left, op=op, right=right):
+                return self._operated(op, self.value(left, names), self.value(right, names))
             case ast.Call():
                 return self._call(node, names)
-        return self._logic(node, names)
+        found = self._part_of(node, names)
+        return self._logic(node, names) if found is NotImplemented else found
 
-    def _logic(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+    def _part_of(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        """An entry, a slice or an attribute of something."""
         match node:
             case ast.Subscript(value=ast.Attribute(attr="environ"), slice=key):
                 return f"$(env {as_text(self.value(key, names))})"
+            case ast.Subscript(value=ast.Attribute(attr="launch_configurations"), slice=key):
+                return self._performed(f"$(var {as_text(self.value(key, names))})")
+            case ast.Subscript(value=ast.Attribute(value=path, attr="parents"), slice=key):
+                return self._parents(self.value(path, names), self.value(key, names))
+            case ast.Subscript(value=owner, slice=ast.Slice(lower=lower, upper=upper, step=None)):
+                ends = (None if end is None else self.value(end, names) for end in (lower, upper))
+                return part_of(self.value(owner, names), *ends)
             case ast.Subscript(value=owner, slice=key):
                 return entry_of(self.value(owner, names), self.value(key, names))
-            case ast.Compare(left=left, ops=[ast.Eq() | ast.NotEq() as op], comparators=[right]):
-                return equal(self.value(left, names), self.value(right, names), isinstance(op, ast.Eq))
-            case ast.UnaryOp(op=ast.Not(), operand=item):
-                value = self.value(item, names)
-                return NotImplemented if is_open(value) else not value
+            case ast.Attribute(value=owner, attr=name) if name in PARTS:
+                path = self.value(owner, names)
+                return PARTS[name](path) if isinstance(path, str) else NotImplemented
+        return NotImplemented
+
+    def _logic(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        match node:
+            case ast.Compare(left=left, ops=ops, comparators=rights):
+                return self._compared(ops, [left, *rights], names)
+            case ast.UnaryOp(op=ast.Not()):
+                return self.truth(node, names)
             case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() | float() as number)):
                 return -number
             case ast.BoolOp(op=op, values=items):
-                values = [self.value(item, names) for item in items]
-                if any(map(is_open, values)):
-                    return NotImplemented
-                return all(values) if isinstance(op, ast.And) else any(values)
+                return self._first(items, isinstance(op, ast.Or), names)
             case ast.IfExp(test=test, body=body, orelse=other):
-                value = self.value(test, names)
-                return NotImplemented if is_open(value) else self.value(body if value else other, names)
-            case ast.ListComp(elt=element, generators=[ast.comprehension(target=target, iter=items, ifs=[])]):
-                return self._comprehension(element, target, self.value(items, names), names)
+                found = self.truth(test, names)
+                return found if found is NotImplemented else self.value(body if found else other, names)
+            case ast.ListComp(elt=element, generators=[one]) | ast.GeneratorExp(elt=element, generators=[one]):
+                return self._rounds(one, names, lambda inner: self.value(element, inner))
+            case ast.DictComp(key=key, value=value, generators=[one]):
+                pairs = self._rounds(one, names, lambda inner: (self.value(key, inner), self.value(value, inner)))
+                return pairs if pairs is NotImplemented else {as_text(name): item for name, item in pairs}
         return NotImplemented
 
-    def _comprehension(self, element: ast.expr, target: ast.expr, items: Any, names: Mapping[str, Any]) -> Any:
+    def _rounds(self, one: ast.comprehension, names: Mapping[str, Any], act: Callable[[Any], Any]) -> Any:
+        """What each round of a comprehension gives; NotImplemented where that is not known."""
+        items = self.value(one.iter, names)
         if not isinstance(items, list | tuple):
             return NotImplemented
         found = []
         for item in items:
-            inner = _copied(names)
-            self._assign(target, item, inner)
-            found.append(self.value(element, inner))
+            inner = copied(names)
+            self._assign(one.target, item, inner)
+            tests = [self.truth(test, inner) for test in one.ifs]
+            if NotImplemented in tests:
+                return NotImplemented
+            if all(tests):
+                found.append(act(inner))
         return found
+
+    def _first(self, items: Sequence[ast.expr], is_or: bool, names: Mapping[str, Any]) -> Any:
+        """``a or b``, ``a and b``: the value that decides; what comes after it is not looked at."""
+        value: Any = None
+        for item in items:
+            value = self.value(item, names)
+            if is_open(value):
+                return NotImplemented
+            if bool(value) is is_or:
+                break
+        return value
+
+    def truth(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        """Whether a condition holds, also where only a part of it is known; else NotImplemented."""
+        match node:
+            case ast.BoolOp(op=op, values=items):
+                is_or, is_known = isinstance(op, ast.Or), True
+                for item in items:
+                    found = self.truth(item, names)
+                    if found is is_or:
+                        return found
+                    is_known = is_known and found is not NotImplemented
+                return (not is_or) if is_known else NotImplemented
+            case ast.UnaryOp(op=ast.Not(), operand=item):
+                found = self.truth(item, names)
+                return found if found is NotImplemented else not found
+        value = self.value(node, names)
+        return NotImplemented if is_open(value) else bool(value)
+
+    def _operated(self, op: ast.operator, left: Any, right: Any) -> Any:
+        if isinstance(op, ast.Add):
+            return sum_of(left, right)
+        if isinstance(op, ast.Mod) and isinstance(left, str):
+            return by_percent(left, right)
+        found = reckoned(type(op), left, right)
+        if found is NotImplemented and isinstance(op, ast.Div):
+            return path_of([left, right])
+        return found
+
+    def _compared(self, ops: Sequence[ast.cmpop], items: Sequence[ast.expr], names: Mapping[str, Any]) -> Any:
+        values = [self.value(item, names) for item in items]
+        found = [compared(type(op), left, right) for op, left, right in zip(ops, values, values[1:], strict=False)]
+        if False in found:
+            return False
+        return NotImplemented if NotImplemented in found else True
+
+    def _parents(self, path: Any, number: Any) -> Any:
+        if not isinstance(path, str) or not isinstance(number, int) or not 0 <= number < DEEPEST:
+            return NotImplemented
+        for _ in range(number + 1):
+            path = PARTS["parent"](path) if isinstance(path, str) else path
+        return path
 
     def _items(self, items: Sequence[ast.expr], names: Mapping[str, Any]) -> list[Any]:
         found: list[Any] = []
@@ -269,12 +387,16 @@ class _Reader:
         """The beginning of an expression."""
         if node not in self.said:
             text = ast.unparse(node)
-            spend(len(text) // NAMES)
+            spend(len(text) // SIGNS)
             self.said[node] = text[:80]
         return self.said[node]
 
     def _part(self, item: ast.expr, names: Mapping[str, Any]) -> Any:
-        return self.value(item.value if isinstance(item, ast.FormattedValue) else item, names)
+        if not isinstance(item, ast.FormattedValue):
+            return self.value(item, names)
+        form = "" if item.format_spec is None else as_text(self.value(item.format_spec, names))
+        found = with_format(self.value(item.value, names), item.conversion, form)
+        return Unknown(self._words(item.value)) if found is NotImplemented else found
 
     # --- calls
 
@@ -287,6 +409,8 @@ class _Reader:
                 named[item.arg] = value
             elif isinstance(value, dict):
                 named |= counted(value)
+            else:
+                self.open.append(Entity("unknown", node.lineno, {"name": str(Unknown(self._words(item.value)))}))
         if isinstance(node.func, ast.Name):
             return self._named_call(self.aliases.get(node.func.id, node.func.id), node, given, named)
         if isinstance(node.func, ast.Attribute):
@@ -298,10 +422,12 @@ class _Reader:
             return self.call(self.functions[name], given, named)
         if name == "OpaqueFunction":
             return self._opaque(node, given, named)
-        if name in ("str", "Path"):
-            return as_text(given[0]) if given else ""
-        if name in ("list", "tuple", "dict"):
-            return given[0] if given else dict(named) if name == "dict" else []
+        if name in ("Path", "PurePath", "PosixPath"):
+            return path_of(given)
+        if name == "dict" and not given:
+            return dict(named)
+        if name in FUNCTIONS and not named:
+            return FUNCTIONS[name](given)
         act = ACTIONS.get(name)
         return act(given, named, node.lineno) if act is not None else NotImplemented
 
@@ -312,10 +438,14 @@ class _Reader:
         act = METHODS.get(func.attr)
         if func.attr == "perform" and isinstance(owner, str):
             return self._performed(owner)
+        if isinstance(owner, str):
+            return method_of_text(func.attr, owner, given, named)
         if act is not None and not isinstance(owner, Unknown):
             return act(owner, given)
-        if func.attr == "join" and self._words(func.value) in ("os.path", "path"):
-            return spend_text("/".join(as_text(item) for item in given))
+        if func.attr in OF_PATHS and self._words(func.value) in ("os.path", "path", "osp"):
+            return OF_PATHS[func.attr](given)
+        if func.attr == "get" and self._words(func.value).endswith(".launch_configurations"):
+            return self._performed(f"$(var {' '.join(quoted(item) for item in given)})")
         if func.attr in ("get", "getenv") and self._words(func.value) in ("os.environ", "environ", "os"):
             return f"$(env {' '.join(quoted(item) for item in given)})"
         if isinstance(owner, Unknown):
@@ -353,24 +483,3 @@ class _Reader:
             return [*(item for item in items if isinstance(item, Entity)), *self._left_open()]
 
         return Entity("opaque", node.lineno, {"name": function.id}, [], later)
-
-
-def _assigned(body: Sequence[ast.stmt]) -> list[str]:
-    """The names that statements may change."""
-    found = []
-    for part in body:
-        for item in ast.walk(part):
-            spend()
-            if isinstance(item, ast.Name) and _is_stored(item):
-                found.append(item.id)
-    return found
-
-
-def _copied(names: Mapping[str, Any]) -> dict[str, Any]:
-    """The names of a scope, for one that begins as they are."""
-    spend(1 + len(names) // NAMES)
-    return dict(names)
-
-
-def _is_stored(item: ast.Name) -> bool:
-    return isinstance(item.ctx, ast.Store)

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from dse.importers.allowance import allowed, at, spend
-from dse.importers.registry import NODES, Imported
-from dse.importers.ros2.launch.packages import Packages
+from dse.importers.registry import NODES, PUBLISHERS, Imported
 from dse.importers.ros2.launch.parameters import ParameterFile, Stated, stated_timers, timers_of
 from dse.importers.ros2.launch.running import Launch, Started, joined
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.ros2.packages import Packages
+from dse.importers.ros2.system import Callback, Group, System, Wire, Writer, seen_among
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 from dse.support.errors import Diagnostic, UsageError
 from dse.support.files.reading import real
 
 SINGLE, SEVERAL, APART, ISOLATED = "one thread", "several threads", "a thread for each node", "callback-isolated"
+Seen: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
+"""What publishes a topic of a node by a trace: `PUBLISHERS`."""
 INPUTS, OUTPUTS = ("input", "inputs", "in"), ("output", "outputs", "out")
 PIECES = 20
 """What a callback, or a connection to one, counts of the allowance."""
@@ -46,7 +48,7 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     launch = Launch(Packages(path, options.get("workspace")))
     launch.run(real(path), _arguments(options.get("arguments")))
     file = LocatedFile(path, "a launch file", LocatedValue({}, 0, 0))
-    found = _system(launch, file, _stated(options))
+    found = _system(launch, file, _stated(options), options.get(PUBLISHERS, {}))
     if not found.groups:
         file.wrong(LocatedValue({}, 1, 0), "it starts no node that can be told without launching it")
         file.mistakes += list(launch.told)[:MOST_TOLD]
@@ -109,7 +111,7 @@ def _arguments(text: str | None) -> dict[str, str]:
     return found
 
 
-def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated]) -> System:
+def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], publishers: Seen) -> System:
     found = System()
     outputs: dict[str, list[tuple[Started, list[Callback]]]] = {}
     of_containers: dict[str, list[tuple[Started, Group]]] = {}
@@ -129,7 +131,7 @@ def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated]) -> Syst
             outputs.setdefault(topic, []).append((node, callbacks))
     for name, members in of_containers.items():
         _container(name, launch.containers.get(name), members, found, file)
-    _wires(found, outputs, file)
+    _wires(found, outputs, file, publishers)
     return found
 
 
@@ -236,13 +238,18 @@ def _container(
         found.executors.append((group.name, [group]))
 
 
-def _wires(found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile) -> None:
+def _wires(
+    found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile, publishers: Seen
+) -> None:
     """A connection from what publishes a topic to each callback that it runs, by the names of remappings."""
     targets = [one for group in found.groups for one in group.callbacks if one.topic]
     readers = Counter(one.topic for one in targets)
     for target in targets:
         spend(sum(1 + len(own) for _, own in outputs.get(target.topic, [])))
-        sources = [one for node, own in outputs.get(target.topic, []) for one in _publisher(node, own, target, file)]
+        sources: list[Callback] = []
+        for node, own in outputs.get(target.topic, []):
+            there = seen_among(own, publishers.get((node.name, target.topic), ()))
+            sources += there or _publisher(node, own, target, file)
         spend(PIECES * (1 + len(sources)))
         several = readers[target.topic] * max(1, len(sources)) > 1
         known: list[Callback | None] = [*sources]

@@ -7,15 +7,16 @@ out and told.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dse.importers.allowance import TooMuchError, spend, too_much
 from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_yaml
-from dse.importers.ros2.launch.packages import Packages
 from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
-from dse.importers.ros2.launch.substitutions import Context, NotStaticError, is_so, resolve
+from dse.importers.ros2.launch.substitutions import IN_PYTHON, SHOWN, Context, NotStaticError, is_so, resolve
+from dse.importers.ros2.packages import Packages
 from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import obstacle, real
 
@@ -28,6 +29,8 @@ NAMES = 8
 """So many arguments that a group keeps count as one piece of the allowance."""
 PIECES = 20
 """What a node counts of the allowance, besides its remappings and parameters."""
+_PYTHON = re.compile(r"\$\(python ([^()]*)\)?")
+NODES = ("node", "lifecycle_node", "node_container", "composable_node")
 REFUSED = "not static, left out"
 TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
 """What tells one action of a kind from others."""
@@ -84,6 +87,7 @@ class Launch:
 
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once."""
+        message = _PYTHON.sub(r"\1", message).translate(SHOWN)
         found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
         self.told.setdefault(found)
 
@@ -107,7 +111,7 @@ class Launch:
         for action in actions:
             try:
                 spend()
-                if self._holds(action, context):
+                if self._starts(action, context):
                     scope = self._action(action, context, scope)
             except (TooMuchError, RecursionError) as error:
                 raise too_much(context.file, action.line, error) from None
@@ -122,6 +126,18 @@ class Launch:
         if "if" in action.texts and not is_so(action.texts["if"], context):
             return False
         return "unless" not in action.texts or not is_so(action.texts["unless"], context)
+
+    def _starts(self, action: Entity, context: Context) -> bool:
+        """Whether the condition of an action holds; a node counts where that is an expression that is not followed."""
+        try:
+            return self._holds(action, context)
+        except NotStaticError as error:
+            if action.kind not in NODES or IN_PYTHON not in str(error):
+                raise
+            name = action.text("name", "exec", "plugin")[:80]
+            words = f"{action.kind} {name} counts as started: its condition is not followed: {error}"
+            self.tell(context, action.line, words)
+            return True
 
     def _action(self, action: Entity, context: Context, scope: Scope) -> Scope:
         if action.kind == "group":
@@ -228,9 +244,11 @@ class Launch:
         self._composed(action, context, scope, joined("/", target))  # launch_ros looks for it from the root
 
     def _composed(self, action: Entity, context: Context, scope: Scope, container: str) -> None:
-        for item in action.of("composable_node"):
+        for item in action.of("composable_node", "unknown"):
             try:
-                if self._holds(item, context):
+                if item.kind == "unknown":
+                    self.unknown(item, context, scope)
+                elif self._starts(item, context):
                     found = self._started(item, context, scope)
                     found.container = container
                     self._start(found)
@@ -247,14 +265,15 @@ class Launch:
     def _started(self, action: Entity, context: Context, scope: Scope) -> Started:
         kind = self._known(action, context, "what it runs", "exec", "executable", "plugin")
         package = self._known(action, context, "its package", "pkg", "package")
-        title = resolve(action.text("name"), context).strip()
+        title = self._known(action, context, "its name", "name").strip()
         if not title and not kind:
             raise NotStaticError("its name is not known")
         if not title:
             title = _title(kind)
             hint = "the node may call itself otherwise: state its `name`"
             self.tell(context, action.line, f"{kind or package} has no name: it is taken for {title}", hint)
-        name = joined(joined(scope.namespace, resolve(action.text("namespace", "ns"), context)), title)
+        space = self._known(action, context, "its namespace", "namespace", "ns")
+        name = joined(joined(scope.namespace, space), title)
         remaps = [*scope.remaps]
         for item in action.of("remap"):
             try:

@@ -16,6 +16,10 @@ from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 
 DEEPEST = 60
 """So deep substitutions and parentheses may be within each other."""
+HIDDEN = {ord("("): "\ue000", ord(")"): "\ue001"}
+"""What stands for parentheses of an expression within a substitution."""
+SHOWN = {ord(hidden): chr(code) for code, hidden in HIDDEN.items()}
+IN_PYTHON = "in Python is only known at the launch"
 TRUE, FALSE = ("true", "1"), ("false", "0")
 
 
@@ -116,7 +120,7 @@ def _substituted(inside: str, context: Context) -> str:
     if name in ("eval", "python-expression"):
         return _evaluated(resolve(_bare(rest.strip()), context))
     if name == "python":
-        raise NotStaticError(f"what {rest[:100]} gives in Python is only known at the launch")
+        raise NotStaticError(f"what {rest[:100].translate(SHOWN)} gives {IN_PYTHON}")
     words = [resolve(word, context) for word in _words(rest)]
     act = SUBSTITUTIONS.get(name)
     if act is None:

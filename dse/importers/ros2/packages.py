@@ -1,4 +1,4 @@
-"""Where the packages are that launch files refer to: folders with a package.xml."""
+"""Packages of ROS: folders with a package.xml, which has their name."""
 
 from __future__ import annotations
 
@@ -46,11 +46,22 @@ def _packages(root: Path) -> dict[str, Path]:
             break
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in LEFT_OUT)
         if "package.xml" in files:
-            try:
-                match = _NAME.search(beginning(Path(folder) / "package.xml", 100_000))
-            except UnreadableFileError:
-                continue
-            name = match[1].decode() if match else Path(folder).name
-            found.setdefault(name, Path(folder))
+            found.setdefault(_name_of(Path(folder)), Path(folder))
             folders[:] = [name for name in folders if name not in ("launch", "config", "params", "include", "test")]
     return found
+
+
+def package_around(folder: Path) -> str | None:
+    """The name of the package that has a folder: that of the nearest package.xml, in it or above; None without one."""
+    folders = (folder, *folder.parents)
+    package = next((item for item in folders if (item / "package.xml").is_file()), None)
+    return None if package is None else _name_of(package)
+
+
+def _name_of(package: Path) -> str:
+    """The name in a package.xml, else that of its folder."""
+    try:
+        match = _NAME.search(beginning(package / "package.xml", 100_000))
+    except UnreadableFileError:
+        match = None
+    return match[1].decode() if match else package.name

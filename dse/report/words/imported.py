@@ -1,0 +1,133 @@
+"""The end of an import: how much was read, what is to be filled in, what was guessed, and warnings by their kind."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from dse.support.errors import Diagnostic
+
+MOST_NAMED = 6
+MOST_ALIKE = 3
+"""So many warnings that differ in names alone are shown; more of them are counted."""
+MOST_LINES = 12
+MOST_COMPARED = 300
+_GUESS = re.compile(
+    r"\b(is|are) taken (for|to)\b|\bcounts? (as|with)\b|\ball count as\b|\bby its name\b|\bthe trace counts\b"
+)
+"""How importers say that something is not what a file states."""
+_NAME = re.compile(r"'[^']*'|\"[^\"]*\"|\S*[\d/_.$:<>(){}@]\S*|\b[A-Z]\w*")
+Body = Mapping[str, Any]
+
+
+def import_block(document: Mapping[str, Any], remarks: Sequence[Diagnostic], *, every: bool = False) -> list[str]:
+    """The lines that an import ends with.
+
+    Parameters
+    ----------
+    document
+        the problem file that was made, as plain data.
+    remarks
+        what was guessed, left out or not understood.
+    every
+        show every warning, not one of each kind with a count.
+
+    Examples
+    --------
+    >>> print(*import_block({"threads": {"nav": {"period": "5 ms", "processor": "pc"}}}, ()), sep=chr(10))
+    Read: 1 thread, no connections, no flows.
+    Fill in:
+      threads.nav.compute_execution_time [ms]: without it the thread counts as taking no time
+      connections [from, to]: nothing says who sends to whom
+      flows [path]: without one there is no end-to-end latency
+    """
+    lines = [f"Read: {_counts(document)}."]
+    wanted = list(_fill_in(document))
+    if wanted:
+        lines += ["Fill in:", *(f"  {line}" for line in wanted)]
+    guesses = [item for item in remarks if _GUESS.search(item.message)]
+    others = [item for item in remarks if not _GUESS.search(item.message)]
+    for title, items in (("Guessed", guesses), ("Warnings", others)):
+        if items:
+            lines += [f"{title} ({len(items)}):", *(f"  {line}" for line in _grouped(items, every))]
+    return lines
+
+
+def _counts(document: Mapping[str, Any]) -> str:
+    found = []
+    for section in ("threads", "devices", "buses", "connections", "flows"):
+        number = len(document.get(section) or {})
+        if number or section in ("threads", "connections", "flows"):
+            one = "bus" if section == "buses" else section[:-1]
+            found.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
+    return ", ".join(found)
+
+
+def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
+    """What a problem needs that the document does not have: its field, its unit, and why."""
+    threads, devices = (document.get(name) or {} for name in ("threads", "devices"))
+    connections = document.get("connections") or {}
+    types = {**(document.get("thread_types") or {}), **(document.get("device_types") or {})}
+    sent = {body.get("from") for body in connections.values() if not {"rate", "data_rate"} & body.keys()}
+
+    def has(body: Body, key: str) -> bool:
+        named = body.get("type")
+        names = named if isinstance(named, list) else [named]
+        return key in body or any(key in types.get(name, {}) for name in names)
+
+    def lacking(bodies: Mapping[str, Body], is_so: Callable[[str, Body], bool]) -> list[str]:
+        return [name for name, body in bodies.items() if is_so(name, body)]
+
+    triggered = {body.get("to") for body in connections.values() if body.get("port") != "data"}
+    timed = lacking(threads, lambda name, body: not has(body, "compute_execution_time"))
+    yield from _line("threads", timed, threads, "compute_execution_time [ms]", "without it {} counts as taking no time")
+    open_ = lacking(threads, lambda name, body: not has(body, "period") and _is_timed(name, body, triggered))
+    yield from _line("threads", open_, threads, "period [ms]", "nothing says how often {} runs")
+    open_ = lacking(devices, lambda name, body: not has(body, "period") and name in sent and name not in triggered)
+    yield from _line("devices", open_, devices, "period [ms]", "nothing says how often {} sends")
+    outside = lacking(connections, lambda name, body: "from" not in body and not {"rate", "data_rate"} & body.keys())
+    yield from _line("connections", outside, connections, "rate [Hz]", "nothing says how often {} comes from outside")
+    sized = lacking(connections, lambda name, body: not {"data_size", "data_rate", "message"} & body.keys())
+    yield from _line("connections", sized, connections, "data_size [B]", "without it {} costs nothing on a bus")
+    free = lacking(connections, lambda name, body: "bus" not in body and {"from", "to"} <= body.keys())
+    yield from _line("connections", free, connections, "bus [name of a bus]", "without one {} costs nothing")
+    if not connections:
+        yield "connections [from, to]: nothing says who sends to whom"
+    if not document.get("flows"):
+        yield "flows [path]: without one there is no end-to-end latency"
+
+
+def _is_timed(name: str, body: Body, triggered: set[Any]) -> bool:
+    """Whether a thread needs a period: its timer dispatches it, or nothing does."""
+    return body.get("dispatch_protocol", "aperiodic" if name in triggered else "periodic") in ("periodic", "hybrid")
+
+
+def _line(section: str, names: Sequence[str], of: Mapping[str, Any], field: str, why: str) -> Iterator[str]:
+    if not names:
+        return
+    one = section[:-1]
+    if len(names) == 1:
+        yield f"{section}.{names[0]}.{field}: {why.format(f'the {one}')}"
+        return
+    count = f"all {len(of)}" if len(names) == len(of) else f"{len(names)} of {len(of)}"
+    shown = ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
+    yield f"{section}.NAME.{field}: {why.format('each')}; {count}: {shown}"
+
+
+def _grouped(items: Sequence[Diagnostic], every: bool) -> Iterator[str]:
+    """Warnings in their order; of those that differ in names alone the first, with how many there are."""
+    groups: dict[tuple[str, str], list[Diagnostic]] = {}
+    for item in items:
+        groups.setdefault((_NAME.sub("", item.message[:MOST_COMPARED]), item.hint), []).append(item)
+    left = MOST_LINES
+    for number, alike in enumerate(groups.values()):
+        shown = alike if every or len(alike) <= MOST_ALIKE else alike[:1]
+        if not every and left < len(shown) and number < len(groups) - 1:
+            more = sum(map(len, list(groups.values())[number:]))
+            yield f"and {more} more: --all shows them"
+            return
+        left -= len(shown)
+        for item in shown:
+            more = len(alike) - len(shown)
+            yield f"{item}{f' [and {more} more like this]' if more else ''}"
