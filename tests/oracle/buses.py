@@ -43,11 +43,16 @@ class Buses:
             if other == name:
                 break
             alike = all(body.get(key) == own.get(key) for key in ("from", "from_port"))
+            alike = alike and self.identifier(name) == self.identifier(other)
             sizes = [quantities.size(self.reading.get(each, "data_size")) for each in (name, other)]
             alike = alike and self.reading.stack(other)[0] == bus and sizes[0] == sizes[1]
             if alike and not any(self.reading.states_rate(each) for each in (name, other)):
                 return other
         return name
+
+    def identifier(self, name: str) -> int:
+        """Its identifier in this design; -1 of a message without one."""
+        return int(self.reading.get(name, "identifier") or "-1", 0)
 
     def _type(self, bus: str) -> Any:
         return self.reading.problem.sections["bus_types"][self.reading.type_of(bus)]
@@ -114,10 +119,7 @@ class Buses:
         return play_inside(given, [], 0, in_order=in_order)
 
     def _by_identifier(self, name: str, here: Sequence[str], bus: str) -> Fraction | None:
-        def identifier(one: str) -> int:
-            return int(self.reading.problem.component(one)["identifier"], 0)
-
-        urgent = [other for other in here if identifier(other) < identifier(name)]
+        urgent = [other for other in here if self.identifier(other) < self.identifier(name)]
         begun = max((self._last(other)[1] for other in here if other not in urgent), default=Fraction(0))
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
         if any(releases is None for releases, _ in given) or has_no_end(given, 1 if begun else 0):

@@ -50,7 +50,7 @@ FIELDS = {
     "executors": ("kind", "processor"),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
     "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority", "join", "pairing"),
-    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline"),
+    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "identifier"),
 }
 
 
@@ -428,6 +428,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "queue_size": int,
     "cores": int,
     "core": int,
+    "identifier": lambda text: int(text, 0),
     "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (

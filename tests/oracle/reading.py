@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, wraps
-from itertools import permutations
+from itertools import combinations, permutations
 from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -890,12 +890,27 @@ class Reading:
     def check_rest(self) -> None:
         """What other decisions have a say in."""
         self.check_cores()
+        self.check_identifiers()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
         for rule in self.problem.rules:
             if self.holds(rule.condition) is rule.forbid:
                 raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_identifiers(self) -> None:
+        """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
+        named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
+        for one, other in combinations(named, 2):
+            if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
+                continue
+            for bus in set(self.stack(one)) & set(self.stack(other)):
+                kind = self.problem.sections["bus_types"][self.type_of(bus) if bus in self.problem.section_of else bus]
+                bodies = [self.problem.component(name) for name in (one, other)]
+                ports = [(body.get("from"), body.get("from_port")) for body in bodies]
+                is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"
+                if kind.get("virtual") != "true" and not is_one:
+                    raise InvalidDesign(f"{one} and {other} have one identifier")
 
     def check_cores(self) -> None:
         """A stated core is one that the processor has, of all in which something runs."""
