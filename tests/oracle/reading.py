@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, wraps
-from itertools import permutations
+from itertools import combinations, permutations
 from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -387,7 +387,12 @@ class Reading:
         """How much later than they must threads end, less than 0 where they end before."""
         found = self.responses()
         limits = {name: self.deadline_ns(name) for name in found}
-        return {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        late = {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        if self.problem.document.get("deadlines", "stated") != "none":
+            for name, response in self.message_responses().items():
+                if self.get(name, "deadline") is not None:
+                    late[name] = response - quantities.deadline(self.get(name, "deadline"))
+        return late
 
     # Latency
 
@@ -575,9 +580,37 @@ class Reading:
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
+    @property
+    def messages(self) -> Scheduling:
+        """What messages wait for their buses: with all response times where these count, else by themselves."""
+        if self.problem.counts_responses:
+            return self.scheduling
+        found, seen = self._messages
+        self.looked_at[-1] |= seen
+        return found
+
+    @cached_property
+    def _messages(self) -> tuple[Scheduling, set[str]]:
+        """The same by themselves, and the decisions that were looked at."""
+        self.looked_at.append(set())
+        return Scheduling(self, only_buses=True), self.looked_at.pop()
+
     @in_common
     def connection_rows(self, connection: str) -> list[Row]:
-        """The contributions of a connection of a flow."""
+        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus."""
+        rows = self.transit_rows(connection)
+        if not self.problem.waiting_buses & set(self.stack(connection)):
+            return rows
+        return [*rows, (connection, "waiting for the bus", 0, self._counted(self.messages.waits(connection)))]
+
+    def message_responses(self) -> dict[str, Fraction]:
+        """The longest from when the message of each connection is sent until it is there."""
+        named = self.problem.sections["connections"]
+        return {name: sum((Fraction(row[3]) for row in self.connection_rows(name)), Fraction(0)) for name in named}
+
+    @in_common
+    def transit_rows(self, connection: str) -> list[Row]:
+        """What a connection takes where nobody waits."""
         rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
@@ -857,12 +890,27 @@ class Reading:
     def check_rest(self) -> None:
         """What other decisions have a say in."""
         self.check_cores()
+        self.check_identifiers()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
         for rule in self.problem.rules:
             if self.holds(rule.condition) is rule.forbid:
                 raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_identifiers(self) -> None:
+        """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
+        named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
+        for one, other in combinations(named, 2):
+            if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
+                continue
+            for bus in set(self.stack(one)) & set(self.stack(other)):
+                kind = self.problem.sections["bus_types"][self.type_of(bus) if bus in self.problem.section_of else bus]
+                bodies = [self.problem.component(name) for name in (one, other)]
+                ports = [(body.get("from"), body.get("from_port")) for body in bodies]
+                is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"
+                if kind.get("virtual") != "true" and not is_one:
+                    raise InvalidDesign(f"{one} and {other} have one identifier")
 
     def check_cores(self) -> None:
         """A stated core is one that the processor has, of all in which something runs."""

@@ -259,7 +259,7 @@ def _build_connection(
         type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
-        identifier=given.identifier,
+        identifier=read("identifier", "identifier", hex),
         deadline_ns=deadline,
     )
 
