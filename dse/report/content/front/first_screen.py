@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 from dse.answers.designs import Point
@@ -11,10 +10,10 @@ from dse.answers.ranking.changes import counted_changes
 from dse.answers.ranking.kinds import Kind, kinds_of
 from dse.answers.result import Result
 from dse.answers.tables.display import column, titled
-from dse.report.content.decide import insisting_section
-from dse.report.content.document import Alternative, Document, OthersPart
-from dse.report.page import NOTHING, Block, Page, Section, Table, Text, labelled, listing, texts
-from dse.report.text_table import basis_words, scale_of, scale_words
+from dse.report.content.front.decide import insisting_section
+from dse.report.content.front.document import Document, OthersPart
+from dse.report.page import NOTHING, Block, Page, Section, Table, Text, labelled, texts
+from dse.report.words.basis import scale_of, scale_words
 from dse.report.words.choice import (
     MOST_MINOR,
     Names,
@@ -26,13 +25,6 @@ from dse.report.words.choice import (
     short_metrics,
     tie_words,
 )
-from dse.report.words.contention import (
-    asks_for_responses,
-    bound_words,
-    overhead_words,
-    processing_words,
-    waiting_words,
-)
 from dse.report.words.headline import (
     Waiting,
     counted_words,
@@ -43,13 +35,11 @@ from dse.report.words.headline import (
 )
 from dse.report.words.missing import outlook_table
 from dse.report.words.reasons import (
-    REDUCED,
     baseline_words,
     effort_words,
     exclusion_words,
     extrapolated_words,
     figures_words,
-    hidden_words,
     rounding_words,
     unused_words,
 )
@@ -79,7 +69,7 @@ def first_page(
     before what the search took. Without time nothing is computed for the page, and it says so.
     """
     result = document.result
-    screen = _Screen(document, has_time=has_time)
+    screen = Screen(document, has_time=has_time)
     blocks = [*screen.head(), *document.conflicts]
     if result.front:
         shown = list(result.front if top is None else result.front[:top]) if top != TOP else []
@@ -94,7 +84,7 @@ def first_page(
     return Page(document.title, title_words(result), tuple(section for section in sections if section.blocks))
 
 
-class _Screen:
+class Screen:
     """The parts of the first screen of a result."""
 
     def __init__(self, document: Document, *, has_time: bool = True) -> None:
@@ -114,7 +104,7 @@ class _Screen:
 
     def head(self) -> Iterator[Block]:
         """What changes the decision, what was found, what is counted."""
-        yield from _warnings(self)
+        yield from self.warning_blocks()
         word, text, tone = found_words(self.result, self.kinds)
         yield Text(f"{word:<{HANG - 1}} {text}" if len(word) < HANG else f"{word}  {text}", tone, hang=HANG)
         if self.result.front:
@@ -135,6 +125,11 @@ class _Screen:
         if is_allowed and self.has_time:
             found += overload_words(self.document.alternative(self.result.front[0]).analysis)
         return [text for text in (*found, *unbounded_words(self.result)) if text]
+
+    def warning_blocks(self) -> Iterator[Block]:
+        """The warnings as paragraphs."""
+        for text in self.warnings:
+            yield Text(f"WARNING  {text}", "wrong", hang=HANG)
 
     def table(self) -> Iterator[Block]:
         """A row for each kind of design, and below it what the headings leave out."""
@@ -223,6 +218,9 @@ class _Screen:
             yield Text(f"{label} (#{first.id}): {figures_words(result, first.objectives)}", "strong", hang=2)
             if decided := self.decided(first):
                 yield Text(f"  {decided}", hang=2)
+            if self.warnings and not self.waiting.warning:
+                yield Text("No recommendation: see the warning.", "strong", hang=2)
+                nearest = []
         elif self.warnings:
             kept = self.waiting.kept
             why = "no design of this front meets every limit with waiting" if self.waiting.checked and not kept else ""
@@ -275,25 +273,24 @@ class _Screen:
         code = f"; exit code {result.exit_code}" if result.exit_code else ""
         yield Text(f"{effort_words(result)}{code}", "quiet")
 
+    def changing_steps(self) -> Iterator[tuple[str, str]]:
+        """Options that would change the answer, each with what it does."""
+        result = self.result
+        if result.status == "incomplete":
+            yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
+        if result.leaves_out_contention and len(self.waiting.kept) < len(result.front) and self.waiting.checked:
+            yield "--processing response-time", "counts waiting for the CPU, chooses cores"
+
     def next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
         """Options to add to the command, each with what it does."""
         result = self.result
         if not result.front:
             return
-        if result.status == "incomplete":
-            yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
-        if result.leaves_out_contention and len(self.waiting.kept) < len(result.front) and self.waiting.checked:
-            yield "--processing response-time", "counts waiting for the CPU, chooses cores"
+        yield from self.changing_steps()
         yield "--explain", "why each design is there"
         if len(result.front) > 1 and not all_listed:
             yield "--all", f"all {len(result.front)} designs"
         yield "--report page.html", "a page to compare designs and decide with"
-
-
-def _warnings(screen: _Screen) -> Iterator[Block]:
-    """What changes the decision."""
-    for text in screen.warnings:
-        yield Text(f"WARNING  {text}", "wrong", hang=HANG)
 
 
 def _with_the_best(result: Result, kinds: Sequence[Kind], most: int) -> list[Kind]:
@@ -306,124 +303,8 @@ def _with_the_best(result: Result, kinds: Sequence[Kind], most: int) -> list[Kin
     return list({id(kind): kind for kind in (kinds[0], *wanted, *kinds)}.values())[:most]
 
 
-# A front as a page for a terminal and for Markdown; HTML shows the parts of the same document, to choose among.
-
-
-EXPLAINED = 3
-"""Maximum number of alternatives that are explained one by one; near-identical ones do not count among them."""
-
-
-def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Section] = ()) -> Page:
-    """What is printed: `top` alternatives (None: all), and at the end the verdict, where the eye is."""
-    insisting = [insisting_section(document.result, top)] if document.result.insisting is not None else []
-    first = Section("warnings", "Warnings", tuple(_warnings(_Screen(document))))
-    sections = [first, *_front_sections(document, top, is_file=False), *insisting, *studies, _printed_summary(document)]
-    return Page(document.title, _lead(document.result), tuple(section for section in sections if section.blocks))
-
-
-def written_page(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> Page:
-    """What is written as Markdown: the verdict first, the whole table, reasons of at most `top`, the foundations."""
-    fronts = _front_sections(document, top, is_file=True)
-    sections = [_summary(document), *fronts, *document.further_sections, *studies, _basis(document)]
-    return Page(document.title, _lead(document.result), tuple(section for section in sections if section.blocks))
-
-
-def listed_points(result: Result, top: int | None) -> tuple[Point, ...]:
-    """The whole front where it has `top` points at most; else the first of those that are no variants."""
-    return result.front if top is None or len(result.front) <= top else result.leaders[:top]
-
-
-def _lead(result: Result) -> str:
-    return f"{result.problem.name} ({basis_words(result.problem.effective)})"
-
-
-def _summary(document: Document, *, is_file: bool = True) -> Section:
-    """What changes the decision, what was found and proved, the recommendation; why there is no design, if so."""
-    proof, *more = document.summary
-    found, screen = document.result, _Screen(document)
-    said = (unused_words(found), extrapolated_words(found), rounding_words(found), exclusion_words(document.space))
-    verdict = verdict_blocks(document, screen) if is_file else list(screen.choice(with_baseline=False))
-    blocks = [*texts(proof, tone="strong"), *document.conflicts, *verdict, *texts(*more)]
-    blocks += texts(*said) if not document.conflicts else []
-    return Section("summary", "Decision summary", tuple(blocks))
-
-
-def verdict_blocks(document: Document, screen: _Screen | None = None) -> list[Block]:
-    """What changes the decision, and the recommendation, for files."""
-    screen = screen or _Screen(document)
-    return [*_warnings(screen), *screen.choice(with_baseline=False)]
-
-
-def _printed_summary(document: Document) -> Section:
-    """The same with what the search took, behind the verdict, and how the figures count."""
-    result, summary = document.result, _summary(document, is_file=False)
-    effort = texts(effort_words(result))
-    rules: list[Block] = []
-    if result.front and not result.leaves_out_contention:
-        asks = asks_for_responses(result.space)
-        counted = f"{overhead_words(result.space)} {bound_words(result.space)}".rstrip() if asks else ""
-        rules += texts(processing_words(result.problem.effective), counted)
-    if result.front:
-        rules += texts(waiting_words(result.space))
-    if result.status != "infeasible":
-        rules += texts(REDUCED, scale_words(result.space))
-    proof, *more = summary.blocks
-    return replace(summary, blocks=(proof, *effort, *more, *rules))
-
-
-def _front_sections(document: Document, top: int | None, *, is_file: bool) -> Iterator[Section]:
-    result = document.result
-    if not result.front:
-        return
-    points = result.front if is_file else listed_points(result, top)
-    blocks: list[Block] = [document.table_of(points), *texts(*(hidden_words(result, points)))]
-    blocks += texts(document.common_words)
-    yield Section("front", "Alternatives", tuple(blocks))
-    told = [point for point in points if point.id not in result.variants][: min(top or EXPLAINED, EXPLAINED)]
-    for point in points:
-        if point in told:
-            item = document.alternative(point)
-            yield _alternative(item)
-            if is_file:
-                yield _details(item)
-        elif further := tuple(further_blocks(point, document.others_of(point))):
-            yield Section(f"further-{point.id}", f"Designs beside #{point.id}", further)
-    hidden = len(result.front) - len(told)
-    if is_file and hidden > 0:
-        said = f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
-        yield Section("others", "Further alternatives", tuple(texts(said)))
-
-
-def _alternative(item: Alternative) -> Section:
-    """Why an alternative is there, and designs beside it."""
-    figures = ", ".join(f"{name} {value}" for name, value in item.figures)
-    reasons = labelled((sentence.label, sentence.text) for sentence in item.sentences)
-    blocks = (Text(f"#{item.point.id}: {figures}", "strong"), *reasons, *further_blocks(item.point, item.others))
-    title = f"Alternative #{item.point.id}, rank {item.rank}"
-    return Section(f"alternative-{item.point.id}", title, blocks)
-
-
 def further_blocks(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]:
     """Designs beside a point."""
     for part in parts:
         yield from texts(f"#{point.id}: {part.words}")
         yield from labelled(part.designs)
-
-
-def _details(item: Alternative) -> Section:
-    """The tables of an alternative."""
-    tables = (*(flow.table for flow in item.flows), *item.usage_tables, *item.responses)
-    blocks = (item.decisions, item.requirements, *listing(item.warnings, "warning"), *tables)
-    return Section(f"details-{item.point.id}", f"Figures of #{item.point.id}", blocks, is_for_files=True)
-
-
-def _basis(document: Document) -> Section:
-    """Where the figures come from, and what the model does not see."""
-    blocks = [*labelled(document.provenance)]
-    for title, found in (
-        ("Assumptions of the problem", document.space.assumptions),
-        ("Known gaps of the model", document.gaps),
-    ):
-        if found:
-            blocks += [*texts(title, tone="strong"), *listing(found)]
-    return Section("basis", "What this rests on", tuple(blocks), is_for_files=True)

@@ -14,18 +14,18 @@ from dse.analysis.views import View
 from dse.answers.analysis import Analysis, FlowTable
 from dse.answers.designs import Point
 from dse.answers.ranking.changes import changes_between
-from dse.answers.ranking.reasons import Reasoner
+from dse.answers.ranking.reasons import Margin, Reasoner
 from dse.answers.ranking.variants import varying
 from dse.answers.result import Result, decisions_of
 from dse.answers.tables.display import counted, display_unit
 from dse.report.content.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
-from dse.report.content.decide import insisting_section
 from dse.report.content.explain import conflict_blocks
+from dse.report.content.front.decide import insisting_section
 from dse.report.page import NOTHING, Block, Section, Table
 from dse.report.plots.deadlines import deadline_records
 from dse.report.plots.design import usage_records, waterfall_records
 from dse.report.plots.front import front_records
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.clocks import boundary_table, by_flow, timeline_records
 from dse.report.words.contention import (
     asks_for_responses,
@@ -117,6 +117,7 @@ class Alternative:
     metrics: Table
     others: tuple[OthersPart, ...]
     warnings: tuple[str, ...]
+    margins: tuple[Margin, ...]
 
 
 class Document:
@@ -341,6 +342,7 @@ class Document:
             metrics=metric_table(analysis, self.reasoner.baseline[0] if self.reasoner.baseline is not None else None),
             others=tuple(self.others_of(reasons.point)),
             warnings=analysis.warnings,
+            margins=reasons.margins,
         )
 
     def _bindings(self, point: Point) -> Table:
