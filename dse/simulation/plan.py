@@ -462,5 +462,6 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
         )
     )
     line = (part.bus, sender if part.arbitration == "none" else 0)
-    identifier = connection.identifier or 0
-    return BusTurn(part.arbitration, identifier, sender, part.frames, line, None if first == number else first)
+    return BusTurn(
+        part.arbitration, part.identifier or 0, sender, part.frames, line, None if first == number else first
+    )

@@ -68,6 +68,7 @@ class ConnectionFigures:
     arbitration: Arbitration | None = None
     frames: tuple[Range, ...] = ()
     is_shared: bool = False
+    identifier: int | None = None
 
 
 @dataclass(frozen=True)
@@ -273,7 +274,9 @@ class _DesignReader:
         size = next(size for way, size in sizes.items() if way[-1] == hard)
         frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
         is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
-        return replace(found, arbitration=arbitration, frames=frames, is_shared=is_shared)
+        return replace(
+            found, arbitration=arbitration, frames=frames, is_shared=is_shared, identifier=self.at(item.identifier)
+        )
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
         """The times of the frames of a message of so many bytes, of which each competes for the bus."""

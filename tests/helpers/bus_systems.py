@@ -67,7 +67,12 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         size = options([f"{size} B" for size in BYTES[: 4 if rng.random() < 0.7 else 6]])
         deadline = f", deadline: {options(['2 ms', '4 ms', '8 ms', '20 ms'])}" if rng.random() < 0.4 else ""
         ends = f"from: {source}, to: {target}" if source else f"to: {target}, rate: {rng.choice((50, 125))} Hz"
-        shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {identifiers[made]}"
+        own = hex(identifiers[made])
+        if left[0] and rng.random() < 0.3:  # perhaps one that another message has
+            left[0] -= 1
+            other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
+            own = f"[{own}, {other:#x}]"
+        shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
         lines.append(f"  {name}: {{{shown}{extra}{deadline}}}")
         made += 1
         return name

@@ -442,6 +442,8 @@ class Architecture:
         usable = [bus for bus in (*slots, *direct) if machine is not None or not self._is_per_type(bus)]
         if self.chance(0.88):
             body["bus"] = self.some(usable, "bus_choice")
+            if self.chance(0.15):
+                body["bus"] = ["local", *as_list(body["bus"])]
 
     def _add_triggers_and_queues(self) -> None:
         for name, body in (*self.threads.items(), *self.document["devices"].items()):

@@ -135,7 +135,9 @@ def _thin_out(rng: random.Random, document: dict[str, Any], cap: int) -> None:
     while _is_too_large(Problem(document), cap):
         holder, key = rng.choice(list(_lists(document)))
         options = holder[key]
-        options.pop(rng.randrange(len(options)))
+        gone = options.pop(rng.randrange(len(options)))
+        if options == ["local"]:  # which is no bus
+            options[0] = gone
         if len(options) == 1:
             holder[key] = options[0]
         _mend_processes(document)

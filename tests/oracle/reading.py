@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, wraps
-from itertools import permutations
+from itertools import combinations, permutations
 from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
@@ -162,7 +162,7 @@ class Reading:
         if field == "bus":
             if section == "buses":
                 return "bus" in self.problem.component(name) and self.type_of(name) != NONE
-            return "bus" in self.problem.component(name) and not self.is_local(name)
+            return "bus" in self.problem.component(name) and not self.stays(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
         if field in ("offset", "communication") and self.protocol(name) not in ("periodic", "hybrid"):
@@ -242,6 +242,14 @@ class Reading:
         processes = [self._process(ends.get("from")), self._process(ends.get("to"))]
         return processes[0] is not None and processes[0] == processes[1]
 
+    def stays(self, connection: str) -> bool:
+        """Whether a connection takes no bus: its ends are in one process, or on one processor where that suffices."""
+        if self.is_local(connection):
+            return True
+        ends = self.problem.component(connection)
+        homes = [self.processor_of(ends.get(end)) for end in ("from", "to")]
+        return homes[0] is not None and homes[0] == homes[1] and self.problem.need_not_travel(ends)
+
     def _process(self, name: str | None) -> str | None:
         return self.get(name, "process") if name is not None and self.problem.section_of[name] == "threads" else None
 
@@ -249,7 +257,7 @@ class Reading:
     def stack(self, connection: str) -> list[str]:
         """The buses that carry a connection, from the one that it is bound to down to the wire."""
         members: list[str] = []
-        bus = None if self.is_local(connection) else self.get(connection, "bus")
+        bus = None if self.stays(connection) else self.get(connection, "bus")
         while bus is not None:
             if bus in members:
                 raise InvalidDesign(f"{bus} carries itself")
@@ -263,7 +271,7 @@ class Reading:
         """The buses that carry a connection, as far as the bindings are decided."""
         found: set[str] = set()
         for connection in self.problem.sections["connections"]:
-            if not self.is_local(connection):
+            if not self.stays(connection):
                 found.update(as_list(self.get(connection, "bus")))
         for name in self.problem.virtual_slots:
             if name in found and (len(self.offered(name, "bus")) == 1 or self.chosen(f"{name}.bus") is not None):
@@ -387,7 +395,12 @@ class Reading:
         """How much later than they must threads end, less than 0 where they end before."""
         found = self.responses()
         limits = {name: self.deadline_ns(name) for name in found}
-        return {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        late = {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        if self.problem.document.get("deadlines", "stated") != "none":
+            for name, response in self.message_responses().items():
+                if self.get(name, "deadline") is not None:
+                    late[name] = response - quantities.deadline(self.get(name, "deadline"))
+        return late
 
     # Latency
 
@@ -575,9 +588,37 @@ class Reading:
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
+    @property
+    def messages(self) -> Scheduling:
+        """What messages wait for their buses: with all response times where these count, else by themselves."""
+        if self.problem.counts_responses:
+            return self.scheduling
+        found, seen = self._messages
+        self.looked_at[-1] |= seen
+        return found
+
+    @cached_property
+    def _messages(self) -> tuple[Scheduling, set[str]]:
+        """The same by themselves, and the decisions that were looked at."""
+        self.looked_at.append(set())
+        return Scheduling(self, only_buses=True), self.looked_at.pop()
+
     @in_common
     def connection_rows(self, connection: str) -> list[Row]:
-        """The contributions of a connection of a flow."""
+        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus."""
+        rows = self.transit_rows(connection)
+        if not self.problem.waiting_buses & set(self.stack(connection)):
+            return rows
+        return [*rows, (connection, "waiting for the bus", 0, self._counted(self.messages.waits(connection)))]
+
+    def message_responses(self) -> dict[str, Fraction]:
+        """The longest from when the message of each connection is sent until it is there."""
+        named = self.problem.sections["connections"]
+        return {name: sum((Fraction(row[3]) for row in self.connection_rows(name)), Fraction(0)) for name in named}
+
+    @in_common
+    def transit_rows(self, connection: str) -> list[Row]:
+        """What a connection takes where nobody waits."""
         rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
@@ -857,12 +898,27 @@ class Reading:
     def check_rest(self) -> None:
         """What other decisions have a say in."""
         self.check_cores()
+        self.check_identifiers()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
         for rule in self.problem.rules:
             if self.holds(rule.condition) is rule.forbid:
                 raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_identifiers(self) -> None:
+        """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
+        named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
+        for one, other in combinations(named, 2):
+            if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
+                continue
+            for bus in set(self.stack(one)) & set(self.stack(other)):
+                kind = self.problem.sections["bus_types"][self.type_of(bus) if bus in self.problem.section_of else bus]
+                bodies = [self.problem.component(name) for name in (one, other)]
+                ports = [(body.get("from"), body.get("from_port")) for body in bodies]
+                is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"
+                if kind.get("virtual") != "true" and not is_one:
+                    raise InvalidDesign(f"{one} and {other} have one identifier")
 
     def check_cores(self) -> None:
         """A stated core is one that the processor has, of all in which something runs."""

@@ -431,7 +431,7 @@ def _may_hang_on_buses(space: Space, element: Step | FlowPosition) -> bool:
 
 
 def _waiting_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
-    """The same where response times count: of a whole design they are found together, and the rows by them."""
+    """The least and greatest time of an element with response times, which are computed for a whole design at once."""
     if type(view) is not View:
         return _rows_range_ns(space, element, view)
     answering: Answering | None = view.memo.get("answering")

@@ -61,7 +61,7 @@ def bus_of(space: Space, number: int, view: View) -> int | None:
 def message_key(space: Space, number: int, view: View) -> TaskKey:
     """The stage of a connection's message on its bus: on a broadcast bus that of the first one from its port.
 
-    Such connections are one message where both are bound to the bus itself, at one rate and of one size.
+    Such connections are one message where both are bound to the bus itself, at one rate, of one size and identifier.
     """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
@@ -70,8 +70,9 @@ def message_key(space: Space, number: int, view: View) -> TaskKey:
         return number, "message"
     for other, item in enumerate(space.connections[:number]):
         if is_one_message(item, connection) and bus_of(space, other, view) == bus == at(item.bus, view):
-            same_size = at(item.size_bytes, view) == at(connection.size_bytes, view)
-            if same_size and not item.states_rate and not connection.states_rate:
+            pairs = (item.size_bytes, connection.size_bytes), (item.identifier, connection.identifier)
+            alike = all(at(one, view) == at(another, view) for one, another in pairs)
+            if alike and not item.states_rate and not connection.states_rate:
                 return other, "message"
     return number, "message"
 
@@ -135,7 +136,7 @@ def bus_resource(space: Space, bus: int, view: View) -> Resource:
         and message_key(space, number, view)[0] == number
     ]
     if arbitration == "priority":
-        carried.sort(key=lambda number: (space.connections[number].identifier or 0, number))
+        carried.sort(key=lambda number: (at(space.connections[number].identifier, view), number))
         return _by_identifier(space, bus, carried, view)
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]

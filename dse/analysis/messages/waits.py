@@ -101,7 +101,7 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
         longest = None if response is None else response + wrapping_ns(space, number, bus, view)[1]
         yield MessageResponse(
             connection.name,
-            connection.identifier,
+            at(connection.identifier, view),
             (stage.best_ns, stage.worst_ns),
             streams,
             response,

@@ -82,20 +82,22 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
     first: dict[int, Connection] = {}
     frames = [model.frame for model in models.values()]
     bits = min((item.identifier_bits for item in frames if isinstance(item, CanFrame | CanFdFrame)), default=29)
+    most = (1 << bits) - 1
     for wire in wires:
-        if wire.identifier is None:
-            continue
+        given = [leaf for leaf in leaves(wire.identifier) if leaf is not None]
         place = ("connections", wire.name, "identifier")
-        most = (1 << bits) - 1
-        if wire.identifier > most:
-            hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
-            ledger.error(place, f"{wire.identifier:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
-        other = first.setdefault(wire.identifier, wire)
+        for number in given:
+            if number > most:
+                hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
+                ledger.error(place, f"{number:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
+        if len(given) != 1 or len({leaf for leaf in leaves(wire.bus) if leaf is not None}) > 1:
+            continue  # where there is a choice a design with one identifier twice is none
+        other = first.setdefault(given[0], wire)
         if other is wire or (is_one_message(other, wire) and all(model.broadcast for model in models.values())):
             continue
         hint = "one message to several receivers leaves one `from_port` onto a `broadcast` bus"
         hint = hint if wire.source == other.source else "each sender has identifiers of its own"
-        ledger.error(place, f"{wire.identifier:#x} is the identifier of {shown(other.name)} on the same bus", hint)
+        ledger.error(place, f"{given[0]:#x} is the identifier of {shown(other.name)} on the same bus", hint)
 
 
 def is_one_message(one: Connection, other: Connection) -> bool:

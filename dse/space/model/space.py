@@ -232,7 +232,7 @@ class Connection:
     is_inner: bool = False
     budget: Fraction | None = None
     type_bytes: Tree = None
-    identifier: int | None = None
+    identifier: Tree = None
     deadline_ns: Tree = None
 
     @property

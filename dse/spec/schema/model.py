@@ -214,7 +214,7 @@ class Connection(SpecMapping):
     timing: Timing = "sampled"
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
-    identifier: Identifier | None = None
+    identifier: Options[Identifier] | None = None
     deadline: Options[Duration] | None = None
     source: Line | None = None
 
