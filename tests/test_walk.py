@@ -60,13 +60,13 @@ def test_every_other_command_of_the_page_runs(
     assert "Traceback" not in "".join(capsys.readouterr())
 
 
-@pytest.mark.parametrize("name", ["ethernet", "remote", "budgets", "power", "middleware"])
+@pytest.mark.parametrize("name", ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry"])
 def test_every_problem_of_the_report_is_solved(name: str) -> None:
     result = dse.solve(FOLDER / f"{name}.yaml")
     assert result.status == "complete" and result.front
     assert dse.analyse(FOLDER / f"{name}.yaml").is_feasible
     assert {path.stem for path in FOLDER.glob("*.yaml")} == {
-        "ethernet", "remote", "budgets", "power", "middleware",
+        "ethernet", "remote", "budgets", "power", "middleware", "differential_odometry",
     }  # fmt: skip
 
 

@@ -45,7 +45,7 @@ def passes_rates_on(component: Component, view: View) -> bool:
 
 def is_joined(component: Component, view: View) -> bool:
     """Whether a job of a component needs a message of each of its triggers."""
-    return at(component.join, view) == ALL
+    return bool(at(component.join, view) == ALL)
 
 
 def input_room(space: Space, component: Component, wire: int, view: View) -> int | None:

@@ -109,7 +109,7 @@ class RateVariables:
             triggers = space.components[number].triggers
             model.add(variable == sum(self.variable(("delivery", wire))[0] for wire in triggers))
         elif kind == "slowest":
-            delivered = [self.variable(("delivery", wire))[0] for wire in space.components[number].triggers]
+            delivered: list[Any] = [self.variable(("delivery", wire))[0] for wire in space.components[number].triggers]
             model.add_min_equality(variable, delivered or [0])
         elif kind == "delivery":
             self._define_delivery(number, variable)

@@ -116,6 +116,16 @@ def test_a_fork_that_is_joined_again_waits_for_the_longer_way() -> None:
     assert ranges_ms(text) == {"lidar_path": (10, 90), "cam_path": (15, 90)}
 
 
+def test_a_sporadic_thread_says_that_it_drops() -> None:
+    text = FUSION.replace(
+        "join: all, dispatch_protocol: aperiodic", "join: any, dispatch_protocol: sporadic, period: 50 ms"
+    )
+    (remark,) = (text for text in dse.analyse(dse.loads(text)).warnings if "drops" in text)
+    assert remark == "fusion drops messages: they come at 30 Hz, and it is sporadic, at most 20 Hz"
+    joined = text.replace("join: any", "join: all")
+    assert not any("drops" in text for text in dse.analyse(dse.loads(joined)).warnings)
+
+
 HYBRID = """
 dse: 1
 name: odometry of two encoders

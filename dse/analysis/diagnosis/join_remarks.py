@@ -1,4 +1,4 @@
-"""What to remark of threads that several inputs dispatch (docs/semantics.md, section 3.8)."""
+"""What to remark of threads that several inputs dispatch, and of those that drop messages (docs/semantics.md, 3.8)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.rows import JOIN_METHOD, has_no_bound
-from dse.analysis.rates import is_joined, rate_hz
+from dse.analysis.rates import arrivals, dispatch, is_joined, rate_hz
 from dse.analysis.views import View
 from dse.space.architecture.activation import may_be_event_triggered
 from dse.space.architecture.joins import LATEST, may_join
@@ -53,6 +53,18 @@ def drifting_joins(space: Space) -> Iterator[str]:
 def endless_waits(space: Space, view: View) -> Iterator[str]:
     """Why a message of a flow may wait for other inputs without a bound, in a design."""
     yield from dict.fromkeys(text for flow in space.flows for text in _endless(space, flow, view))
+
+
+def dropping(space: Space, view: View) -> Iterator[str]:
+    """Sporadic threads of a design to which messages come more often than they may take them."""
+    for number, component in enumerate(space.components):
+        rule = dispatch(component, view)
+        if rule.most is None or not rule.by_inputs or rule.own or not arrivals(component, view).is_separated:
+            continue
+        coming = rate_hz(space, (rule.arriving, number), view)
+        if space.profile == "dse" and coming > rule.most:
+            rate, most = format_rate(coming), format_rate(rule.most)
+            yield f"{component.stated_as} drops messages: they come at {rate}, and it is sporadic, at most {most}"
 
 
 def _endless(space: Space, flow: Flow, view: View) -> Iterator[str]:

@@ -15,7 +15,7 @@ from math import ceil
 from typing import NamedTuple
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
-from dse.analysis.diagnosis.join_remarks import drifting_joins, endless_waits, unsaid_joins
+from dse.analysis.diagnosis.join_remarks import drifting_joins, dropping, endless_waits, unsaid_joins
 from dse.analysis.latency.contributors import element_rows, elements_of, flow_rows
 from dse.analysis.latency.exact_chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.latency.offset_advice import boundaries, clock_gains
@@ -80,6 +80,7 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
             )
     yield from _late_reads(space, view)
     yield from endless_waits(space, view)
+    yield from dropping(space, view)
     yield from _bus_remarks(space, view)
     yield from outside_words(dict.fromkeys(outside_sizes(space, view)))
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]

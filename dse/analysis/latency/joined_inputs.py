@@ -32,12 +32,12 @@ from dse.support.units import Exact
 class Origin(NamedTuple):
     """A timer, or a connection from outside, whose k-th release makes the k-th event of something.
 
-    The event comes no sooner than `least_ns` after that release, and no later than `most_ns` after that of the latest
-    of its origins. `offset_ns` is the first release on the clock of the timer, None where either is unknown.
+    `kind` is ``component`` or ``connection``, `number` which one. The event comes no sooner than `least_ns` after that
+    release, and no later than `most_ns` after that of the latest of its origins.
     """
 
     kind: str
-    index: int
+    number: int
     period_ns: Exact
     least_ns: Exact = 0
     most_ns: Exact = 0
@@ -105,7 +105,7 @@ class Join:
             slowest = _first_of(gaps)
             found = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
         ways = _origins_of(self.space, self.number, self.view)
-        if ways is not None and self._is_in_order(ways):
+        if ways is not None and self.is_in_order(ways):
             in_order = self._in_order(step, ways)
             if in_order[0] < found[0] or size is None:
                 found = in_order
@@ -136,7 +136,7 @@ class Join:
         least, most = callback_ns(self.space, self.component, self.view)
         return gap if gap >= UNBOUNDED_NS else gap + most - least
 
-    def _is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
+    def is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
         """Whether no input ever has to make place for new messages before a job takes the old ones."""
         together = [origin for way in ways.values() for origin in way]
         if not arrivals(self.component, self.view).by_inputs:
@@ -158,7 +158,7 @@ class Join:
         start = _start_of(self.space, step, self.view)
         found: tuple[Exact, int] = NO_BOUND, next(wire for wire in self.wires if wire != step.via)
         for origin in own:
-            if not start.is_late and (origin.kind, origin.index) != start.origin:
+            if not start.is_late and (origin.kind, origin.number) != start.origin:
                 continue
             spread = start.spread_ns(self, origin)
             latest, there = self._latest_ns(origin, together), self._latest_ns(origin, own)
@@ -232,7 +232,7 @@ class Start(NamedTuple):
             return 0
         if self.releases is None:
             return None
-        if all((item.kind, item.index) != (origin.kind, origin.index) for item in self.releases):
+        if all((item.kind, item.number) != (origin.kind, origin.number) for item in self.releases):
             return None
         latest = latest_ns(join.space, origin, self.releases, join.view)
         return None if latest is None else latest - soonest_ns(join.space, origin, self.releases, join.view)
@@ -264,7 +264,7 @@ def _phase_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exa
 
     All begin within a period of their own. Those of one clock with known offsets begin together.
     """
-    if (one.kind, one.index) == (other.kind, other.index):
+    if (one.kind, one.number) == (other.kind, other.number):
         return 0, 0
     least, most = _first_ns(space, one, other, view)
     if other.period_ns < one.period_ns:
@@ -277,7 +277,7 @@ def _first_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exa
     anyhow = -one.period_ns, other.period_ns
     if one.kind != "component" or other.kind != "component":
         return anyhow
-    here, there = space.components[one.index], space.components[other.index]
+    here, there = space.components[one.number], space.components[other.number]
     first = at(here.offset_ns, view)
     second = None if first is None else at(there.offset_ns, view)
     if first is None or second is None:
@@ -347,11 +347,11 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
     ways = {wire: _delivered(space, wire, found, view) for wire in component.triggers}
     if any(way is None for way in ways.values()):
         return None
-    if joins and not Join(space, number, view)._is_in_order({wire: way or () for wire, way in ways.items()}):
+    if joins and not Join(space, number, view).is_in_order({wire: way or () for wire, way in ways.items()}):
         return None
     merged: dict[tuple[str, int], Origin] = {}
     for origin in (origin for way in ways.values() for origin in way or ()):
-        key = origin.kind, origin.index
+        key = origin.kind, origin.number
         known = merged.get(key, origin)
         least, most = picked("max", known.least_ns, origin.least_ns), picked("max", known.most_ns, origin.most_ns)
         merged[key] = origin._replace(least_ns=least, most_ns=most)

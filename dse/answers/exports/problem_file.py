@@ -14,6 +14,7 @@ from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.views import View
 from dse.answers.exports.yaml_editing import YamlDocument, flow_mapping
 from dse.answers.result import Result
+from dse.space.architecture.joins import may_join
 from dse.space.model.criteria import Metric, Requirement
 from dse.space.model.space import EMPTY, Decision, Design, Space
 from dse.space.model.trees import at
@@ -43,6 +44,7 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     draft = YamlDocument(text)
     space = result.space
     rest = [decision for decision in _open(space) if not _fix_in_place(draft, space, decision, design)]
+    _joins(draft, space, design)
     _moved(draft, ["include"], folder, source)
     _moved(draft, ["messages", "definitions"], folder, source)
     _samples(draft, folder, source)
@@ -50,6 +52,15 @@ def fixed_problem(text: str, result: Result, design: Design, title: str, folder:
     _rules(draft, space, rest, design)
     _baseline(draft, space, design)
     return "".join(f"# {_line(line)}\n" for line in (title, *_cores(space, design))) + draft.result()
+
+
+def _joins(draft: YamlDocument, space: Space, design: Design) -> None:
+    """A thread that a timer releases in this design waits for no inputs."""
+    view = View(design)
+    for item in space.components:
+        path = ["threads", item.stated_as, "join"]
+        if may_join(item) and at(item.join, view) is None and isinstance(draft.find(path), yaml.ScalarNode):
+            draft.replace(path, "any")
 
 
 def _cores(space: Space, design: Design) -> Iterator[str]:

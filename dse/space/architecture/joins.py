@@ -34,11 +34,10 @@ def read_join(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: 
     """
     join, pairing = _stated(ledger, owner, "join"), _stated(ledger, owner, "pairing")
     path = owner.path
-    if pairing is not None and ALL not in set(leaves(join)):
-        message = "says which messages a join of all takes together, but nothing is joined"
-        ledger.error((*path, "pairing"), message, "join: all")
-        return None, None
     if join is None:
+        if pairing is not None:
+            message = "says which messages a join of all takes together, but nothing is joined"
+            ledger.error((*path, "pairing"), message, "join: all")
         return None, None
     whole = join
     join = graft(protocol, lambda word: _by_messages(word, period, whole))

@@ -59,6 +59,9 @@ class Decided:
             inherited = self._chosen(section, name, dict(types.get(kind) or {}))
             chosen = {**inherited, **{key: value for key, value in chosen.items() if key != "type"}}
         chosen |= self._left_open.get((section, name), {})
+        protocol = chosen.get("dispatch_protocol") or ("periodic" if "period" in chosen else "aperiodic")
+        if protocol == "periodic":  # its timer waits for no inputs
+            chosen = {key: value for key, value in chosen.items() if key not in ("join", "pairing")}
         return {key: value for key, value in chosen.items() if value is not None}
 
     @cached_property
