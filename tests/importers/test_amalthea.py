@@ -38,7 +38,8 @@ MODEL = """<?xml version="1.0" encoding="UTF-8"?>
  <items xsi:type="am:LabelAccess" data="speed?type=Label" access="read"/>
  <items xsi:type="am:LabelAccess" data="flag?type=Label" access="read"/>
  <items xsi:type="am:Ticks"><default xsi:type="am:DiscreteValueConstant" value="40000"/>
-  <extended key="fast?type=ProcessingUnitDefinition"><value xsi:type="am:DiscreteValueConstant" value="10000"/></extended>
+  <extended key="fast?type=ProcessingUnitDefinition">
+   <value xsi:type="am:DiscreteValueConstant" value="10000"/></extended>
  </items></activityGraph></runnables>
 <labels name="speed"><size value="4" unit="B"/></labels>
 <labels name="flag"><size value="1" unit="bit"/></labels>
@@ -52,7 +53,8 @@ MODEL = """<?xml version="1.0" encoding="UTF-8"?>
 <domains xsi:type="am:FrequencyDomain" name="d"><defaultValue value="2.0E1" unit="MHz"/></domains>
 </hwModel>
 <stimuliModel>
-<stimuli xsi:type="am:PeriodicStimulus" name="T5"><offset value="0" unit="ms"/><recurrence value="5" unit="ms"/></stimuli>
+<stimuli xsi:type="am:PeriodicStimulus" name="T5"><offset value="0" unit="ms"/>
+<recurrence value="5" unit="ms"/></stimuli>
 <stimuli xsi:type="am:PeriodicStimulus" name="T10"><recurrence value="10000" unit="us"/></stimuli>
 <stimuli xsi:type="am:RelativePeriodicStimulus" name="Now"><nextOccurrence xsi:type="am:TimeUniformDistribution">
 <lowerBound value="700" unit="us"/><upperBound value="800" unit="us"/></nextOccurrence></stimuli>
@@ -73,11 +75,15 @@ MODEL = """<?xml version="1.0" encoding="UTF-8"?>
 </constraintsModel>
 <mappingModel>
 <schedulerAllocation scheduler="s?type=TaskScheduler" responsibility="core0?type=ProcessingUnit"/>
-<taskAllocation task="Sense?type=Task" scheduler="s?type=TaskScheduler"><schedulingParameters priority="3"/></taskAllocation>
+<taskAllocation task="Sense?type=Task" scheduler="s?type=TaskScheduler">
+<schedulingParameters priority="3"/></taskAllocation>
 <taskAllocation task="Act?type=Task" affinity="core0?type=U core1?type=U"/>
 </mappingModel>
 </am:Amalthea>
 """
+
+
+WAYS = ("write", "read")
 
 
 def put(folder: Path, text: str, name: str = "car.amxmi") -> Path:
@@ -119,7 +125,7 @@ def test_the_frequency_is_asked_for(tmp_path: Path) -> None:
 
 BAD = {
     "empty": ("", "car.amxmi:1"),
-    "cut off": (MODEL[:900], "car.amxmi:10"),
+    "cut off": (MODEL[:900], "car.amxmi:13:2: not XML: unclosed token"),
     "other root": ("<a/>", "car.amxmi:1: expected <am:Amalthea>, got <a>"),
     "no tasks": (MODEL[: MODEL.index("<swModel>")] + "</am:Amalthea>", "car.amxmi:1: the model has no tasks"),
     "a document type": ("<!DOCTYPE a [<!ENTITY b 'c'>]><a/>", "car.amxmi:1"),
@@ -142,37 +148,34 @@ def test_drawn_models_have_what_was_drawn(seed: int, tmp_path: Path) -> None:
     mhz = rng.choice([1, 80, 200, 333])
     tasks = [f"t{number}" for number in range(rng.randint(1, 5))]
     periods = {task: rng.randint(1, 100) for task in tasks}
-    ticks = {
-        task: [(low := rng.randint(0, 9999), low + rng.randint(1, 9999)) for _ in range(rng.randint(1, 3))]
-        for task in tasks
-    }
-    labels = {
-        f"l{number}": (rng.choice(tasks), rng.choice(tasks), rng.randint(1, 64)) for number in range(rng.randint(0, 9))
-    }
-    parts, stimuli = [], []
+    ticks: dict[str, list[tuple[int, int]]] = {task: [] for task in tasks}
     for task in tasks:
-        calls = "".join(
-            f'<items xsi:type="am:RunnableCall" runnable="{task}r{n}?type=R"/>' for n in range(len(ticks[task]))
-        )
+        for low in [rng.randint(0, 9999) for _ in range(rng.randint(1, 3))]:
+            ticks[task].append((low, low + rng.randint(1, 9999)))
+    drawn = range(rng.randint(0, 9))
+    labels = {f"l{number}": (rng.choice(tasks), rng.choice(tasks), rng.randint(1, 64)) for number in drawn}
+    parts, stimuli = [], []
+    call = '<items xsi:type="am:RunnableCall" runnable="{}r{}?type=R"/>'
+    access = '<items xsi:type="am:LabelAccess" data="{}?type=L" access="{}"/>'
+    size = '<labels name="{}"><size value="{}" unit="bit"/></labels>'
+    for task in tasks:
+        calls = "".join(call.format(task, number) for number in range(len(ticks[task])))
         parts.append(f'<tasks name="{task}" stimuli="s{task}?type=S"><activityGraph>{calls}</activityGraph></tasks>')
-        stimuli.append(
-            f'<stimuli xsi:type="am:PeriodicStimulus" name="s{task}"><recurrence value="{periods[task]}" unit="ms"/></stimuli>'
-        )
-        for n, (low, high) in enumerate(ticks[task]):
-            own = [(label, access) for label, (source, target, _) in labels.items() if n == 0
-                   for access, of in (("write", source), ("read", target)) if of == task]  # fmt: skip
-            inside = "".join(
-                f'<items xsi:type="am:LabelAccess" data="{label}?type=L" access="{access}"/>' for label, access in own
-            )
+        every = f'<recurrence value="{periods[task]}" unit="ms"/>'
+        stimuli.append(f'<stimuli xsi:type="am:PeriodicStimulus" name="s{task}">{every}</stimuli>')
+        ends = [(label, way, of) for label, item in labels.items() for way, of in zip(WAYS, item[:2], strict=True)]
+        inside = "".join(access.format(label, way) for label, way, of in ends if of == task)
+        for number, (low, high) in enumerate(ticks[task]):
             need = f'<items xsi:type="am:Ticks"><default lowerBound="{low}" upperBound="{high}"/></items>'
-            parts.append(f'<runnables name="{task}r{n}"><activityGraph>{inside}{need}</activityGraph></runnables>')
-    parts += [
-        f'<labels name="{label}"><size value="{bits}" unit="bit"/></labels>' for label, (_, _, bits) in labels.items()
-    ]
+            own = inside if number == 0 else ""
+            parts.append(f'<runnables name="{task}r{number}"><activityGraph>{own}{need}</activityGraph></runnables>')
+    parts += [size.format(label, bits) for label, (_, _, bits) in labels.items()]
     head, _, _ = MODEL.partition("<swModel>")
-    hardware = f"""<hwModel><structures><modules xsi:type="am:ProcessingUnit" name="c" frequencyDomain="d?type=D"/></structures>
-<domains name="d"><defaultValue value="{mhz}" unit="MHz"/></domains></hwModel>"""
-    text = f"{head}<swModel>{''.join(parts)}</swModel>{hardware}<stimuliModel>{''.join(stimuli)}</stimuliModel></am:Amalthea>"
+    unit = '<modules xsi:type="am:ProcessingUnit" name="c" frequencyDomain="d?type=D"/>'
+    domain = f'<domains name="d"><defaultValue value="{mhz}" unit="MHz"/></domains>'
+    hardware = f"<hwModel><structures>{unit}</structures>{domain}</hwModel>"
+    model = f"<swModel>{''.join(parts)}</swModel>{hardware}<stimuliModel>{''.join(stimuli)}</stimuliModel>"
+    text = f"{head}{model}</am:Amalthea>"
     found = dse.import_file(put(tmp_path, text))
     space = dse.load(found.text).space
     by_name = {item.name: item for item in space.components}
