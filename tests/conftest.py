@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-settings.register_profile("dse", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+from tests.helpers.effort import count
+
+settings.register_profile("dse", deadline=None, max_examples=count(300), suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("dse")
 
 os.environ.pop("COLUMNS", None)  # what runs tests in parallel sets it; commands go by it

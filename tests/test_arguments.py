@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from datetime import timedelta
 from fractions import Fraction
@@ -181,14 +179,4 @@ def test_a_verification_is_true_where_everything_was_confirmed(given: dict[str, 
 
 def test_a_misspelt_name_is_no_name() -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'slove' \(did you mean 'solve'\?\)"):
-        _ = dse.slove  # type: ignore[attr-defined]
-
-
-def test_a_misspelt_name_is_found_by_a_type_checker(tmp_path: Path) -> None:
-    path = tmp_path / "mine.py"
-    path.write_text("import dse\n\ndse.slove('p.yaml')\ndse.solve('p.yaml', time_limit_s='2 min')\n", encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), str(path)]
-    found = subprocess.run(command, capture_output=True, text=True, check=False)
-    lines = [line for line in found.stdout.splitlines() if "mine.py" in line]
-    assert len(lines) == 1
-    assert 'mine.py:3: error: Module has no attribute "slove"' in lines[0]
+        _ = dse.slove  # type: ignore[attr-defined]  # which a type checker finds: an unused comment is an error

@@ -184,7 +184,7 @@ def test_every_limited_metric_has_a_keyword() -> None:
         (ROOT / "tests" / "fuzz" / "pump.yaml").read_text(encoding="utf-8") + "baseline: {control: {period: 5 ms}}\n"
     )
     for name, item in LIMITED.items():
-        asked = pump.ask(**{f"max_{name}": item.example})  # type: ignore[misc]
+        asked = pump.ask(**{f"max_{name}": item.example})
         assert any(name in requirement.text for requirement in asked.space.requirements[3:])
 
 

@@ -37,7 +37,7 @@ from dse.questions.robust.robust import robust_asked
 from dse.search.front import SearchLimits
 from tests.clocks import test_late_reads, test_open_offsets, test_reads
 from tests.helpers import chained_callbacks, thread_segments, thread_systems
-from tests.helpers.effort import count
+from tests.helpers.effort import LONG, count
 from tests.oracle.generator import to_yaml
 from tests.properties import test_every_question
 
@@ -50,6 +50,8 @@ LEFT_OUT = (
 """Keys that a refactoring may change, or the load of the machine: versions, times, counts, and what is explained."""
 USUAL = 150
 """Questions that a test run without more effort asks an effort-th part of; all are asked from ``DSE_EFFORT=9`` on."""
+SLOW = ("two-computers 1 with response times",)
+"""Questions that take as long as all others that a test run asks."""
 
 Answer = Callable[[], Mapping[str, Any]]
 
@@ -172,7 +174,7 @@ ASKED = list(questions())
 def share() -> list[Any]:
     """Questions that a test run asks: evenly spread over all kinds."""
     step = max(1, len(ASKED) // count(USUAL))
-    return [pytest.param(name, answer, id=name) for name, answer in ASKED[::step]]
+    return [pytest.param(name, answer, id=name) for name, answer in ASKED[::step] if LONG or name not in SLOW]
 
 
 @pytest.mark.parametrize(("name", "answer"), share())

@@ -397,7 +397,7 @@ def test_decisions_and_limits_may_be_named_in_mappings() -> None:
     )
     for asked in ({"fix": {"control.period": 10}}, {"require": {"price": "900 EUR"}}, {"max_price": 900}):
         with pytest.raises(dse.UsageError, match=f"{next(iter(asked))}: expected "):
-            problem.ask(**asked)  # type: ignore[arg-type]
+            problem.ask(**asked)
 
 
 def test_every_answer_is_one_line_in_a_terminal() -> None:

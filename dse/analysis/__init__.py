@@ -9,6 +9,7 @@ Read `evaluate.py` first (the referee), then `terms.py` and `measures.py` (a met
 * `rates.py`, `usage.py`, `binding.py`: activation rates; load and utilisation; processors and buses that are used.
 * `bounds.py`: requirements that no design can meet, shown by bounds alone.
 * `latency/`, `scheduling/`, `placement/`: end-to-end latency; response times; threads on cores.
+* `messages/`: messages that wait for their bus.
 * `diagnosis/`, `osate/`: causes of broken requirements; the rules of OSATE.
 
 Not allowed here: a solver, a float as a figure, a second copy of a formula. A formula has one home, reads a design

@@ -11,6 +11,7 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Reading, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
 from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import active_cycle, rate_hz
 from dse.analysis.validity import Rulebook, canonical
 from dse.analysis.views import CyclicActivation, View
@@ -70,7 +71,8 @@ class Evaluator:
         self.limits: tuple[Limit, ...] = (*(reading(space, item) for item in in_time(space.requirements)), *further)
         self._verdicts: Recall[Verdict] = Recall(SHARED)
         self._integers: Recall[int] = Recall(SHARED)
-        self._shares = not counts_responses(space)  # which consult nearly all of a design, and are found together
+        # response times consult nearly all of a design, and are found together
+        self._shares = not counts_responses(space) and not counted_buses(space)
         self._shared_limits = [self._is_shared(item.requirement.metric) for item in self.limits]
         self._known: dict[Design, Evaluation] = {}
         self._figures: dict[Design, dict[str, int]] = {}

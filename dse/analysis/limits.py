@@ -137,7 +137,7 @@ class Verdict:
         Of("requirement.text", "In the words of the problem.", key="requirement", kind=str),
         Of(
             "requirement.implied",
-            "Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus.",
+            "Whether it is not stated, but implied: 100 % of a core, a bandwidth or the time of an exclusive bus.",
             kind=bool,
         ),
         Of("requirement.origin", "Where it stands: `FILE:LINE`, or `command line`.", kind=str),
@@ -195,6 +195,9 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
         bus, share = space.buses[metric.index or 0], quantity.value / 8
         return Limit(requirement, measure, lambda view: share * (at(bus.bandwidth_bps, view) or 8))
     if metric.key == "deadline":
+        if metric.kind == "message response":
+            stated = space.connections[metric.index or 0].deadline_ns
+            return Limit(requirement, measure, lambda view: Fraction(0) + at(stated, view))
         thread = space.components[metric.index or 0]
         return Limit(requirement, measure, lambda view: Fraction(0) + _deadline_ns(space, thread, view))
     dimension = metric_dimension(space, metric)

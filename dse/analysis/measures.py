@@ -12,7 +12,7 @@ from math import lcm
 from typing import Literal
 
 from dse.analysis.binding import bus_stack
-from dse.analysis.latency.metrics import flow_terms, input_terms, up_to
+from dse.analysis.latency.metrics import flow_terms, input_terms, message_term, up_to
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import always_executes, elapsed_ns
 from dse.analysis.terms import (
@@ -40,6 +40,7 @@ from dse.analysis.views import View, is_met
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import (
     CHAIN_METRICS,
+    EXACT_METRICS,
     FLOW_METRICS,
     INPUT_METRICS,
     SYSTEM_METRICS,
@@ -50,7 +51,7 @@ from dse.space.model.metric_kinds import (
 )
 from dse.space.model.space import Bus, Component, Decision, Slot, Space
 from dse.space.model.trees import Tree, at, leaves
-from dse.space.question.metrics import all_disparities, busy_obstacle, core_metric, has_age, most_cores
+from dse.space.question.metrics import all_disparities, busy_obstacle, core_metric, has_age, has_exact, most_cores
 from dse.space.question.open_cores import tells_cores_apart
 from dse.support.units import (
     BASES,
@@ -143,6 +144,11 @@ def _busy(space: Space, metric: Metric, counted: bool) -> Measure:
 def _response_time(space: Space, metric: Metric, counted: bool) -> Measure:
     term = _response_term(space, metric.index or 0)
     return _scaled(metric, "ns", (term,), whole_time_scale(space) if counted else 1, RESPONSE_SCALE_LIMIT)
+
+
+def _message_response(space: Space, metric: Metric, counted: bool) -> Measure:
+    terms, scale = (message_term(space, metric.index or 0),), whole_time_scale(space) if counted else 1
+    return _scaled(metric, "ns", terms, scale, RESPONSE_SCALE_LIMIT)
 
 
 def _figures(space: Space, metric: Metric, _: bool) -> Measure:
@@ -244,8 +250,11 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
         kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
-        aged = has_age(space, flow)
-        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind != "data age" or aged]
+        left_out = {
+            *(() if has_age(space, flow) else ("data age",)),
+            *(() if has_exact(space, flow) else EXACT_METRICS),
+        }
+        metrics += [Metric(f"{kind} of {flow.name}", kind, number) for kind in kinds if kind not in left_out]
     if any(step.since for flow in space.flows for step in flow.steps):
         metrics += all_disparities(space, range(len(space.components)))
     metrics += [Metric(f"utilisation of {slot.name}", "utilisation", n) for n, slot in enumerate(space.processors)]
@@ -290,6 +299,7 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     "load": _load,
     "busy": _busy,
     "response time": _response_time,
+    "message response": _message_response,
     **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),
     "changes": lambda space, metric, _: Measure(metric, "", change_terms(space)),
     "derived": lambda space, metric, _: _sum(space, metric, space.derived[metric.index or 0].terms),

@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
 from dse.space.architecture.cycles import shortest_cycle, strong_components
+from dse.space.architecture.joins import ALL, LATEST
 from dse.space.model.arrivals import Arrivals, arrivals_of
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
@@ -17,7 +18,7 @@ from dse.support.units import Exact
 
 NS_PER_S = 10**9
 ZERO = Fraction(0)
-RateKey: TypeAlias = tuple[Literal["activation", "input", "delivery"], int]
+RateKey: TypeAlias = tuple[Literal["activation", "input", "slowest", "delivery"], int]
 
 
 def is_event_triggered(component: Component, view: View) -> bool:
@@ -36,12 +37,35 @@ def is_periodic(component: Component, view: View) -> bool:
     return not is_event_triggered(component, view)
 
 
+def passes_rates_on(component: Component, view: View) -> bool:
+    """Whether the rate of a component follows from those of its inputs: it is event-triggered, or waits for all."""
+    found = arrivals(component, view)
+    return found.by_inputs or (found.by_timer and is_joined(component, view))
+
+
+def is_joined(component: Component, view: View) -> bool:
+    """Whether a job of a component needs a message of each of its triggers."""
+    return at(component.join, view) == ALL
+
+
+def input_room(space: Space, component: Component, wire: int, view: View) -> int | None:
+    """How many messages of a trigger of a join of all wait at most for the others; None where all that come do.
+
+    The timer of a hybrid thread takes all that has come, and so does a pairing of the newest.
+    """
+    if not arrivals(component, view).by_inputs or at(component.pairing, view) == LATEST:
+        return 1
+    size = at(space.connections[wire].queue_size, view)
+    size = at(component.queue_size, view) if size is None else size
+    return None if size is None else max(1, size)
+
+
 def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     """The rate that `key` names, in Hz: of a component's activation or input, or of a connection's deliveries.
 
-    * activation: 1 / period; event-triggered: the sum of the rates at which trigger connections deliver; sporadic: at
-      most 1 / period
-    * input: that sum, also for a hybrid component, whose callback runs at it
+    * activation: 1 / period; event-triggered: the sum of the rates at which trigger connections deliver, or the least
+      of them in a join of all; sporadic, and hybrid in such a join: at most 1 / period
+    * input: that sum, also for a hybrid component, whose callback runs at it; slowest: the least of these rates
     * delivery: the rate that the connection states, its data rate over its data size, or the activation rate of its
       source
 
@@ -86,13 +110,19 @@ def _rate_hz(space: Space, key: RateKey, view: View) -> Generator[RateKey, Fract
         rule = dispatch(space.components[number], view)
         if not rule.by_inputs:
             return rule.own
-        arriving = yield ("input", number)
+        arriving = yield (rule.arriving, number)
         return rule.own + (arriving if rule.most is None else min(arriving, rule.most))
     if kind == "input":
         arriving = ZERO
         for wire in space.components[number].triggers:
             arriving += yield ("delivery", wire)
         return arriving
+    if kind == "slowest":
+        slowest: Fraction | None = None
+        for wire in space.components[number].triggers:
+            delivered = yield ("delivery", wire)
+            slowest = delivered if slowest is None else min(slowest, delivered)
+        return slowest or ZERO
     connection = space.connections[number]
     if connection.states_rate:
         return stated_hz(connection, view)
@@ -103,18 +133,30 @@ def _rate_hz(space: Space, key: RateKey, view: View) -> Generator[RateKey, Fract
 
 
 class Dispatch(NamedTuple):
-    """The rate of a component in Hz: its `own`, and where inputs release jobs theirs, at `most` so much of it."""
+    """The rate of a component in Hz: its `own`, and where inputs release jobs theirs, at `most` so much of it.
+
+    Theirs is their sum, or where a job needs a message of each trigger that of the slowest.
+    """
 
     own: Fraction
     by_inputs: bool = False
     most: Fraction | None = None
+    joins: bool = False
+
+    @property
+    def arriving(self) -> Literal["input", "slowest"]:
+        """The rate of the inputs that counts."""
+        return "slowest" if self.joins else "input"
 
 
 def dispatch(component: Component, view: View) -> Dispatch:
     """The rule by which a component gets its rate."""
     found = arrivals(component, view)
     timer = _frequency_hz(at(component.period_ns, view)) if found.has_period else ZERO
-    return Dispatch(timer if found.by_timer else ZERO, found.by_inputs, timer if found.is_separated else None)
+    joins = is_joined(component, view)
+    if joins and found.by_timer:  # a hybrid thread goes on at a release if all have come
+        return Dispatch(ZERO, True, timer, True)
+    return Dispatch(timer if found.by_timer else ZERO, found.by_inputs, timer if found.is_separated else None, joins)
 
 
 def _frequency_hz(period_ns: Exact) -> Fraction:
@@ -142,7 +184,7 @@ def summands(space: Space, key: RateKey) -> list[RateKey]:
     kind, number = key
     if kind == "activation":
         return [("input", number)]
-    if kind == "input":
+    if kind in ("input", "slowest"):
         return [("delivery", wire) for wire in space.components[number].triggers]
     sender = space.connections[number].sender
     return [("activation", sender)] if sender is not None else []
@@ -154,7 +196,7 @@ def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
     if kind == "activation":
         periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
         return frozenset(Fraction(NS_PER_S, period) for period in periods)
-    if kind == "input" or not space.connections[number].states_rate:
+    if kind in ("input", "slowest") or not space.connections[number].states_rate:
         return frozenset()
     connection = space.connections[number]
     if connection.rate_hz is not None:
@@ -177,9 +219,9 @@ def active_cycle(space: Space, view: View) -> list[int]:
 
 
 def _is_surely_eager(component: Component, view: View) -> bool:
-    """Whether it is event-triggered; an option that is not offered is none."""
+    """Whether its rate is that of its inputs; an option that is not offered is none."""
     try:
-        return is_event_triggered(component, view)
+        return passes_rates_on(component, view)
     except NotOffered:
         return False
 
@@ -221,5 +263,5 @@ def all_keys(space: Space) -> list[RateKey]:
     """Every rate that a space has."""
     keys: list[RateKey] = [("delivery", number) for number in range(len(space.connections))]
     for number in range(len(space.components)):
-        keys += [("input", number), ("activation", number)]
+        keys += [("input", number), ("slowest", number), ("activation", number)]
     return keys

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from dse.analysis.binding import bit_times_ns, byte_times_ns
 from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import may_wait_for
 from dse.analysis.usage import reachable_buses
 from dse.analysis.views import View
 from dse.space.architecture.carriers import wrapping
@@ -36,6 +37,8 @@ def latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
         return whole_time_scale(space), RESPONSE_SCALE_LIMIT
     if space.profile != "dse":  # what waits, and what rounds up, consults others
         return whole_time_scale(space), TIME_SCALE_LIMIT
+    if any(step.kind == "connection" and may_wait_for(space, step.index) for step in flow.steps):
+        return whole_time_scale(space), RESPONSE_SCALE_LIMIT
     numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
     return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
 

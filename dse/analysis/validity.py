@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 from typing import Any
 
 from dse.analysis.binding import bus_figure, bus_stack
 from dse.analysis.limits import HOLDS
 from dse.analysis.usage import all_reachable_buses
 from dse.analysis.views import View, is_met
+from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import counted, wrapping
 from dse.space.model.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
 from dse.space.model.space import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
@@ -75,6 +77,29 @@ def structural_predicates(space: Space) -> Iterator[Predicate]:
     yield from _filled_slots(space)
     yield from _shared_processes(space)
     yield from _existing_cores(space)
+    yield from _different_identifiers(space)
+
+
+def _different_identifiers(space: Space) -> Iterator[Predicate]:
+    """Messages that meet on a bus have different identifiers, but for one that a broadcast bus carries to several."""
+    named = [(number, item) for number, item in enumerate(space.connections) if item.identifier is not None]
+    if not any(isinstance(item.identifier, Choice) or isinstance(item.bus, Choice) for _, item in named):
+        return  # that they are different was looked at when the file was read
+    reach = all_reachable_buses(space)
+    offered = {number: {leaf for leaf in leaves(item.identifier) if leaf is not None} for number, item in named}
+    for (one, first), (two, second) in combinations(named, 2):
+        if offered[one] & offered[two] and any(not space.buses[bus].virtual for bus in reach[one] & reach[two]):
+            text = f"{first.name} and {second.name} have different identifiers"
+            yield Predicate(text, partial(_are_apart, space, first, second))
+
+
+def _are_apart(space: Space, first: Connection, second: Connection, view: View) -> bool:
+    """Whether two messages have different identifiers, are on different buses, or are one message."""
+    if at(first.identifier, view) != at(second.identifier, view):
+        return True
+    stacks = [bus_stack(space, item, view) for item in (first, second)]
+    shared = [bus for bus in stacks[0] if bus in stacks[1] and not space.buses[bus].virtual]
+    return all(is_one_message(first, second) and at(space.buses[bus].broadcast, view) for bus in shared)
 
 
 def _mentions_not_offered(tree: Tree) -> bool:

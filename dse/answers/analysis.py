@@ -16,6 +16,8 @@ from dse.analysis.latency.offset_advice import Boundary, boundaries
 from dse.analysis.latency.rows import Row
 from dse.analysis.limits import Verdict
 from dse.analysis.measures import loaded_buses
+from dse.analysis.messages.stages import counted_buses
+from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.osate.findings import CURRENT, Finding, flow_findings, specified_rows
 from dse.analysis.osate.load import BusBudget, bus_budget
 from dse.analysis.osate.quirks import quirks
@@ -188,6 +190,7 @@ class Analysis(Answer):
         ),
         *(Of("metric_values", key="metrics"), "verdicts", "contended", "boundaries", "warnings", "overheads"),
         "responses",
+        "messages",
     )
 
     space: Space
@@ -209,6 +212,11 @@ class Analysis(Answer):
         Mapping[str, tuple[Response, ...]],
         "The threads of each processor, where these were asked for.",
         Json("response_times"),
+    ] = field(default_factory=dict)
+    messages: Annotated[
+        Mapping[str, tuple[MessageResponse, ...]],
+        "The messages of each bus for which they wait.",
+        Json(default={}),
     ] = field(default_factory=dict)
     resources: Annotated[
         tuple[ResourceUse, ...],
@@ -337,6 +345,11 @@ def analyse_design(evaluator: Evaluator, design: Design, *, response_times: bool
         boundaries=boundaries(space, view),
         resources=resource_uses(space, view) if space.profile == CURRENT else (),
         responses=_responses(space, view) if response_times or _is_scheduled(space) else {},
+        messages={
+            space.buses[number].name: tuple(message_responses(space, number, view))
+            for number in counted_buses(space)
+            if space.buses[number].types[view[space.buses[number].type_decision]] != EMPTY
+        },
     )
 
 

@@ -9,9 +9,6 @@ from typing import Any, ClassVar, Self
 
 from dse.support.files.writing import write_file
 
-PLAIN = frozenset({str, int, float, bool, type(None)})
-"""What has no entries."""
-
 
 def json_text(data: Mapping[str, Any]) -> str:
     """Data as every command writes them: with a line for each entry, in whatever letters they have.
@@ -27,30 +24,7 @@ def json_text(data: Mapping[str, Any]) -> str:
      ]
     }
     """
-    return f"{_lines(data, 0)}\n"
-
-
-def _lines(value: Any, depth: int) -> str:
-    """The text of `json.dumps` with an indent of 1, which goes through every entry in Python.
-
-    Where no entry has entries itself the compiled encoder writes all of them.
-    """
-    if not isinstance(value, dict | list | tuple) or not value:
-        return _compact(value)
-    opening, separator, closing = f"\n{' ' * (depth + 1)}", f",\n{' ' * (depth + 1)}", f"\n{' ' * depth}"
-    inner = value.values() if isinstance(value, dict) else value
-    if PLAIN.issuperset(map(type, inner)):
-        text = json.dumps(value, ensure_ascii=False, separators=(separator, ": "))
-        return f"{text[0]}{opening}{text[1:-1]}{closing}{text[-1]}"
-    if isinstance(value, dict):
-        keys = (_compact({key: 0})[1:-1].removesuffix("0") for key in value)
-        entries = [f"{key}{_lines(item, depth + 1)}" for key, item in zip(keys, inner, strict=True)]
-        return f"{{{opening}{separator.join(entries)}{closing}}}"
-    return f"[{opening}{separator.join(_lines(item, depth + 1) for item in value)}{closing}]"
-
-
-def _compact(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)
+    return f"{json.dumps(data, ensure_ascii=False, indent=1)}\n"
 
 
 def to_file(text: str, path: str | os.PathLike[str] | None) -> str:

@@ -138,7 +138,7 @@ class FlowObservation:
 
 @dataclass(frozen=True)
 class TaskObservation:
-    """The longest observed response of a thread on a shared core."""
+    """The longest observed response of a thread on a shared core, or of a message on its bus."""
 
     JSON_NAME = "ObservedThread"
     WRITTEN = ("observed_ns", "bound_ns", Of("is_contradiction", key="contradiction"))
@@ -217,7 +217,7 @@ class Simulation(Answer):
         *OF_SPACE,
         *("decisions", "offsets", "contention", "runs", "events", "duration_ns", "seed"),
         Of("definition", "What a latency is.", kind=str),
-        *("contradictions", "outside", "flows", "tasks", "disparities", "lost", "notes", "is_stopped"),
+        *("contradictions", "outside", "flows", "tasks", "messages", "disparities", "lost", "notes", "is_stopped"),
     )
 
     space: Space
@@ -244,6 +244,12 @@ class Simulation(Answer):
         "What was observed of the inputs of each component whose disparity is defined.",
         Json(default={}),
     ] = ()
+    messages: Annotated[
+        tuple[TaskObservation, ...],
+        BY_NAME,
+        "What was observed of each message that waits for its bus.",
+        Json(default={}),
+    ] = ()
     definition: ClassVar[str] = LATENCY
 
     @property
@@ -255,14 +261,14 @@ class Simulation(Answer):
 
     @property
     def is_anything_observed(self) -> bool:
-        """Whether a single datum came through, or a thread ended."""
-        return any(flow.count for flow in self.flows) or any(task.observed_ns for task in self.tasks)
+        """Whether a single datum came through, a thread ended, or a message was sent."""
+        return any(flow.count for flow in self.flows) or any(task.observed_ns for task in (*self.tasks, *self.messages))
 
     @property
     def outside(self) -> tuple[str, ...]:
         """Every observation outside the bounds of the question, with the reason where one is known, in words."""
         found = [flow.outside_words for flow in self.flows]
-        found += [task.outside_words for task in self.tasks]
+        found += [task.outside_words for task in (*self.tasks, *self.messages)]
         found += [item.outside_words for item in self.disparities]
         return tuple(words for words in found if words)
 
@@ -276,8 +282,9 @@ class Simulation(Answer):
             if flow.is_contradiction
         ]
         found += [
-            f"thread {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
-            for task in self.tasks
+            f"{what} {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
+            for what, tasks in (("thread", self.tasks), ("message", self.messages))
+            for task in tasks
             if task.is_contradiction
         ]
         found += [

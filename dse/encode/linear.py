@@ -246,6 +246,21 @@ class Board:
         else:
             form.coefficients[literal.index] = form.coefficients.get(literal.index, 0) + coefficient
 
+    def within(self, form: Form, most: int) -> Form:
+        """A form that is `form` wherever that is at most `most`, and beyond it elsewhere, within exact arithmetic.
+
+        A literal whose coefficient alone lifts the form beyond `most` cannot be true, whatever its coefficient: such as
+        what stands for a latency without a bound, in units that divide a nanosecond. Other forms stay as they are.
+        """
+        if form.high < EXACT_LIMIT or form.low > most:
+            return form
+        enough, high, held = most + 1 - form.low, form.constant, {}
+        for variable, coefficient in form.coefficients.items():
+            domain = self.model.proto.variables[variable].domain
+            held[variable] = min(coefficient, enough) if tuple(domain) == (0, 1) else coefficient
+            high += max(held[variable] * domain[0], held[variable] * domain[-1])
+        return Form(form.constant, held, form.low, min(form.high, high))
+
     def expression(self, form: Form) -> Any:
         """The form as a solver expression; raises OverflowError where exact arithmetic would be lost."""
         check_exact(max(abs(form.low), abs(form.high)), "a sum")

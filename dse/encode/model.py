@@ -21,7 +21,7 @@ from dse.analysis.measures import Measure
 from dse.analysis.memo import Watching
 from dse.analysis.views import View
 from dse.encode.decisions import add_activity, add_decisions, add_rule, add_validity
-from dse.encode.linear import Board, OpenTerm, placed
+from dse.encode.linear import Board, OpenTerm, floor_int, placed
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.scheduling.contention import Contention, contention_of
@@ -369,13 +369,31 @@ def add_region_switches(
 
 def _add_objective(board: Board, rates: RateVariables, evaluator: Evaluator, number: int) -> EncodedObjective:
     """The objective as offset + step * variable, where step divides every difference (lossless)."""
-    return _objective_of(board, rates, evaluator.objectives[number], board.space.objectives[number])
+    measure, objective = evaluator.objectives[number], board.space.objectives[number]
+    return _objective_of(board, rates, measure, objective, _allowed_most(board, evaluator.limits, measure))
 
 
-def _objective_of(board: Board, rates: RateVariables, measure: Measure, objective: Objective) -> EncodedObjective:
+def _allowed_most(board: Board, limits: Sequence[Limit], measure: Measure) -> int | None:
+    """The greatest sum of a measure, in units of 1 / scale, that the limits on the same metric allow; None: any."""
+    bounds = [
+        floor_int(max(case.value for case in board.cases(limit.bound)) * measure.scale)
+        for limit in limits
+        if limit.requirement.operator in ("<=", "<", "==")
+        and (limit.measure.metric, limit.measure.scale) == (measure.metric, measure.scale)
+        and not limit.is_elsewhere
+    ]
+    return min(bounds, default=None)
+
+
+def _objective_of(
+    board: Board, rates: RateVariables, measure: Measure, objective: Objective, most: int | None = None
+) -> EncodedObjective:
+    """The objective; designs of which the measure is above `most`, in units of 1 / scale, are refused elsewhere."""
     sign = 1 if objective.sense == "minimise" else -1
     try:
         branches = measure_branches(board, rates, measure)
+        if most is not None:
+            branches = [replace(branch, form=board.within(branch.form, most)) for branch in branches]
         expressions = [board.expression(branch.form) for branch in branches]
     except OverflowError as error:
         raise placed(objective, error) from error

@@ -7,6 +7,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from itertools import product
 from math import lcm
+from operator import add
 from typing import Any, TypeAlias
 
 from ortools.sat.python import cp_model
@@ -16,7 +17,7 @@ from dse.analysis.rates import (
     RateKey,
     all_keys,
     dispatch,
-    is_event_triggered,
+    passes_rates_on,
     source_rates_hz,
     source_rates_of,
     stated_hz,
@@ -30,7 +31,7 @@ from dse.space.model.trees import leaves
 
 
 def add_acyclic_activation(board: Board) -> None:
-    """order[v] >= order[u] + 1 where u and v are both event-triggered and u triggers v."""
+    """order[v] >= order[u] + 1 where the rates of u and v follow from their inputs and u triggers v."""
     graph = trigger_graph(board.space)
     for members in strong_components(graph):
         edges = {(one, other) for one in members for other in graph[one] if other in members}
@@ -38,7 +39,7 @@ def add_acyclic_activation(board: Board) -> None:
             continue
         order = {number: board.model.new_int_var(0, len(members), "") for number in sorted(members)}
         components = {number: board.space.components[number] for number in sorted(members)}
-        eager = {number: board.holds(partial(is_event_triggered, item)) for number, item in components.items()}
+        eager = {number: board.holds(partial(passes_rates_on, item)) for number, item in components.items()}
         for one, other in sorted(edges):
             if one == other:
                 board.forbid([eager[one]])
@@ -107,6 +108,9 @@ class RateVariables:
         if kind == "input":
             triggers = space.components[number].triggers
             model.add(variable == sum(self.variable(("delivery", wire))[0] for wire in triggers))
+        elif kind == "slowest":
+            delivered = [self.variable(("delivery", wire))[0] for wire in space.components[number].triggers]
+            model.add_min_equality(variable, delivered or [0])
         elif kind == "delivery":
             self._define_delivery(number, variable)
         else:
@@ -132,7 +136,7 @@ class RateVariables:
             if not rule.by_inputs:
                 model.add(variable == own).only_enforce_if(literal)
                 continue
-            arriving, most = self.variable(("input", number))
+            arriving, most = self.variable((rule.arriving, number))
             taken: Any = arriving
             if rule.most is not None:
                 cap = int(rule.most * self.scale)
@@ -196,20 +200,21 @@ class RateTables:
 
     def _make(self, key: RateKey) -> RateTable | None:
         kind, number = key
-        if kind == "input":
-            return self._input(number)
+        if kind in ("input", "slowest"):
+            return self._arriving(number, slowest=kind == "slowest")
         if kind == "delivery":
             return self._delivery(number)
         return self._activation(number)
 
-    def _input(self, number: int) -> RateTable | None:
-        """Sums over the triggers, one value for each combination of theirs."""
+    def _arriving(self, number: int, *, slowest: bool) -> RateTable | None:
+        """Sums over the triggers, or the least of them, one value for each combination of theirs."""
         total: RateTable = [(self.board.true, Fraction(0))]
-        for wire in self.board.space.components[number].triggers:
+        for place, wire in enumerate(self.board.space.components[number].triggers):
             more = self.table(("delivery", wire))
             if more is None or len(more) * len(total) > MOST_RATES * 4:
                 return None
-            pairs = [(self.board.all_of((a, b)), x + y) for (a, x), (b, y) in product(total, more)]
+            together = min if slowest and place else add
+            pairs = [(self.board.all_of((a, b)), together(x, y)) for (a, x), (b, y) in product(total, more)]
             merged = self._merged(pairs)
             if merged is None:
                 return None
@@ -234,7 +239,7 @@ class RateTables:
             if not rule.by_inputs:
                 pairs.append((literal, rule.own))
                 continue
-            arriving = self.table(("input", number))
+            arriving = self.table((rule.arriving, number))
             if arriving is None:
                 return None
             for other, rate in arriving:

@@ -54,7 +54,7 @@ def _bounds(board: Board, limit: Limit, given: Given, inwards: Callable[[Fractio
 def _add_upper(board: Board, branch: Branch, bounds: Form) -> None:
     branch.form.add(bounds, -1)
     if branch.form.high > 0:
-        board.demand(board.expression(branch.form) <= 0, branch.chosen)
+        board.demand(board.expression(board.within(branch.form, 0)) <= 0, branch.chosen)
 
 
 def _add_lower(board: Board, branch: Branch, bounds: Form) -> None:

@@ -116,6 +116,7 @@ class _Reader:
         self.bandwidth = _option(options, "bandwidth", parse_bandwidth_bps)
         self.data_bandwidth = _option(options, "data-bandwidth", parse_bandwidth_bps)
         self.nodes: dict[str, None] = {}
+        self.unordered: set[str] = set()
         self.to = options.get("to", "")
 
     def _remark(self, message: str, hint: str = "", line: int = 0) -> None:
@@ -140,6 +141,7 @@ class _Reader:
             raise UsageError(f"--to {self.to}: there is no such node; nodes: {', '.join(sorted({*names, *ends}))}")
         messages = self._with_cycles(messages)
         buses = dict.fromkeys(message.bus_name or "can0" for message in messages)
+        self.unordered = _without_order(messages)
         types = {name: self._bus_type(name, [m for m in messages if (m.bus_name or "can0") == name]) for name in buses}
         connections = dict(self._connections(messages, {*buses, *names, *ends}))
         document: dict[str, Any] = {
@@ -213,7 +215,9 @@ class _Reader:
             raise ProblemError([Diagnostic(text, file=str(self.path), line=1, hint=hint)])
         long = any(message.is_extended_frame for message in messages)
         if long and not all(message.is_extended_frame for message in messages):
-            self._remark(f"{name} has identifiers of 11 and of 29 bits: all count as 29")
+            self._remark(
+                f"{name} has identifiers of 11 and of 29 bits: all count as 29, and as none is kept nobody waits for it"
+            )
         body: dict[str, Any] = {"bandwidth": format_bandwidth(int(bandwidth)), "exclusive": True}
         frame: dict[str, Any] = {"protocol": "can", "identifier_bits": 29} if long else {"protocol": "can"}
         if any(message.is_fd for message in messages):
@@ -268,8 +272,19 @@ class _Reader:
         if len(receivers) > 1:
             said.append(f"received by {', '.join(receivers)}")
         body["bus"] = message.bus_name or "can0"
+        if body["bus"] not in self.unordered:
+            body["identifier"] = message.frame_id
         body["source"] = f"{self.path.name}{f':{line}' if line else ''}: {'; '.join(said)}"[:1000]
         return body
+
+
+def _without_order(messages: Sequence[Any]) -> set[str]:
+    """The buses whose messages have identifiers of both lengths, or one identifier twice: none of these is kept."""
+    seen: dict[str, list[tuple[bool, int]]] = {}
+    for message in messages:
+        found = bool(message.is_extended_frame), int(message.frame_id)
+        seen.setdefault(message.bus_name or "can0", []).append(found)
+    return {bus for bus, found in seen.items() if len({long for long, _ in found}) > 1 or len({*found}) < len(found)}
 
 
 def _key(message: Any) -> int:

@@ -25,7 +25,10 @@ PUT_BACK = -1
 
 @dataclass
 class Job:
-    """A job of a task with the time that is left of it; between `holds` and `yields` left nothing preempts it."""
+    """A job of a task with the time that is left of it; between `holds` and `yields` left nothing preempts it.
+
+    A message that came `by` a connection released it, where one did.
+    """
 
     task: SimulatedTask
     release: Exact
@@ -34,6 +37,7 @@ class Job:
     holds: Exact = 0
     yields: Exact = 0
     has_read: bool = False
+    by: int | None = None
 
     @property
     def is_interrupt(self) -> bool:
@@ -51,7 +55,7 @@ class InputQueue:
 
     def __init__(self) -> None:
         self.busy = False
-        self.waiting: deque[tuple[Exact, Births]] = deque()
+        self.waiting: deque[tuple[Exact, Births, int]] = deque()
         self.not_before: Exact = 0
 
 

@@ -1,10 +1,10 @@
 """The simulation itself: events in integer nanoseconds (in fractions of them where messages take such).
 
-At one instant jobs end and separations run out first, then messages arrive, then timers dispatch: what arrives at the
-very moment of a timer's dispatch is read by it. A timer's job reads the latest value of everything at its dispatch (in
-a problem that speaks of clocks when it first gets its core, unless its data pass at its dispatch); an arrival
-dispatches an event-triggered thread, or waits in its queue while there is room, or is lost. Output leaves when a job
-ends; under logical execution time at the deadline, or when the job ends where that is later.
+At one instant jobs end and separations run out first, then messages arrive, then timers dispatch, then a bus takes its
+next message: what arrives at the very moment of a timer's dispatch is read by it. A timer's job reads the latest value
+of everything at its dispatch (in a problem that speaks of clocks when it first gets its core, unless its data pass at
+its dispatch); an arrival dispatches an event-triggered thread, or waits in its queue while there is room, or is lost.
+Output leaves when a job ends; under logical execution time at the deadline, or when the job ends where that is later.
 
 *The latency of a datum* runs from the dispatch of the job that produces it in the first component of a flow (from its
 sending where a flow begins with a connection) to the first moment at which the last element of the flow has processed
@@ -17,11 +17,12 @@ counted as lost.
 from __future__ import annotations
 
 import random
-from collections import Counter
+from collections import Counter, deque
 from fractions import Fraction
 from heapq import heappop, heappush
 from math import lcm
 
+from dse.simulation.bus import Bus, QueuedMessage
 from dse.simulation.core import Births, Core, InputQueue, Job
 from dse.simulation.observing import Observation, Setting
 from dse.simulation.plan import Gap, Plan, ReservationShare, SimulatedConnection, SimulatedTask, StepKey, TaskKey
@@ -43,7 +44,7 @@ def simulate_once(plan: Plan, setting: Setting) -> Observation:
     return _SimulationRun(plan, setting).run()
 
 
-END, ARRIVE, DISPATCH = 0, 1, 2
+END, ARRIVE, DISPATCH, ARBITRATE = 0, 1, 2, 3
 EVENTS_A_LOOK = 512
 """The number of events, some milliseconds, between two looks at the clock."""
 
@@ -63,7 +64,13 @@ class _SimulationRun:
         self.sent_after: dict[int, Exact] = {}
         self.delivered: dict[int, Exact] = {}
         self.bus_free: dict[int, Exact] = {}
+        self.buses: dict[tuple[int, int], Bus] = {}
+        self.riding: dict[int, deque[Births]] = {}
+        self.senders = sorted({link.turn.sender for link in plan.links if link.turn is not None})
         self.begun: dict[int, list[Exact]] = {}
+        self.held: dict[int, dict[int, deque[Births]]] = {}
+        self.fresh: dict[int, set[int]] = {}
+        self.started: set[int] = set()
         self.ended: Counter[TaskKey] = Counter()
         self.now: Exact = 0
 
@@ -86,7 +93,8 @@ class _SimulationRun:
         handlers = {
             "tick": self._tick, "send": self._send_timer, "end": self._end, "alone": self._complete,
             "yield": self._yield, "refill": self._refill, "begin": self._read,
-            "bus": self._on_bus, "arrive": self._arrive, "wake": self._serve, "publish": self._publish,
+            "bus": self._on_bus, "arbitrate": self._arbitrate, "arrive": self._arrive, "wake": self._serve,
+            "publish": self._publish,
         }  # fmt: skip
         while self.heap and self.heap[0][0] <= self.setting.duration_ns:
             self.now, _, _, what = heappop(self.heap)
@@ -107,6 +115,12 @@ class _SimulationRun:
 
     def _tick(self, task: SimulatedTask, count: int) -> None:
         self._next_tick(task, count + 1)
+        fresh = self.fresh.get(task.key[0])
+        if task.rooms and (fresh is None or len(fresh) < len(task.rooms)):
+            return  # not all have come: it waits for another period
+        if fresh is not None:
+            fresh.clear()
+            self._start(task)
         self._release(task, self.now, {})
 
     def _next_send(self, number: int, link: SimulatedConnection, count: int) -> None:
@@ -137,7 +151,7 @@ class _SimulationRun:
         scale = lcm(low.denominator, high.denominator)
         return whole(Fraction(self.rng.randint(int(low * scale), int(high * scale)), scale))
 
-    def _release(self, task: SimulatedTask, release: Exact, births: Births) -> None:
+    def _release(self, task: SimulatedTask, release: Exact, births: Births, by: int | None = None) -> None:
         """A job begins its life: it gets a core or waits for one, and reads what is there at once, or then."""
         component, part = task.key
         if task.first == component:
@@ -145,7 +159,7 @@ class _SimulationRun:
         if part == "thread" and self.now < self.setting.births_until_ns:
             for flow in self.plan.starts.get(component, ()):
                 births[flow, 0] = [self.now]
-        job = Job(task, release, self._drawn(task.cost_ns), births)
+        job = Job(task, release, self._drawn(task.cost_ns), births, by=by)
         if not task.reads_late or task.core is None:
             self._read(job)
         if task.core is not None:
@@ -155,9 +169,10 @@ class _SimulationRun:
             core.add(job, self.sequence)
             self._reschedule(core)
             return
-        start = max(self.now, self.free.get(task.key, 0)) if task.serial else self.now
-        self.free[task.key] = start + job.left
-        self.at(start + job.left, END, "alone", job)
+        last = self.free.get(task.key, 0)  # jobs end in their order, also where they do not wait for each other
+        end = max(self.now, last) + job.left if task.serial else max(self.now + job.left, last)
+        self.free[task.key] = end
+        self.at(end, END, "alone", job)
 
     def _read(self, job: Job) -> None:
         """A job reads what is there, once."""
@@ -165,6 +180,8 @@ class _SimulationRun:
         is_new, job.has_read = not job.has_read, True
         if not is_new or part != "thread":
             return
+        if component in self.fresh:
+            self.fresh[component].clear()
         for key in self.plan.places.get(component, ()):
             fresh = self.buffers.pop(key, None)
             if fresh:
@@ -263,6 +280,7 @@ class _SimulationRun:
         if part == "callback":
             for key, births in job.births.items():
                 self._store(key, births)
+            self._come(component, job.by)
         else:
             for (flow, position), births in job.births.items():
                 if position == self.plan.lengths[flow] - 1:
@@ -305,18 +323,49 @@ class _SimulationRun:
             for flow in self.plan.link_starts.get(number, ()):
                 births[flow, 0] = [self.now]
         soft = self._drawn(link.soft_ns)
-        if self.setting.bus_contention and link.bus is not None:
+        if link.turn is not None and link.turn.rides_on is not None:
+            self.riding.setdefault(number, deque()).append(births)
+        elif link.turn is not None or (self.setting.bus_contention and link.bus is not None):
             self.at(self.now + soft, ARRIVE, "bus", number, births)
         else:
             self._deliver(number, self.now + soft + self._drawn(link.bus_ns), births)
 
     def _on_bus(self, number: int, births: Births) -> None:
-        """A physical bus carries one message at a time, in the order in which they are handed to it."""
+        """A physical bus carries one message at a time, in the order of its arbitration.
+
+        Where that is not counted, in the order in which they are handed to it.
+        """
         link = self.plan.links[number]
         assert link.bus is not None
+        if link.turn is not None:
+            self.sequence += 1
+            message = QueuedMessage(number, births, self.now, self.sequence, link.turn, deque(link.turn.frames))
+            self.buses.setdefault(link.turn.line, Bus()).waiting.append(message)
+            self.at(self.now, ARBITRATE, "arbitrate", link.turn.line)
+            return
         end = max(self.now, self.bus_free.get(link.bus, 0)) + self._drawn(link.bus_ns)
         self.bus_free[link.bus] = end
         self._deliver(number, end, births)
+
+    def _arbitrate(self, line: tuple[int, int]) -> None:
+        """The next frame has the bus, if that is free and something waits."""
+        bus = self.buses[line]
+        if not bus.waiting or self.now < bus.busy_until:
+            return
+        message = bus.next(self.senders)
+        bus.last_sender = message.turn.sender
+        bus.busy_until = end = self.now + self._drawn(message.left.popleft())
+        self.at(end, ARBITRATE, "arbitrate", line)
+        if message.left:
+            return
+        bus.waiting.remove(message)
+        link = self.plan.links[message.link]
+        self.seen.responses[link.name] = max(self.seen.responses.get(link.name, 0), end - message.since)
+        self._deliver(message.link, end, message.births)
+        for number, riders in self.riding.items():
+            turn = self.plan.links[number].turn
+            if turn is not None and turn.rides_on == message.link and riders:
+                self._deliver(number, end, riders.popleft())
 
     def _deliver(self, number: int, time: Exact, births: Births) -> None:
         """Messages of one connection keep their order."""
@@ -340,6 +389,10 @@ class _SimulationRun:
         if task.period_ns is not None or not link.is_trigger:
             for key, born in onward.items():
                 self._store(key, born)
+            self._come(link.target, number)
+            return
+        if task.rooms:
+            self._join(task, number, onward)
             return
         entry = self.entries.setdefault(task.key, InputQueue())
         for key, born in onward.items() if task.key[1] == "thread" else ():
@@ -349,7 +402,54 @@ class _SimulationRun:
             reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
             self.seen.lost[f"{task.name}: {reason}"] += 1
             return
-        entry.waiting.append((self.now, onward))
+        entry.waiting.append((self.now, onward, number))
+        self._serve(task)
+
+    def _come(self, component: int, number: int | None) -> None:
+        """A message is there for the next release of a timer that goes on only when all have come."""
+        if number is not None and number in self.plan.tasks[component, "thread"].rooms:
+            self.fresh.setdefault(component, set()).add(number)
+
+    def _start(self, task: SimulatedTask) -> None:
+        """All inputs have come for the first time: what waited for the system to start is not followed.
+
+        It is where all of an input waits, in order.
+        """
+        component = task.key[0]
+        if component in self.started:
+            return
+        self.started.add(component)
+        for key in self.plan.places.get(component, ()):
+            self.buffers.pop(key, None)
+        for number, queue in self.held.get(component, {}).items():
+            for births in queue if task.rooms[number] is not None else ():
+                births.clear()
+
+    def _join(self, task: SimulatedTask, number: int, births: Births) -> None:
+        """A message waits until one of each trigger is there; then one of each is what dispatches the thread.
+
+        Where there is no room the oldest makes place: what it says lives on in the next one.
+        """
+        held = self.held.setdefault(task.key[0], {wire: deque() for wire in task.rooms})
+        for key, born in births.items():
+            self._note(key, born)
+        room = task.rooms[number]
+        held[number].append(births)
+        if room is not None and len(held[number]) > room:
+            _add_to(held[number][1], held[number].popleft())
+            self.seen.dropped[self.plan.links[number].name] += 1
+        if not all(held.values()):
+            return
+        self._start(task)
+        together: Births = {}
+        for queue in held.values():
+            _add_to(together, queue.popleft())
+        entry = self.entries.setdefault(task.key, InputQueue())
+        if len(entry.waiting) >= task.capacity and (entry.busy or entry.waiting or self.now < entry.not_before):
+            reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"
+            self.seen.lost[f"{task.name}: {reason}"] += 1
+            return
+        entry.waiting.append((self.now, together, number))
         self._serve(task)
 
     def _serve(self, task: SimulatedTask) -> None:
@@ -360,10 +460,15 @@ class _SimulationRun:
         if self.now < entry.not_before:
             self.at(entry.not_before, END, "wake", task)
             return
-        arrival, births = entry.waiting.popleft()
+        arrival, births, by = entry.waiting.popleft()
         # a response counts from when on only the thread itself and its core keep the message waiting
         release = max(arrival, entry.not_before)
         if task.separation_ns is not None:
             entry.not_before = self.now + task.separation_ns
         entry.busy = task.serial
-        self._release(task, release, births)
+        self._release(task, release, births, by)
+
+
+def _add_to(births: Births, more: Births) -> None:
+    for key, born in more.items():
+        births.setdefault(key, []).extend(born)

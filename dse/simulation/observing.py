@@ -33,6 +33,8 @@ class Setting:
 class Observation:
     """What a run showed: latencies by flow, response times by task (most), what was lost where.
 
+    `dropped` has for each connection how many of its messages made place for newer ones before a join of all took them.
+
     `disparities` has the largest difference of age of what a component reads by two flows, by its number.
     `latest` and `earliest` hold for each flow step the datum that took longest (shortest) to get there: its age and
     the time.
@@ -41,6 +43,7 @@ class Observation:
     latencies: list[Counter[Exact]]
     responses: dict[str, Exact] = field(default_factory=dict)
     lost: Counter[str] = field(default_factory=Counter)
+    dropped: Counter[str] = field(default_factory=Counter)
     latest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
     earliest: dict[StepKey, tuple[Exact, Exact]] = field(default_factory=dict)
     disparities: dict[int, Exact] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any, Literal, TypeAlias
 
 from dse.simulation.readings import ComponentFigures, Phase, PlanFigures, Range, read_figures
-from dse.space.model.space import Design, ExecutorKind, Space
+from dse.space.model.space import Arbitration, Design, ExecutorKind, Space
 from dse.space.question.metrics import all_disparities
 from dse.support.units import Exact
 
@@ -36,7 +36,9 @@ class SimulatedTask:
     of a `serial` task waits for the one before. `capacity` is how many arrivals may wait. A timer with a `phase` keeps
     it to the others of its clock; output leaves `logical_ns` after the release where that is set. A `queue` is that of
     an executor. Of a piece of a thread with segments `first` is the number of the thread's first one. In a `share` of a
-    core its urgency is that among what else is in there. `reads_late`: a job reads when it first gets its core.
+    core its urgency is that among what else is in there. `reads_late`: a job reads when it first gets its core. Where
+    a job needs a message of each trigger `rooms` has for each of these, by its number, how many wait at most; None: any
+    number.
     """
 
     key: TaskKey
@@ -55,6 +57,7 @@ class SimulatedTask:
     first: int | None = None
     share: ReservationShare | None = None
     reads_late: bool = False
+    rooms: Mapping[int, int | None] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -88,10 +91,27 @@ class Gap:
 
 
 @dataclass(frozen=True)
+class BusTurn:
+    """How a message takes its turn on its bus: what decides, its identifier, and the ranges of its frames' times.
+
+    `line` tells on which of the lines of a bus it waits: with ``none`` each sender has one. With `rides_on` it is the
+    message of that connection, by its number: a broadcast bus carries both at once.
+    """
+
+    arbitration: Arbitration
+    identifier: int
+    sender: int
+    frames: tuple[Range, ...]
+    line: tuple[int, int]
+    rides_on: int | None = None
+
+
+@dataclass(frozen=True)
 class SimulatedConnection:
     """A connection: the delays of its virtual carriers together, and of the physical bus that it occupies.
 
-    At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer.
+    At least `gap_ns` lie between two messages; one without a sender has the `period_ns` of a timer. Where messages wait
+    for the bus `turn` says how.
     """
 
     name: str
@@ -104,6 +124,7 @@ class SimulatedConnection:
     period_ns: Fraction | None
     is_trigger: bool
     capacity: int | None
+    turn: BusTurn | None = None
 
 
 @dataclass(frozen=True)
@@ -154,11 +175,42 @@ class Plan:
         found = dict(offsets_ns)
         clocks: dict[tuple[str, str], int] = {}
         phases = self.phases
+        together = any(task.rooms for task in self.tasks.values())
         for name in sorted(phases, key=lambda name: name != lead):
             *clock, offset = phases[name]
-            start = clocks.setdefault((str(clock[0]), str(clock[1])), found.get(name, offset) - offset)
-            found[name] = (start + offset) % max(1, int(self.timers[name]))
+            key = str(clock[0]), str(clock[1])
+            start = clocks.setdefault(key, found.get(name, offset) - offset)
+            if together:  # first releases are at their offsets from the beginning of the clock on, all within a period
+                others = [(int(self.timers[other]), phase[2]) for other, phase in phases.items() if phase[:2] == key]
+                room = min(period for period, _ in others) - max(offset for _, offset in others)
+                found[name] = start % max(1, room) + offset
+            else:
+                found[name] = (start + offset) % max(1, int(self.timers[name]))
         return found
+
+    @property
+    def steady(self) -> set[str]:
+        """The timers whose releases are counted: of what waits, one by one, for messages of others.
+
+        Where their clocks drifted apart more and more would wait.
+        """
+        found: set[int] = set()
+        todo = [wire for task in self.tasks.values() for wire, room in task.rooms.items() if room is None]
+        names = set()
+        while todo:
+            link = self.links[todo.pop()]
+            if link.source is None:
+                names.add(link.name)
+            elif link.source not in found:
+                found.add(link.source)
+                task = self.tasks[link.source, "thread"]
+                names.add(task.name)
+                todo += [
+                    number
+                    for number, other in enumerate(self.links)
+                    if other.target == link.source and other.is_trigger
+                ]
+        return names
 
     def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
         """A time in which data that are not lost pass the flow, if nothing is overloaded."""
@@ -175,6 +227,9 @@ class Plan:
                         task.period_ns or task.separation_ns or 0
                     )
                     total += task.logical_ns or 0
+                    if task.rooms:
+                        held = max(MANY if room is None else min(room, MANY) for room in task.rooms.values())
+                        total += (1 + held) * int(max(self.timers.values(), default=0))
         return total
 
 
@@ -296,16 +351,17 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
         core, urgency = placed.get(number, (None, 0))
         share = _share(space, figures, number) if core is not None else None
         urgency = urgency if share is None else figures.reserved[number].rank
-        capacity = ENDLESS if endless else part.queue_size or 0
+        capacity = ENDLESS if endless else 0 if part.joins else part.queue_size or 0
         if part.callback_ns is not None:
             key: TaskKey = (number, "callback")
             at_core = core if part.callback_ns[1] else None
-            wait = ENDLESS if endless else 0
+            wait = ENDLESS if endless or part.joins else 0
             name = f"{component.name} (callback)"
             cost, section = _on_core(part, part.callback_ns, at_core)
             queue = _queue(space, figures, key)
+            is_serial = at_core is not None or not part.joins
             found[key] = SimulatedTask(
-                key, name, cost, None, None, at_core, 2 * urgency + bool(queue), True, wait, section, queue=queue,
+                key, name, cost, None, None, at_core, 2 * urgency + bool(queue), is_serial, wait, section, queue=queue,
                 share=share if at_core is not None else None,
             )  # fmt: skip
         period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
@@ -316,8 +372,19 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
             None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
-            part.reads_late,
+            part.reads_late, _rooms(space, figures, number),
         )  # fmt: skip
+    return found
+
+
+def _rooms(space: Space, figures: PlanFigures, number: int) -> dict[int, int | None]:
+    """The triggers of a component that needs a message of each, with how many of each wait."""
+    part, found = figures.components[number], dict[int, int | None]()
+    for wire in space.components[number].triggers if part.joins else ():
+        size = figures.connections[wire].queue_size
+        size = part.queue_size if size is None else size
+        takes_all = part.takes_newest or part.period_ns is not None
+        found[wire] = 1 if takes_all else None if size is None else max(1, size)
     return found
 
 
@@ -371,6 +438,30 @@ def _links(space: Space, figures: PlanFigures, *, endless: bool) -> list[Simulat
                 period_ns=period,
                 is_trigger=connection.target is not None and number in space.components[connection.target].triggers,
                 capacity=ENDLESS if endless or connection.is_inner else part.queue_size,
+                turn=_turn(space, figures, number),
             )
         )
     return found
+
+
+def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
+    """How the message of a connection takes its turn on its bus; None where it waits for none."""
+    part, connection = figures.connections[number], space.connections[number]
+    if part.arbitration is None or part.bus is None:
+        return None
+    sender = -1 - number if connection.source is None else connection.source
+    first = next(
+        other
+        for other, item in enumerate(space.connections)
+        if other == number
+        or (
+            part.is_shared
+            and connection.from_port is not None
+            and figures.connections[other] == part
+            and (item.source, item.from_port) == (connection.source, connection.from_port)
+        )
+    )
+    line = (part.bus, sender if part.arbitration == "none" else 0)
+    return BusTurn(
+        part.arbitration, part.identifier or 0, sender, part.frames, line, None if first == number else first
+    )

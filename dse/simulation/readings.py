@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
 from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.frames import Frame, wire_ns
-from dse.space.model.space import Component, Connection, Design, ExecutorKind, Interference, Space, at_home
+from dse.space.model.space import Arbitration, Component, Connection, Design, ExecutorKind, Interference, Space, at_home
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, at
 from dse.support.units import Exact
 
@@ -30,7 +30,8 @@ class ComponentFigures:
     execution time; `executes` tells whether it is an execution time at all, or the latency of a data sheet, which
     occupies nothing. On a core each job takes `switching_ns` more, and for `section_ns` of it nothing preempts it.
     `phase` is set where its timer keeps it, `logical_ns` where data pass so long after its releases and not when a job
-    ends; `reads_late` tells whether a job reads when it first gets its core, and not at its release.
+    ends; `reads_late` tells whether a job reads when it first gets its core, and not at its release. One that `joins`
+    needs a message of each trigger for a job, the newest of each where it `takes_newest`.
     """
 
     period_ns: Fraction | None
@@ -47,17 +48,27 @@ class ComponentFigures:
     phase: Phase | None = None
     logical_ns: int | None = None
     reads_late: bool = False
+    joins: bool = False
+    takes_newest: bool = False
 
 
 @dataclass(frozen=True)
 class ConnectionFigures:
-    """A connection in a design: what virtual carriers take, and the physical bus under them."""
+    """A connection in a design: what virtual carriers take, and the physical bus under them.
+
+    `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`. One that
+    `is_shared` is one message with the others of its port that are as long.
+    """
 
     soft_ns: Range
     bus: int | None
     bus_ns: Range
     stated_hz: Fraction | None
     queue_size: int | None
+    arbitration: Arbitration | None = None
+    frames: tuple[Range, ...] = ()
+    is_shared: bool = False
+    identifier: int | None = None
 
 
 @dataclass(frozen=True)
@@ -182,6 +193,8 @@ class _DesignReader:
             phase=self.phase(item) if timed else None,
             logical_ns=self.logical_ns(item, period) if timed else None,
             reads_late=timed and self.on_clocks and self.at(item.communication) not in AT_RELEASE,
+            joins=self.at(item.join) == "all",
+            takes_newest=self.at(item.pairing) == "latest",
         )
 
     def phase(self, item: Component) -> Phase | None:
@@ -204,8 +217,10 @@ class _DesignReader:
             item = self.space.components[number]
             protocol, period = self.at(item.protocol), self.at(item.period_ns)
             own = Fraction(NS_PER_S, period) if period is not None else None
-            if protocol in ("aperiodic", "sporadic") or own is None:
-                arriving = self.input_rate(item)
+            if protocol == "hybrid" and own is not None and self.at(item.join) == "all":
+                self._rates[number] = min(own, self.set_rate(item))
+            elif protocol in ("aperiodic", "sporadic") or own is None:
+                arriving = self.set_rate(item) if self.at(item.join) == "all" else self.input_rate(item)
                 self._rates[number] = min(arriving, own) if protocol == "sporadic" and own is not None else arriving
             else:
                 self._rates[number] = own
@@ -213,6 +228,10 @@ class _DesignReader:
 
     def input_rate(self, item: Component) -> Fraction:
         return sum((self.delivery_rate(self.space.connections[wire]) for wire in item.triggers), Fraction(0))
+
+    def set_rate(self, item: Component) -> Fraction:
+        """How often a message of each trigger has come: as often as the slowest sends."""
+        return min((self.delivery_rate(self.space.connections[wire]) for wire in item.triggers), default=Fraction(0))
 
     def delivery_rate(self, item: Connection) -> Fraction:
         stated = self.stated_rate(item)
@@ -248,7 +267,27 @@ class _DesignReader:
         else:
             on_bus = (times.get(hard) if hard is not None else None) or (0, 0)
             soft = (sum(time[0] for time in given) - on_bus[0], sum(time[1] for time in given) - on_bus[1])
-        return ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+        found = ConnectionFigures(soft, hard, on_bus, self.stated_rate(item), self.at(item.queue_size))
+        arbitration = None if hard is None else self.at(self.space.buses[hard].arbitration)
+        if hard is None or arbitration is None or self.space.profile != "dse" or self.space.bus_queuing != "counted":
+            return found
+        size = next(size for way, size in sizes.items() if way[-1] == hard)
+        frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
+        is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
+        return replace(
+            found, arbitration=arbitration, frames=frames, is_shared=is_shared, identifier=self.at(item.identifier)
+        )
+
+    def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:
+        """The times of the frames of a message of so many bytes, of which each competes for the bus."""
+        frame, bandwidth = self.at(self.space.buses[number].fixed_ns), self.at(self.space.buses[number].bandwidth_bps)
+        most = {"can": 8, "can_fd": 64}.get(frame.protocol) if isinstance(frame, Frame) else None
+        if most is None or size <= most:
+            return (whole,)
+        full = -(-size // most) - 1
+        last = wire_ns(frame, size - full * most, bandwidth)
+        each = (Fraction(whole[0] - last[0]) / full, Fraction(whole[1] - last[1]) / full)
+        return (*[each] * full, last)
 
     def wrap(self, bus: int, above: list[int], size: int, sizes: dict[tuple[int, ...], int]) -> None:
         """The size of a message on each way down to a bus, with the overheads of the way from top to bottom."""

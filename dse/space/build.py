@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from dse.space.architecture.activation import check_activation, with_triggers
+from dse.space.architecture.arbitration import check_arbitration, with_arbitration
 from dse.space.architecture.budgets import build_resources
 from dse.space.architecture.buses import build_buses, check_bus_types
 from dse.space.architecture.clocks import check_clocks, grid_in_use
@@ -19,6 +20,7 @@ from dse.space.architecture.components import (
 )
 from dse.space.architecture.executors import build_executors, build_homes, build_reservations
 from dse.space.architecture.flows import build_flows, check_flow_sizes, unread_flows
+from dse.space.architecture.joins import check_joins
 from dse.space.architecture.processors import build_processor, check_overheads
 from dse.space.architecture.segments import with_pieces
 from dse.space.model.metric_kinds import RESERVED
@@ -66,6 +68,8 @@ def build_space(loaded: LoadedSpec) -> Space:
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)
+    check_arbitration(ledger, spec)
+    buses = with_arbitration(ledger, spec, buses, connections)
     flows = build_flows(ledger, spec, components, connections)
     space = Space(
         name=spec.name,
@@ -101,6 +105,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         resources=build_resources(ledger, spec, [item.stated_as for item in components], list(spec.processors)),
     )
     check_activation(ledger, space)
+    check_joins(ledger, space)
     check_flow_sizes(ledger, space)
     _check_uncertainty(ledger)
     space = with_questions(ledger, space, spec)

@@ -55,6 +55,7 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "power": parse_power_mw,
     "total": parse_total,
     "count": int,
+    "identifier": lambda text: int(text, 0),
 }
 
 ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_switch": Rounding.UP}

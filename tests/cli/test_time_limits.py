@@ -20,7 +20,7 @@ import dse
 from dse.analysis.scheduling.policies import preemptive
 from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.support import timelimit
 from dse.support.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
 
@@ -257,7 +257,7 @@ def test_verify_says_how_far_it_came(looks: int, pump: Path, monkeypatch: pytest
     for method in ("exhaustion", "model"):
         with jumping(1000.0, monkeypatch) as looked:
             try:
-                found = dse.verify(pump, method=method, time_limit_s=1000.0 * looks)  # type: ignore[arg-type]
+                found = dse.verify(pump, method=method, time_limit_s=1000.0 * looks)
             except OutOfTime:  # not even the problem was read
                 assert looks < 30
                 continue

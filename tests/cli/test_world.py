@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from dse.cli.main import run
-from tests.helpers.effort import LONG, count
+from tests.helpers.effort import LONG, count, few, long_test
 
 ROOT = Path(__file__).parents[2]
 PUMP = ROOT / "tests" / "fuzz" / "pump.yaml"
@@ -55,10 +55,9 @@ def no_reader() -> int:
     [
         (["solve", str(PUMP)], 0),
         (["solve", str(PUMP), "--max-jitter", "5ms"], 4),
-        (["solve", str(PUMP), "-q", "--json", "-"], 0),
-        (["schema"], 0),
         (["--help"], 0),
         (SWEEP, 0),
+        *([(["schema"], 0), (["solve", str(PUMP), "-q", "--json", "-"], 0)] if LONG else []),
     ],
     ids=lambda value: " ".join(value[:2]) if isinstance(value, list) else str(value),
 )
@@ -75,7 +74,7 @@ def test_without_a_reader_files_are_written_all_the_same(tmp_path: Path) -> None
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize(
-    "arguments", [["solve", str(PUMP)], ["schema"], ["solve", str(PUMP), "-q", "--json", "-"], ["--help"]]
+    "arguments", few([["solve", str(PUMP)], ["--help"], ["schema"], ["solve", str(PUMP), "-q", "--json", "-"]], 2)
 )
 def test_a_full_disk_behind_standard_output_is_a_message(arguments: list[str]) -> None:
     with Path("/dev/full").open("w", encoding="utf-8") as full:
@@ -99,6 +98,7 @@ def test_a_full_disk_loses_neither_the_answer_nor_the_old_file(tmp_path: Path) -
     assert path.read_text(encoding="utf-8") == "old"
 
 
+@long_test
 def test_a_full_disk_below_a_report_leaves_no_half_file(tmp_path: Path, result: Path) -> None:
     done = dse("report", str(result), "-o", str(tmp_path / "out"), preexec_fn=limited(20_000))
     assert (done.returncode, "Traceback" in done.stderr) == (2, False)
@@ -110,7 +110,6 @@ def test_a_full_disk_below_a_report_leaves_no_half_file(tmp_path: Path, result: 
     [
         (["check", "nothing.yaml"], 2),
         (["check", str(ROOT / "tests" / "bad_inputs" / "period_zero.yaml")], 3),
-        (["solve", str(PUMP), "--require", "nonsense"], 2),
         (["solve", str(PUMP), "--max-jitter", "5ms"], 4),
     ],
     ids=lambda value: str(value),
@@ -128,7 +127,7 @@ def test_an_unwritable_folder_is_told_before_the_work(tmp_path: Path) -> None:
     assert (done.returncode, "cannot be written to" in done.stderr) == (2, True)
 
 
-@pytest.mark.parametrize("redirections", [">&-", "2>&-", "<&- >&- 2>&-", *([">&- 2>&-", "<&-"] if LONG else [])])
+@pytest.mark.parametrize("redirections", few(["<&- >&- 2>&-", ">&-", "2>&-", ">&- 2>&-", "<&-"]))
 def test_closed_streams(redirections: str, tmp_path: Path) -> None:
     command = f'"$@" {redirections}'
     path = tmp_path / "result.json"
@@ -141,13 +140,16 @@ def test_closed_streams(redirections: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("environment", "other"),
-    [
-        ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, ["explain", "--max-jitter", "5ms"]),
-        ({"PYTHONIOENCODING": "ascii:strict"}, ["analyse", "--require", "☃ <= 1 ms"]),
-        ({"PYTHONIOENCODING": "latin-1:strict", "TERM": "dumb"}, ["explain", "--max-jitter", "5ms"]),
-        ({"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "1"}, ["check"]),
-        ({"LANG": "tr_TR.ISO-8859-9", "TERM": ""}, ["analyse", "--require", "☃ <= 1 ms"]),
-    ],
+    few(
+        [
+            ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, ["explain", "--max-jitter", "5ms"]),
+            ({"PYTHONIOENCODING": "ascii:strict"}, ["analyse", "--require", "☃ <= 1 ms"]),
+            ({"PYTHONIOENCODING": "latin-1:strict", "TERM": "dumb"}, ["explain", "--max-jitter", "5ms"]),
+            ({"NO_COLOR": "1", "TERM": "dumb", "COLUMNS": "1"}, ["check"]),
+            ({"LANG": "tr_TR.ISO-8859-9", "TERM": ""}, ["analyse", "--require", "☃ <= 1 ms"]),
+        ],
+        2,
+    ),
     ids=lambda value: next(iter(value)),
 )
 def test_terminals_without_colours_or_characters(environment: dict[str, str], other: list[str], tmp_path: Path) -> None:
@@ -160,6 +162,7 @@ def test_terminals_without_colours_or_characters(environment: dict[str, str], ot
         assert "Traceback" not in done.stderr and "a bug in dse" not in done.stderr and "\x1b[" not in done.stdout
 
 
+@long_test
 def test_two_runs_that_write_the_same_folder_leave_whole_files(tmp_path: Path, result: Path) -> None:
     """Some runs replace the files while others do: in the end, and at every moment, each file is a whole one."""
     folder = tmp_path / "out"
@@ -241,7 +244,11 @@ def usual() -> float:
     return time.monotonic() - started
 
 
-ALIKE = () if LONG else ("sizes", "schema", "check", "analyse", "compare", "sensitivity", "export")
+ALIKE = (
+    ()
+    if LONG
+    else ("sizes", "schema", "check", "analyse", "compare", "sensitivity", "export", "new", "fit", "explain", "verify")
+)
 """Commands that do and write nothing of a kind of their own."""
 
 

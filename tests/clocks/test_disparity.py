@@ -161,7 +161,7 @@ def test_figures_and_fronts_equal_exhaustion_by_the_oracle(seed: int, tmp_path: 
     (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
     result = dse.solve(tmp_path / "p.yaml")
     for method in ("exhaustion", "model"):
-        assert dse.verify(result, method=method).status == "verified"  # type: ignore[arg-type]
+        assert dse.verify(result, method=method).status == "verified"
 
 
 def texts(data: Any) -> Any:

@@ -118,5 +118,5 @@ def test_fronts_and_first_designs_are_those_of_all_designs(seed: int) -> None:
         pytest.skip("no core exists for a thread")
     found = dse.solve(problem)
     for method in ("exhaustion", "model"):
-        said = dse.verify(found, problem=problem, method=method)  # type: ignore[arg-type]
+        said = dse.verify(found, problem=problem, method=method)
         assert said.status == "verified", (text, said.findings)

@@ -264,6 +264,6 @@ def test_sizes_that_were_left_out_are_an_assumption_of_the_catalogue(tmp_path: P
         ),
         ({"sizes": "0 B .. 4 B"}, "messages of at most 4 B (beyond, what was measured was left out)"),
     ):
-        found = yaml.safe_load(dse.fit(path, name="n", **options).to_yaml())  # type: ignore[arg-type]
+        found = yaml.safe_load(dse.fit(path, name="n", **options).to_yaml())
         assert found["assumptions"] == [f"n: {told}"]
     assert "assumptions" not in yaml.safe_load(dse.fit(path).to_yaml())

@@ -565,6 +565,22 @@ def state_clocks(rng: random.Random, document: dict[str, Any]) -> None:
                 body["communication"] = rng.sample(["let", "implicit", "at_dispatch"], 2)
 
 
+def state_joins(rng: random.Random, document: dict[str, Any]) -> None:
+    """Some threads with several triggers need a message of each, as a decision or not; what waits has a bound."""
+    for name, body in document["threads"].items():
+        ways = as_list(body.get("dispatch_protocol") or ("periodic" if "period" in body else "aperiodic"))
+        coming = [key for key, wire in document["connections"].items() if wire.get("to") == name]
+        triggers = body.get("dispatch_trigger") or [
+            key for key in coming if document["connections"][key].get("port") != "data"
+        ]
+        if len(as_list(triggers)) < 2 or "type" in body or ways == ["periodic"] or rng.random() < 0.5:
+            continue
+        body["join"] = rng.choice(["all", "all", ["any", "all"]])
+        body["pairing"] = rng.choice(["latest", "fifo", ["fifo", "latest"]])
+        if body["pairing"] != "latest":
+            body["queue_size"] = rng.choice(["1", "2"])
+
+
 def state_overload(rng: random.Random, document: dict[str, Any]) -> None:
     """Mostly everything may be overloaded; else nothing, or one slot; some buses carry one message at a time."""
     for body in document.get("bus_types", {}).values():

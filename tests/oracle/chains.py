@@ -38,7 +38,9 @@ class Chains:
             return None
         if reading.segments(name) or reading.segments(sender):
             return None
-        return sender, sum((Fraction(row[3]) for row in reading.connection_rows(triggers[0])), Fraction(0))
+        if reading.problem.waiting_buses & reading.problem.ways_of(triggers[0]):
+            return None
+        return sender, sum((Fraction(row[3]) for row in reading.transit_rows(triggers[0])), Fraction(0))
 
     def _chain(self, name: str) -> list[str]:
         """All that is before a thread, the first of all first, and the thread."""

@@ -11,6 +11,7 @@ from typing import Any
 import yaml
 
 from . import grammar, quantities
+from .arbitration import counted, may_be_on
 
 SECTIONS = ("processors", "buses", "reservations", "executors", "devices", "threads", "connections")
 CATALOGUES = {
@@ -48,8 +49,8 @@ FIELDS = {
     "reservations": ("budget", "period", "processor"),
     "executors": ("kind", "processor"),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
-    "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority"),
-    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency"),
+    "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority", "join", "pairing"),
+    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "identifier"),
 }
 
 
@@ -101,6 +102,15 @@ class Problem:
     def asks_of_cores(self) -> bool:
         """Whether what is asked depends on who shares a core: then open ones are decisions."""
         return self.names_cores or self.chooses_executors or self._asks_of_responses
+
+    @cached_property
+    def waiting_buses(self) -> frozenset[str]:
+        """The buses for which messages wait."""
+        return frozenset(counted(self))
+
+    def ways_of(self, connection: str) -> set[str]:
+        """The buses that may carry a connection, in any design."""
+        return may_be_on(self, connection)
 
     @cached_property
     def chooses_executors(self) -> bool:
@@ -441,6 +451,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "queue_size": int,
     "cores": int,
     "core": int,
+    "identifier": lambda text: int(text, 0),
     "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (

@@ -6,11 +6,12 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, wraps
-from itertools import permutations
+from itertools import combinations, permutations
 from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
+from .joins import Joins
 from .packing import Peak
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
 from .quantities import NS_PER_S, TIME
@@ -85,6 +86,7 @@ class Reading:
         self.problem, self.design, self.complete = problem, design, complete
         self.looked_at: list[set[str]] = [set()]
         self._awaited: set[str] = set()
+        self.joins = Joins(self)
 
     def chosen(self, decision: str) -> str | None:
         """The option of a decision; every look at the design is one of these."""
@@ -164,6 +166,10 @@ class Reading:
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
         if field in ("offset", "communication") and self.protocol(name) not in ("periodic", "hybrid"):
+            return False
+        if field == "join" and self.protocol(name) == "periodic":
+            return False
+        if field == "pairing" and not self.joins.joins(name):
             return False
         if self.offered(name, field) in ([word] for word in FOLLOWS) or self.has_default(name, field):
             return False
@@ -324,14 +330,14 @@ class Reading:
     @in_common
     def rate(self, name: str) -> Fraction:
         """Activations per second, which are also the messages per second that leave (of a hybrid: its timer's)."""
-        protocol = self.protocol(name)
-        if protocol in ("periodic", "hybrid"):
+        protocol, joins = self.protocol(name), self.joins.joins(name)
+        if protocol == "periodic" or (protocol == "hybrid" and not joins):
             return self.timer_rate(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
-        rate = self.input_rate(name)
-        if protocol == "sporadic" and self.offered(name, "period"):
+        rate = min(map(self.delivered_rate, self.triggers(name))) if joins else self.input_rate(name)
+        if protocol == "hybrid" or (protocol == "sporadic" and self.offered(name, "period")):
             rate = min(rate, self.timer_rate(name))
         self._awaited.remove(name)
         return rate
@@ -389,7 +395,12 @@ class Reading:
         """How much later than they must threads end, less than 0 where they end before."""
         found = self.responses()
         limits = {name: self.deadline_ns(name) for name in found}
-        return {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        late = {name: found[name] - limit for name, limit in limits.items() if limit is not None}
+        if self.problem.document.get("deadlines", "stated") != "none":
+            for name, response in self.message_responses().items():
+                if self.get(name, "deadline") is not None:
+                    late[name] = response - quantities.deadline(self.get(name, "deadline"))
+        return late
 
     # Latency
 
@@ -408,20 +419,28 @@ class Reading:
             return best, self._counted(self.scheduling.of(name))
         return best, worst
 
+    def callback_range(self, name: str) -> tuple[int, Any]:
+        """What the callback of a hybrid thread takes."""
+        callback = self.get(name, "callback_execution_time")
+        if callback is None:
+            return 0, 0
+        least, most = quantities.time_range(callback)
+        if self.problem.counts_responses and self.processor_of(name):
+            return least, self._counted(self.scheduling.of(name, "callback"))
+        return least, most
+
     @in_common
-    def component_rows(self, name: str, arrival: str | None, first: bool) -> list[Row]:
-        """The contributions of a component of a flow: (component, method, min, max)."""
+    def component_rows(self, name: str, arrival: str | None, first: bool, way: tuple[str, ...] = ()) -> list[Row]:
+        """The contributions of a component of a flow: (component, method, min, max); `way` leads to a join of all."""
         rows: list[Row] = []
         protocol = self.protocol(name)
         best, worst = self.processing(name)
-        if protocol == "hybrid" and arrival is not None:
-            callback = self.get(name, "callback_execution_time")
-            if callback is not None:
-                least, longest = quantities.time_range(callback)
-                most: Any = longest
-                if self.problem.counts_responses and self.processor_of(name):
-                    most = self._counted(self.scheduling.of(name, "callback"))
-                rows.append((name, "processing time", least, most))
+        if protocol == "hybrid" and arrival is not None and self.get(name, "callback_execution_time") is not None:
+            rows.append((name, "processing time", *self.callback_range(name)))
+        joins = bool(way) and arrival in self.triggers(name) and self.joins.joins(name)
+        if joins:
+            soonest, latest = self.joins.wait(name, way)
+            rows.append((name, "waiting", soonest, NO_BOUND_NS if latest is None else min(latest, NO_BOUND_NS)))
         if protocol in ("periodic", "hybrid"):
             period = self.period_ns(name)
             assert period is not None, name
@@ -432,7 +451,7 @@ class Reading:
                 rows.append((name, "until a dispatch", 0, NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)))
             queue = self.get(arrival, "queue_size") if arrival is not None else None
             queue = self.get(name, "queue_size") if queue is None else queue
-            if queue is not None:
+            if queue is not None and not self.joins.joins(name):
                 rows.append((name, "queued", 0, int(queue) * worst))
         specified = not self.offered(name, "compute_execution_time")
         logical = self.logical_ns(name)
@@ -456,15 +475,20 @@ class Reading:
 
     def _job_distances(self, name: str) -> tuple[Any, Any]:
         """The shortest and the longest time between two jobs of a component; None for ever."""
+        joins = self.joins.joins(name)
+        if self.protocol(name) == "hybrid" and joins:
+            return self.joins.job_distances(name)
         if self.protocol(name) in ("periodic", "hybrid"):
             return self.period_ns(name), self.period_ns(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
-        ways = [self._message_distances(connection) for connection in self.triggers(name)]
+        ways = [self.message_distances(connection) for connection in self.triggers(name)]
         self._awaited.remove(name)
         known = [longest for _, longest in ways if longest is not None]
         soonest = ways[0][0] if len(ways) == 1 else 0
+        if joins:
+            known = [max(known)] if len(known) == len(ways) else []
         separation = (
             self.period_ns(name) or 0 if self.protocol(name) == "sporadic" and self.offered(name, "period") else 0
         )
@@ -475,7 +499,7 @@ class Reading:
             return soonest, longest
         return max(soonest, separation), None if longest is None else longest + lost
 
-    def _message_distances(self, connection: str) -> tuple[Any, Any]:
+    def message_distances(self, connection: str) -> tuple[Any, Any]:
         """The shortest and the longest time between two messages of a connection; None for ever."""
         spread = sum((Fraction(row[3]) - row[2] for row in self.connection_rows(connection)), Fraction(0))
         sender = self.problem.component(connection).get("from")
@@ -537,7 +561,7 @@ class Reading:
         """
         period, error = self.period_ns(name), self.error_ns(sender, name)
         assert period is not None, name
-        if error is None:
+        if error is None or most >= NO_BOUND_NS:
             return 0, period, period
         step = gcd(period, self.period_ns(sender) or 0)
         offsets = [self.get(each, "offset") if self.is_active(each, "offset") else None for each in (sender, name)]
@@ -564,9 +588,37 @@ class Reading:
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
         return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
 
+    @property
+    def messages(self) -> Scheduling:
+        """What messages wait for their buses: with all response times where these count, else by themselves."""
+        if self.problem.counts_responses:
+            return self.scheduling
+        found, seen = self._messages
+        self.looked_at[-1] |= seen
+        return found
+
+    @cached_property
+    def _messages(self) -> tuple[Scheduling, set[str]]:
+        """The same by themselves, and the decisions that were looked at."""
+        self.looked_at.append(set())
+        return Scheduling(self, only_buses=True), self.looked_at.pop()
+
     @in_common
     def connection_rows(self, connection: str) -> list[Row]:
-        """The contributions of a connection of a flow."""
+        """The contributions of a connection of a flow: what it takes, and what its message waits for its bus."""
+        rows = self.transit_rows(connection)
+        if not self.problem.waiting_buses & set(self.stack(connection)):
+            return rows
+        return [*rows, (connection, "waiting for the bus", 0, self._counted(self.messages.waits(connection)))]
+
+    def message_responses(self) -> dict[str, Fraction]:
+        """The longest from when the message of each connection is sent until it is there."""
+        named = self.problem.sections["connections"]
+        return {name: sum((Fraction(row[3]) for row in self.connection_rows(name)), Fraction(0)) for name in named}
+
+    @in_common
+    def transit_rows(self, connection: str) -> list[Row]:
+        """What a connection takes where nobody waits."""
         rows: list[Row] = []
         for bus in self.stack(connection):
             if self.bus_field(bus, "transmission_time.fixed") is not None:
@@ -648,7 +700,8 @@ class Reading:
                 found = [*self.connection_rows(name)]
                 arrival, first = name, False
             else:
-                found = [*self.component_rows(name, arrival, first)]
+                way = tuple(path[: path.index(name)])
+                found = [*self.component_rows(name, arrival, first, way if arrival and self.joins.joins(name) else ())]
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -674,10 +727,14 @@ class Reading:
             found["age"] = worst + first - self.last_period(flow)
         return found
 
-    def first_period(self, flow: str) -> int:
+    def first_period(self, flow: str) -> Any:
         """The period of the first component, where a timer releases it."""
         first = self.problem.paths[flow][0]
-        return self._timer_period(first) or 0
+        period = self._timer_period(first)
+        if period is not None and self.joins.joins(first):
+            gap = self.dispatch_gap_ns(first)
+            return NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)
+        return period or 0
 
     def last_period(self, flow: str) -> Any:
         """The period of the last component that a timer releases, or how far apart its dispatches are at most."""
@@ -841,12 +898,27 @@ class Reading:
     def check_rest(self) -> None:
         """What other decisions have a say in."""
         self.check_cores()
+        self.check_identifiers()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
         for rule in self.problem.rules:
             if self.holds(rule.condition) is rule.forbid:
                 raise InvalidDesign(f"rule: {rule.text}")
+
+    def check_identifiers(self) -> None:
+        """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
+        named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
+        for one, other in combinations(named, 2):
+            if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
+                continue
+            for bus in set(self.stack(one)) & set(self.stack(other)):
+                kind = self.problem.sections["bus_types"][self.type_of(bus) if bus in self.problem.section_of else bus]
+                bodies = [self.problem.component(name) for name in (one, other)]
+                ports = [(body.get("from"), body.get("from_port")) for body in bodies]
+                is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"
+                if kind.get("virtual") != "true" and not is_one:
+                    raise InvalidDesign(f"{one} and {other} have one identifier")
 
     def check_cores(self) -> None:
         """A stated core is one that the processor has, of all in which something runs."""

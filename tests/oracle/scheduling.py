@@ -11,9 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import count
+from math import ceil
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import quantities
+from .arbitration import counted
+from .buses import Buses
 from .chains import Chains
 from .pieces import Pieces, piece_of
 from .problem import as_list
@@ -31,19 +34,32 @@ Of a thread with segments ``piece 0``, ``piece 1`` and so on.
 
 
 class Scheduling:
-    """The response times of all that runs on the processors in one complete design."""
+    """The response times of all that runs on the processors in one complete design, and of messages that wait.
 
-    def __init__(self, reading: Reading) -> None:
-        self.reading, self.problem = reading, reading.problem
+    With `only_buses` threads and devices take what latencies count of them, as if nothing delayed them.
+    """
+
+    def __init__(self, reading: Reading, *, only_buses: bool = False) -> None:
+        self.reading, self.problem, self.only_buses = reading, reading.problem, only_buses
         self.threads = list(self.problem.sections["threads"])
-        self.jobs = [job for name in self.threads for job in self._jobs_of(name)]
+        self.jobs = [] if only_buses else [job for name in self.threads for job in self._jobs_of(name)]
         self.cores: dict[tuple[str, int], list[Job]] = {}
         for job in self.jobs:
             self.cores.setdefault(self._core(job), []).append(job)
+        self.buses = Buses(self)
         self.longest, self.pieces = self._longest_period(), Pieces(self)
         self.chains = Chains(self)
+        self.jobs += self.buses.jobs
         self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
         self._settle()
+
+    def waits(self, connection: str) -> Fraction | None:
+        """How long the message of a connection waits for its bus at most, 0 of one that waits for none."""
+        if connection not in self.buses.bus_of:
+            return Fraction(0)
+        name = self.buses.sent_as(connection)
+        response = self.response[name, "message"]
+        return None if response is None else response - self.buses.times(name)[1]
 
     def of(self, name: str, part: str = "timer") -> Fraction | None:
         """The response time, None without a bound; what executes nothing on a processor takes what it takes."""
@@ -98,10 +114,14 @@ class Scheduling:
                 kinds: list[Any] = [kind for kind in self.problem.types(name) if kind != "none"]
                 for kind in kinds or [None]:
                     found += map(quantities.period, as_list(self.problem.stated(name, "period", kind)))
+        for body in self.problem.sections["connections"].values() if counted(self.problem) else ():
+            found += [ceil(NS_PER_S / quantities.rate(rate)) for rate in as_list(body.get("rate"))]
         return max(found, default=NS_PER_S)
 
     def _alone(self, job: Job) -> Fraction:
         """What a job takes where nothing else runs, from the release of its thread."""
+        if job[1] == "message":
+            return self.buses.times(job[0])[1]
         place = piece_of(job)
         before = 0 if place is None else self.reading.piece_times(job[0], place, before=True)[1]
         return Fraction(before + self.times(job)[1])
@@ -120,6 +140,8 @@ class Scheduling:
 
     def _played(self, job: Job) -> Fraction | None:
         """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
+        if job[1] == "message":
+            return self.buses.played(job[0])
         own, work = self.releases(job), self.times(job)[1]
         if piece_of(job) is not None:
             return self.pieces.end(job)
@@ -300,9 +322,16 @@ class Scheduling:
         if part == "timer" and protocol in ("periodic", "hybrid"):
             assert period is not None, name
             return Releases(((period, Fraction(0)),))
-        arriving = self._arriving(name)
+        arriving = self._joined(name) if part == "timer" and self.reading.joins.joins(name) else self._arriving(name)
         apart = period if part == "timer" and protocol == "sporadic" else None
         return None if arriving is None else Releases(arriving, apart or 0)
+
+    def _joined(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
+        """The jobs of a thread that needs a message of each trigger."""
+        found: tuple[tuple[int, Fraction], ...] | None = self.reading.joins.streams(
+            name, {connection: self._delivered(connection) for connection in self.reading.triggers(name)}
+        )
+        return found
 
     def _arriving(self, name: str) -> tuple[tuple[int, Fraction], ...] | None:
         found: list[tuple[int, Fraction]] = []
@@ -315,13 +344,20 @@ class Scheduling:
 
     def _delivered(self, connection: str) -> list[tuple[int, Fraction]] | None:
         """What a connection brings: late by what its sender and the way may take longer than at least."""
-        rows = self.reading.connection_rows(connection)
+        if connection in self.buses.bus_of:
+            name = self.buses.sent_as(connection)
+            handed, takes = self.buses.releases(name), self.response[name, "message"]
+            if handed is None or takes is None:
+                return None
+            more = takes - self.buses.times(name)[0]
+            return [(period, late + more) for period, late in handed.streams]
+        rows = self.reading.transit_rows(connection)
         spread = sum((Fraction(row[3]) - row[2] for row in rows), Fraction(0))
         sender = self.problem.component(connection).get("from")
         if sender is None or self.reading.states_rate(connection):
             rate = self.reading.delivered_rate(connection)
             return [(max(1, int(NS_PER_S / rate)), spread)] if rate else []
-        leaving = self._leaving(sender)
+        leaving = self.leaving(sender)
         return None if leaving is None else [(period, late + spread) for period, late in leaving]
 
     def _released_by(self, name: str, last: Job, least: int) -> Releases | None:
@@ -331,11 +367,13 @@ class Scheduling:
             return None
         return Releases(tuple((period, late + takes - least) for period, late in _kept_apart(releases)))
 
-    def _leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
+    def leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
         """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
         releases, takes = self.releases((name, "timer")), self.of(name)
         if releases is None or takes is None:
             return None
+        stated = self.reading.get(name, "response_time") if self.only_buses else None
+        takes = takes if stated is None else max(takes, Fraction(quantities.time_range(stated)[1]))
         least = self.times((name, "timer"))[0]
         return [(period, late + takes - least) for period, late in _kept_apart(releases)]
 

@@ -11,7 +11,7 @@ import pytest
 
 import dse
 from dse.cli.main import run
-from dse.report.content.decide import costly, prices, summary_words
+from dse.report.content.front.decide import costly, prices, summary_words
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO, EXIT_USAGE
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
@@ -49,7 +49,7 @@ def test_it_is_the_same_on_several_cores(result: dse.Result, monkeypatch: pytest
 def test_it_is_read_again_and_verified(result: dse.Result, file: Path) -> None:
     assert dse.reopen(file).insisting == result.insisting
     for method in ("exhaustion", "model"):
-        found = dse.verify(file, method=method)  # type: ignore[arg-type]
+        found = dse.verify(file, method=method)
         assert found.status == "verified", found.findings
         assert any("with each of 12 options" in text for text in found.checked)
 

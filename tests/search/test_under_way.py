@@ -21,6 +21,7 @@ from dse.search.front import SearchLimits
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Answer, Found, Unfinished
 from dse.support.errors import UsageError
+from tests.helpers.effort import few
 from tests.helpers.support import PROBLEMS
 
 PUMP = Path(__file__).parents[1] / "fuzz" / "pump.yaml"
@@ -48,13 +49,16 @@ def comparable(result: Result | RobustResult) -> dict[str, Any]:
 @pytest.mark.usefixtures("often")
 @pytest.mark.parametrize(
     ("name", "processing"),
-    [
-        ("types", "execution_time"),
-        ("types", "response_time"),
-        ("bindings", "execution_time"),
-        ("bindings", "response_time"),
-        ("many-buses", "execution_time"),
-    ],
+    few(
+        [
+            ("types", "response_time"),
+            ("bindings", "execution_time"),
+            ("types", "execution_time"),
+            ("bindings", "response_time"),
+            ("many-buses", "execution_time"),
+        ],
+        2,
+    ),
 )
 def test_what_is_kept_is_a_result(name: str, processing: str, tmp_path: Path) -> None:
     problem, kept = tmp_path / "p.yaml", tmp_path / "kept.json"

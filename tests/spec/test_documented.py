@@ -51,7 +51,7 @@ processor_types:
       throttling: {budget: 950 ms, period: 1 s, source: s}}
 bus_types:
   b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1 ns, sizes: 1 B .. 1 KB}, latency: 1 ms,
-      overhead: 1 B, protocols: [v], broadcast: true,
+      overhead: 1 B, protocols: [v], broadcast: true, arbitration: fifo,
       virtual: false, exclusive: true, period: 1 ms, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s}
   v: {virtual: true, transmission_time: from bandwidth, bandwidth: 1 Mbit/s}
@@ -83,14 +83,15 @@ threads:
       category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
-      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us}
+      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us, join: all, pairing: latest}
   h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
   i: {reservation: l, period: 1 ms, compute_execution_time: 1 us}
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}
 reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 1, source: s}}
 connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
-      queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, source: s}
+      queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
+      deadline: 1 s, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,

@@ -106,5 +106,5 @@ def test_a_plug_in_that_is_none_is_named(
     (tmp_path / "a.lamp").write_text("1 s", encoding="utf-8")
     ask = dse.import_file if point.startswith("importers") else partial(dse.solve, minimise="whatever")
     with pytest.raises(dse.UsageError) as error:
-        ask(tmp_path / "a.lamp" if point.startswith("importers") else PUMP)  # type: ignore[operator]
+        ask(tmp_path / "a.lamp" if point.startswith("importers") else PUMP)
     assert said in str(error.value)

@@ -10,7 +10,7 @@ Read `lateness.py` first.
 * `unbounded.py`: response times without a bound, and the metrics that they may reach.
 * `without_contention.py`: requirements as if no thread waited for the CPU.
 * `front_verdicts.py`: verdicts with CPU contention on designs of a front that leaves it out.
-* `remarks.py`: remarks on a design or a problem.
+* `remarks.py`, `join_remarks.py`: remarks on a design or a problem; those on threads that several inputs dispatch.
 
 Not allowed here: formulas of response times. A shorter time that would be enough is found by asking
 `analysis/scheduling` again.

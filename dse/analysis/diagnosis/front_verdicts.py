@@ -15,13 +15,14 @@ from dse.analysis.latency.metrics import flow_figure_ns
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Verdict, build_limit, judge
 from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import placement
 from dse.analysis.placement.heuristics import placed
 from dse.analysis.placement.partition import Spread
 from dse.analysis.validity import Rulebook
 from dse.analysis.views import View
 from dse.space.architecture.carriers import carriers
-from dse.space.model.space import EMPTY, Component, Design, Space
+from dse.space.model.space import EMPTY, Bus, Component, Design, Space
 from dse.space.model.trees import at, leaves
 from dse.space.question.open_cores import is_scheduled, with_open_cores
 from dse.support.timelimit import in_time
@@ -42,9 +43,16 @@ def is_left_out(space: Space) -> bool:
 
 
 def leaves_out_buses(space: Space) -> bool:
-    """Whether latencies count no waiting for physical buses that may carry messages; OSATE has rules of its own."""
+    """Whether latencies count no waiting for some physical bus that may carry messages; OSATE has rules of its own."""
+    return space.profile == "dse" and bool(space.flows) and bool(uncounted_buses(space))
+
+
+def uncounted_buses(space: Space) -> tuple[Bus, ...]:
+    """The physical buses that may carry messages, of which the waiting for them is not counted."""
     carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
-    return space.profile == "dse" and bool(space.flows) and not all(space.buses[bus].virtual for bus in carried)
+    counted = counted_buses(space)
+    buses = enumerate(space.buses)
+    return tuple(bus for number, bus in buses if number in carried and not bus.virtual and number not in counted)
 
 
 def with_contention(space: Space) -> Space | None:

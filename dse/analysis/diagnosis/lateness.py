@@ -22,7 +22,7 @@ from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.parts import Delay
 from dse.analysis.scheduling.responses import Response, response_of, solution_of
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.analysis.scheduling.waits import Wait, Waits
+from dse.analysis.scheduling.waits import Wait, Waits, stated_name
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -42,7 +42,9 @@ class Full:
     processor: Annotated[str, "The processor or accelerator."]
     core: Annotated[int, "The core, from 1."]
     is_served: bool
-    share_ppm: Annotated[Exact, "The share that a thread and what goes before it need together, in ppm."]
+    share_ppm: Annotated[
+        Exact, "The share that a thread and all with higher priority on its core need together, in ppm."
+    ]
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Late:
     blocked_ns: Annotated[Exact, "What less urgent work takes that has begun before."]
     executor: Annotated[str, "The executor or accelerator in which it waits for others; empty where there is none."]
     delays: Annotated[
-        tuple[Delay, ...], "What goes before it, the most urgent first; empty without a bound, and of segments."
+        tuple[Delay, ...],
+        "The threads of higher priority that it waits for, highest first; empty without a bound, and of segments.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Each of these is enough by itself."]
     has_segments: bool = False
@@ -86,7 +89,7 @@ class Late:
     ] = ()
     full: Annotated[
         Full | None,
-        "Of one without a bound, where it and what goes before it need more than there is; null where they do not.",
+        "Of one without a bound, where it and the threads of higher priority need more than there is; else null.",
     ] = None
     apart_ns: Annotated[
         Exact | None,
@@ -128,7 +131,7 @@ class Teller:
     def _because(self, loss: Loss) -> tuple[str, ...]:
         """The threads without a bound because of which a thread has none; none where it has none by itself."""
         keys = self.solution.because(loss)
-        return tuple(dict.fromkeys(self.space.components[number].stated_as for number, _ in keys))
+        return tuple(dict.fromkeys(stated_name(self.space, key) for key in keys))
 
     def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
         """The threads that break an upper limit on their response time, in the order of the limits."""
@@ -180,7 +183,7 @@ class Teller:
 
     def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
         """The tasks of threads, by their names."""
-        return [key for key in self.solution.ends if self.space.components[key[0]].stated_as in names]
+        return [key for key in self.solution.ends if stated_name(self.space, key) in names]
 
     def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
         """Where a thread and what goes before it need most, if that is more than there is."""

@@ -15,6 +15,7 @@ from math import ceil
 from typing import NamedTuple
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
+from dse.analysis.diagnosis.join_remarks import drifting_joins, endless_waits, unsaid_joins
 from dse.analysis.latency.contributors import element_rows, elements_of, flow_rows
 from dse.analysis.latency.exact_chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.latency.offset_advice import boundaries, clock_gains
@@ -78,6 +79,7 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
                 "latency"
             )
     yield from _late_reads(space, view)
+    yield from endless_waits(space, view)
     yield from _bus_remarks(space, view)
     yield from outside_words(dict.fromkeys(outside_sizes(space, view)))
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]
@@ -144,10 +146,12 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
 
 
 def problem_remarks(space: Space) -> Iterator[str]:
-    """The same of every bus that a design may have, and of every flow."""
+    """Remarks on every bus that a design may have and on every flow: busy times, and transfers that take no time."""
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
     yield from _late_offsets(space)
+    yield from unsaid_joins(space)
+    yield from drifting_joins(space)
     yield from outside_words(possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
@@ -347,7 +351,10 @@ def outside_sizes(space: Space, view: View) -> Iterator[Outside]:
 
 
 def possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
-    """The same of all designs; a connection with more than `limit` cases is not looked at."""
+    """Messages that in some design are smaller or larger than their transmission times hold for.
+
+    A connection with more than `limit` cases is left out.
+    """
     found: dict[Outside, None] = {}
     for item in space.connections:
         if any(space.buses[number].sizes_bytes is not None for number in reachable_buses(space, item)):

@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 from dse.analysis.diagnosis.reservation_budgets import least
 from dse.analysis.diagnosis.what_if import only, with_shorter_interrupt, with_shorter_job, with_shorter_section
 from dse.analysis.limits import build_limit, judge
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import response_ns, solve
 from dse.analysis.scheduling.model import System
 from dse.analysis.scheduling.order import Schedule
@@ -90,8 +91,8 @@ class Trials:
             yield Candidate("section", number, "thread", self.space.components[number].stated_as, longest_ns)
 
     def _job(self, key: TaskKey) -> Candidate:
-        stage = self.system.stages.get(key)
-        return Candidate("job", *key, told_name(self.space, key), 0 if stage is None else stage.worst_ns - 1)
+        stage = self.system.stages.get(key) if key[1] != "message" else None
+        return Candidate("job", *key, told_name(self.space, key), 0 if stage is None else int(stage.worst_ns) - 1)
 
     def shortened(self, item: Candidate, by_ns: int) -> System:
         """The system with a candidate that takes so much less, whose threads stay where they are."""
@@ -107,7 +108,7 @@ class Trials:
         solution = solve(self.shortened(item, by_ns))
         self._spent += solution.rounds * len(solution.ends)
         view = View(self.view.design)
-        view.memo["responses"] = solution.ends
+        view.memo["responses"], view.memo["solution"] = solution.ends, solution
         space = self.space
         if item.kind == "job":
             components = list(space.components)
@@ -162,7 +163,8 @@ class Trials:
         """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
         asked = places, item, by_ns
         if asked not in self._asked:
-            solution = solve(only(self.shortened(item, by_ns), places))
+            shorter = self.shortened(item, by_ns)  # with buses everything may have a part in everything
+            solution = solve(shorter if counted_buses(self.space) else only(shorter, places))
             self._asked[asked] = solution.ends
             self._spent += solution.rounds * len(solution.ends)
         return self._asked[asked]

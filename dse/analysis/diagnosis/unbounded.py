@@ -7,12 +7,14 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.metrics import flow_figure_ns
-from dse.analysis.latency.rows import UNBOUNDED_METHODS, counts_responses
+from dse.analysis.latency.rows import counts_responses, has_no_bound
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import display_unit
+from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.rates import NS_PER_S
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, message_waits_ns
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in, metric_dimension, parts_of
@@ -35,7 +37,11 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
         if figure_ns is not None and figure_ns < UNBOUNDED_NS:
             return ()
         rows = flow_rows(space, space.flows[metric.index or 0], view)
-        return tuple(dict.fromkeys(row.contributor for row in rows if row.max_method in UNBOUNDED_METHODS))
+        return tuple(dict.fromkeys(row.contributor for row in rows if has_no_bound(row)))
+    if metric.kind == "message response":
+        number = metric.index or 0
+        is_unbounded = message_waits_ns(space, number, view) >= UNBOUNDED_NS
+        return (space.connections[number].name,) if is_unbounded else ()
     if metric.kind == "response time":
         number = metric.index or 0
         if bounded_response_ns(space, number, "thread", view) >= UNBOUNDED_NS:
@@ -44,7 +50,7 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
 
 
 def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
-    """The same of the greatest or least of several sums: one that has no bound the other way is not what is picked."""
+    """The threads without a bound in the greatest or least of several sums; a sum that is not picked has none."""
     wanted = 1 if metric.kind == "max" else -1
     picked: list[tuple[list[str], set[int]]] = []
     others: list[tuple[list[str], set[int]]] = []
@@ -61,12 +67,20 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
 
 
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
-    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch."""
+    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs."""
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
+    if metric.kind == "message response":
+        return bool(may_wait_for(space, metric.index or 0))
     if metric.kind not in ("latency", "jitter"):
         return metric.kind == "response time"
-    return counts_responses(space) or any(may_be_stored(space, step) for step in space.flows[metric.index or 0].steps)
+    steps = space.flows[metric.index or 0].steps
+    waits = any(step.kind == "connection" and may_wait_for(space, step.index) for step in steps)
+    return (
+        waits
+        or counts_responses(space)
+        or any(may_be_stored(space, step) or may_wait_for_inputs(space, step) for step in steps)
+    )
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:
@@ -98,8 +112,10 @@ def delayed_by(space: Space, processors: Iterable[int]) -> frozenset[int]:
     """The components, by number, that may wait for what runs on some processors, by number.
 
     They are those that may run there, those that one of them triggers, the other pieces of their threads, and what may
-    share a core with the latter two.
+    share a core with the latter two. Where messages wait for buses that may be any.
     """
+    if counted_buses(space):
+        return frozenset(range(len(space.components)))
     reached: set[Place] = {(processor, None) for processor in processors}
     found = set[int]()
     while True:

@@ -38,7 +38,11 @@ def with_shorter_job(system: System, key: TaskKey, by_ns: int) -> System:
 
 def with_shorter_section(system: System, number: int, section_ns: int) -> System:
     """The system in which the sections of a thread, by number, that nothing interrupts take so long."""
-    return _with_sections(system, lambda key, longest: min(section_ns, longest) if key[0] == number else longest)
+
+    def section_of(key: TaskKey, longest: int) -> int:
+        return min(section_ns, longest) if key[0] == number and key[1] != "message" else longest
+
+    return _with_sections(system, section_of)
 
 
 def with_shorter_interrupt(system: System, processor: int, index: int, by_ns: int) -> System:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from dse.analysis.latency.contributors import figure_of, neighbours, phased_parts
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.rates import is_periodic
@@ -49,7 +50,7 @@ def can_be_taken_apart(space: Space, step: Step, kind: str) -> bool:
 
 def _is_plain(space: Space, step: Step) -> bool:
     """Whether what an element adds holds its own response time once, or none, and whether it does in every design."""
-    if may_be_stored(space, step):
+    if may_be_stored(space, step) or may_wait_for_inputs(space, step):
         return False
     component = space.components[step.index]
     queues = [component.queue_size, *([] if step.via is None else [space.connections[step.via].queue_size])]
@@ -127,6 +128,8 @@ def phased_of(space: Space, step: Step, kind: str) -> Phased | None:
     """
     earlier = [item.index for item in step.since if item.kind == "component"]
     if not earlier or space.profile != "dse":
+        return None
+    if any(may_wait_for_inputs(space, item) for item in (*step.since, step)):
         return None
     pair = [space.components[number] for number in (earlier[-1], step.index)]
     open_offsets = [isinstance(item.offset_ns, Choice) for item in pair]

@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from dse.analysis.binding import transmission_ns
-from dse.analysis.latency.processing import best_ns, processing_row, worst_ns
+from dse.analysis.latency.deliveries import delivery_rows
+from dse.analysis.latency.joined_inputs import joined_row
+from dse.analysis.latency.processing import best_ns, callback_row, processing_row, worst_ns
 from dse.analysis.latency.rows import (
     UNBOUNDED_METHOD,
     Row,
     in_flow,
-    is_computed,
-    scheduled_ns,
 )
 from dse.analysis.latency.sampling import METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
-from dse.analysis.rates import is_event_triggered, is_periodic
+from dse.analysis.rates import is_event_triggered, is_joined, is_periodic
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE
@@ -54,7 +53,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
     if step.kind == "connection":
         if space.connections[step.index].is_inner:
             return ()
-        return (_connection_row(space, step.index, view),)
+        return delivery_rows(space, step.index, view)
     component = _in_flow(space, step, view)
     rows = _callback_rows(space, step, component, view)
     for row in (_sampling_row(space, step, component, view), _queuing_row(space, step, component, view)):
@@ -72,15 +71,11 @@ def _in_flow(space: Space, step: Step, view: View) -> Component:
 
 
 def _callback_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
-    """What the callback of a hybrid component takes before its timer samples."""
-    callback = at(component.callback_ns, view) if step.via is not None else None
-    if callback is None or at(component.protocol, view) != "hybrid":
+    """What passes at a hybrid component before its timer samples: its callback, and the wait for its other inputs."""
+    if step.via is None or at(component.protocol, view) != "hybrid":
         return []
-    method = "processing time"
-    worst, worst_method = callback[1], method
-    if is_computed(space, component, view):
-        worst, worst_method = scheduled_ns(space, component, "callback", view)
-    return [Row(component.category, component.name, callback[0], method, worst, worst_method)]
+    rows = (callback_row(space, component, view), joined_row(space, step, component, view))
+    return [row for row in rows if row is not None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,17 +197,13 @@ def _on_one_clock(space: Space, step: Step, component: Component, view: View) ->
     return Row(component.category, component.name, least, METHOD, most, METHOD)
 
 
-def _connection_row(space: Space, number: int, view: View) -> Row:
-    """Transmission, as `transmission_ns` says."""
-    connection = space.connections[number]
-    least, most, method = transmission_ns(space, connection, view)
-    return Row("connection", connection.name, least, method, most, method)
-
-
 def _sampling_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow, or until a dispatch."""
+    """Sampling delay: 0 .. period of a periodic component that is not the first of the flow, or until a dispatch.
+
+    That of an event-triggered one that needs all its inputs is how long it waits for the others.
+    """
     if not is_periodic(component, view):
-        return stored_row(space, step, component, view)
+        return joined_row(space, step, component, view) or stored_row(space, step, component, view)
     if step.via is None:
         return Row(component.category, component.name, 0, "first sampling", 0, "first sampling")
     on_one_clock = _on_one_clock(space, step, component, view)
@@ -228,8 +219,8 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
     size = at(space.connections[step.via].queue_size, view)
     if size is None:
         size = at(component.queue_size, view)
-    if size is None or not is_event_triggered(component, view):
-        return None
+    if size is None or not is_event_triggered(component, view) or is_joined(component, view):
+        return None  # in a join of all the queue holds what waits for the others
     each = worst_ns(space, component, view)[0]
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
 

@@ -19,13 +19,15 @@ from dse.analysis.latency.contributors import (
     step_rows,
 )
 from dse.analysis.latency.exact_chains import exact_range_ns
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.processing import is_logical
-from dse.analysis.latency.rows import counts_responses
+from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
 from dse.analysis.latency.sampling import LET
-from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, stored_row, waits_for_others
+from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row, waits_for_others
 from dse.analysis.memo import Answering, Recall
+from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
-from dse.analysis.rates import is_periodic
+from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
@@ -116,10 +118,11 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
         return ZERO + figure_of(kind, exact_range_ns(space, flow, view))
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
-        alone = replace(space, processing="execution_time")
+        alone = _undelayed(space)
         ranges = [_element_range_ns(alone, element, view) for element in elements_of(space, flow)]
         least, most = (sum((found[end] for found in ranges), ZERO) for end in (0, 1))
         jobs = sum(2 + _queue_size(space, step, view) for step in flow.steps if step.kind == "component")
+        jobs += sum(bool(may_wait_for(space, step.index)) for step in flow.steps if step.kind == "connection")
         waits = sum(at(space.components[step.index].period_ns, view) or 0 for step in flow.steps if step.since)
         if kind == "min latency":
             return ZERO, ZERO + exact_range_ns(alone, flow, view)[0]  # readers that begin late meet more
@@ -127,21 +130,30 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
         return low, ZERO + most + waits + jobs * UNBOUNDED_NS
 
     waits_for_cores = counts_responses(space) and (kind != "min latency" or reads_when_jobs_begin(space))
-    return Term(flow.name, value, component=name, ends=ends if waits_for_cores else None)
+    waits_for_buses = kind != "min latency" and any(
+        may_wait_for(space, step.index) if step.kind == "connection" else _follows_a_bus(space, step)
+        for step in flow.steps
+    )
+    return Term(flow.name, value, component=name, ends=ends if waits_for_cores or waits_for_buses else None)
 
 
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
-    alone = replace(space, processing="execution_time")
+    alone = _undelayed(space)
     for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
         names = space.components if step.kind == "component" else space.connections
         name = names[step.index].name
         if isinstance(element, FlowPosition):
             yield from _placed_terms(space, element, name, kind)
             continue
+        if step.kind == "connection":
+            yield _delivery_term(space, step, kind)
+            continue
 
         is_stored = may_be_stored(space, step)
-        is_scheduled = step.kind == "component" and counts_responses(space) and _may_wait(space, step, kind)
+        has_others = may_wait_for_inputs(space, step)
+        responds = counts_responses(space) and _may_wait(space, step, kind)
+        is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
         counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
 
         def value(view: View, step: Step = step, space: Space = counted) -> Fraction:
@@ -151,14 +163,25 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             return figure
 
         def ends(
-            view: View, step: Step = step, value: Callable[..., Fraction] = value, is_stored: bool = is_stored
+            view: View,
+            step: Step = step,
+            value: Callable[..., Fraction] = value,
+            is_stored: bool = is_stored,
+            has_others: bool = has_others,
         ) -> tuple[Fraction, Fraction]:
-            """Response times are no shorter than execution times; each counts for its job and for those queued."""
+            """Response times are no shorter than execution times; each counts for its job and for those queued.
+
+            What waits for other inputs waits less where it comes later itself.
+            """
             least = value(view, step, alone)
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             if kind == "min latency":
                 return least - period, least
             jobs = 2 + _queue_size(space, step, view)
+            if has_others:  # which counts no more than a time without a bound, in place of a queue
+                rows = step_rows(alone, step, view)
+                least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
+                jobs = 3 if is_joined(space.components[step.index], view) else jobs
             if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
                 jobs += 1 + 2 * len(dispatchers(space, step.index))
             most = least + jobs * UNBOUNDED_NS
@@ -166,7 +189,7 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
                 return least, most
             return least - period, most + 2 * period
 
-        counts = is_scheduled and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
+        counts = responds and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
         only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
         waits_where = _waits_where(space, step.index) if only_waits else None
         counts = only_waits or (counts and _always_waits(space, step.index))
@@ -175,14 +198,54 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             value,
             ends=ends if is_scheduled else None,
             waits=(step.index, Fraction(1)) if counts else None,
-            may_fall=is_scheduled and _may_move(space, step, kind),
+            may_fall=is_scheduled and (has_others or _may_move(space, step, kind)),
             only_waits=only_waits,
             waits_where=waits_where,
             grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
             phased=None if is_scheduled else phased_of(space, step, kind),
             reads=_reads(space, step, number, kind),
-            sampled=Sampled(space, step, kind) if step.since and step.kind == "component" else None,
+            sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
         )
+
+
+def _undelayed(space: Space) -> Space:
+    """The space in which no thread waits for a core, and no message for a bus."""
+    return replace(space, processing="execution_time", bus_queuing="not_counted")
+
+
+def _delivery_term(space: Space, step: Step, kind: str) -> Term:
+    """What a connection adds to a metric of a flow: it hangs on all messages of its bus where it waits for that."""
+    connection = space.connections[step.index]
+    waits = kind != "min latency" and bool(may_wait_for(space, step.index))
+    alone = _undelayed(space)
+
+    def value(view: View, space: Space = space if waits or kind != "min latency" else alone) -> Fraction:
+        return ZERO + figure_of(kind, _element_range_ns(space, step, view))
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        least = value(view, alone)
+        return least, least + UNBOUNDED_NS
+
+    return Term(connection.name, value, ends=ends if waits else None, grows=waits)
+
+
+def message_term(space: Space, number: int) -> Term:
+    """The longest time from when a connection's message is sent until it is there, waiting for its bus included."""
+    return _delivery_term(space, Step("connection", number), "latency")
+
+
+def _follows_a_bus(space: Space, step: Step) -> bool:
+    """Whether what a component of a flow adds hangs on when messages come that wait for buses.
+
+    That is so on a clock, where it reads what comes from a timer before it, where others dispatch it, and where it
+    waits for other inputs.
+    """
+    if not counted_buses(space):
+        return False
+    came = any(item.kind == "connection" and may_wait_for(space, item.index) for item in step.since)
+    if came and hangs_on_offsets(space, step):
+        return True
+    return may_be_stored(space, step) or may_wait_for_inputs(space, step)
 
 
 def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
@@ -192,6 +255,8 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
     """
     component = space.components[step.index] if step.kind == "component" else None
     if component is None or not counts_responses(space) or not can_be_taken_apart(space, step, kind):
+        return None
+    if any(item.kind == "connection" and may_wait_for(space, item.index) for item in step.since):
         return None
     reading = replace(step, only_reads=True)
 
@@ -205,7 +270,7 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
         least = job(view, alone)
         return least, least + UNBOUNDED_NS
 
-    alone = replace(space, processing="execution_time")
+    alone = _undelayed(space)
     waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
     made = Term(
         component.name,
@@ -268,6 +333,10 @@ def _may_wait(space: Space, step: Step, kind: str) -> bool:
         return _may_move(space, step, kind) and reads_when_jobs_begin(space)
     if space.profile != "dse" or here.callback_ns is not None or waits_for_others(space, step):
         return True
+    if may_wait_for_inputs(space, step):
+        return any(
+            space.components[item].processor is not None for item in (step.index, *dispatchers(space, step.index))
+        )
     if not space.is_last_piece(step.index):
         return False
     asked = [here]
@@ -285,7 +354,7 @@ def _may_move(space: Space, step: Step, kind: str) -> bool:
 
 def _counts_waiting_once(space: Space, step: Step) -> bool:
     """Whether an element of a flow has no rows that count a response time but that of processing."""
-    if may_be_stored(space, step):
+    if may_be_stored(space, step) or may_wait_for_inputs(space, step):
         return False
     component = space.components[step.index]
     sizes = [component.queue_size]
@@ -333,11 +402,14 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
 
 def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
-    key = ("element", element, space.processing)
+    key = ("element", element, space.processing, space.bus_queuing)
     found: tuple[Exact, Exact] | None = view.memo.get(key)
     if found is None:
-        if counts_responses(space) and not _is_delivery(element):  # which consult whatever shares a processor
+        on_bus = _may_hang_on_buses(space, element)
+        if counts_responses(space) and (on_bus or not _is_delivery(element)):  # which consult all on a processor
             found = _waiting_range_ns(space, element, view)
+        elif on_bus:
+            found = _rows_range_ns(space, element, view)
         else:
             found = _RANGES.recall(space, element, view, _rows_range_ns)
         view.memo[key] = found
@@ -349,8 +421,17 @@ def _is_delivery(element: Step | FlowPosition) -> bool:
     return isinstance(element, Step) and element.kind == "connection"
 
 
+def _may_hang_on_buses(space: Space, element: Step | FlowPosition) -> bool:
+    """Whether what messages wait for may have a part in an element of a flow, so that it consults all on a bus."""
+    if not counted_buses(space) or not isinstance(element, Step):
+        return False
+    if element.kind == "connection":
+        return bool(may_wait_for(space, element.index))
+    return _follows_a_bus(space, element)
+
+
 def _waiting_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
-    """The same where response times count: of a whole design they are found together, and the rows by them."""
+    """The least and greatest time of an element with response times, which are computed for a whole design at once."""
     if type(view) is not View:
         return _rows_range_ns(space, element, view)
     answering: Answering | None = view.memo.get("answering")
@@ -374,10 +455,15 @@ def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
 
 
 def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
-    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release."""
+    """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release.
+
+    Of one that goes on only when all its inputs have come, the longest time until it does.
+    """
     first = flow.steps[0]
     if first.kind != "component" or not is_periodic(space.components[first.index], view):
         return 0
+    if is_joined(space.components[first.index], view):  # a hybrid thread, which goes on only when all have come
+        return dispatch_gap_ns(space, first.index, view)
     found: Exact = at(space.components[first.index].period_ns, view)
     return found
 

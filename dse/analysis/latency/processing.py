@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed
+from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed, scheduled_ns
 from dse.analysis.latency.sampling import LET, LET_METHOD
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.tasks import elapsed_ns
@@ -49,3 +49,21 @@ def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own
             return max(own, response[0] - before), response[1]
     return first_given(space, [response, execution, latency])
+
+
+def callback_row(space: Space, component: Component, view: View) -> Row | None:
+    """What the callback of a hybrid component takes before its timer samples; None where there is none."""
+    callback = at(component.callback_ns, view)
+    if callback is None or at(component.protocol, view) != "hybrid":
+        return None
+    method = "processing time"
+    worst, worst_method = callback[1], method
+    if is_computed(space, component, view):
+        worst, worst_method = scheduled_ns(space, component, "callback", view)
+    return Row(component.category, component.name, callback[0], method, worst, worst_method)
+
+
+def callback_ns(space: Space, component: Component, view: View) -> tuple[Exact, Exact]:
+    """The shortest and longest time of that callback, in ns; 0 where there is none."""
+    row = callback_row(space, component, view)
+    return (0, 0) if row is None else (row.min_ns, row.max_ns)

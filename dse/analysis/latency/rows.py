@@ -22,7 +22,13 @@ DISPATCH_METHOD = "sampling by dispatch"
 """Of a row of an event-triggered component that reads what does not dispatch it."""
 UNBOUNDED_DISPATCH = "sampling by dispatch (unbounded)"
 """Of such a row where nothing bounds the time between two dispatches."""
-UNBOUNDED_METHODS = (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH)
+JOIN_METHOD = "waiting for input "
+"""Begins the method of a row of a component that needs all its inputs, before the name of what comes last."""
+UNBOUNDED_JOIN = " (unbounded)"
+"""Ends it where nothing bounds how long that takes."""
+BUS_METHOD = "waiting for the bus"
+"""Of a row of a connection whose message waits for others."""
+UNBOUNDED_BUS = "waiting for the bus (unbounded)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +50,13 @@ class Row:
         "Under the `osate` profiles: the minimum and maximum that are specified for it.",
         Json(default=None, kind=tuple[Exact, ...] | None),
     ] = None
+
+
+def has_no_bound(row: Row) -> bool:
+    """Whether the maximum of a row stands for a time without a bound."""
+    if row.max_method.startswith(JOIN_METHOD):
+        return row.max_method.endswith(UNBOUNDED_JOIN)
+    return row.max_method in (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH, UNBOUNDED_BUS)
 
 
 def counts_responses(space: Space) -> bool:

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial, reduce
 from typing import NamedTuple
 
-from dse.analysis.binding import transmission_ns
-from dse.analysis.latency.processing import processing_row
+from dse.analysis.latency.deliveries import delivery_ns
+from dse.analysis.latency.processing import callback_ns, processing_row
 from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row
-from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, is_joined, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
 from dse.analysis.terms import picked
 from dse.analysis.views import View
@@ -94,11 +94,29 @@ class Distance(NamedTuple):
 def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
 
-    A timer is released once in each period, and what comes from outside comes at its rate; what a job sends comes as
-    much later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself.
+    A timer is released once in each period (one that waits for all inputs goes on at the first release after they have
+    come), and what comes from outside comes at its rate; what a job sends comes as much later as its processing and
+    transmission may spread. Each way to be dispatched bounds the time by itself; a join of all needs the slowest.
     Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
     that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
+    return _as_bound(_distances(space, number, view)[number])
+
+
+def message_gap_ns(space: Space, wire: int, view: View) -> Exact:
+    """The longest time between two messages of a connection, in ns; `UNBOUNDED_NS` where nothing bounds it."""
+    source = space.connections[wire].source
+    found = {} if source is None else _distances(space, pieces_until(space, source)[0], view)
+    return _as_bound(_deliveries(space, wire, found, view))
+
+
+def _as_bound(distance: Distance) -> Exact:
+    gap = distance.most_ns
+    return NO_BOUND if gap is None or gap >= UNBOUNDED_NS else gap
+
+
+def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
+    """The distance of the dispatches of a component and of each that dispatches it, also by way of others."""
     found: dict[int, Distance] = {}
     todo, begun = [number], set[int]()
     while todo:
@@ -113,19 +131,18 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
         else:
             begun.add(top)
             todo += missing
-    gap = found[number].most_ns
-    return NO_BOUND if gap is None or gap >= UNBOUNDED_NS else gap
+    return found
 
 
 def _before(space: Space, number: int, view: View) -> list[int]:
     """The components whose jobs dispatch a component, of a thread with segments its first piece."""
     component = space.components[number]
-    wires = component.triggers if is_event_triggered(component, view) else ()
+    wires = component.triggers if passes_rates_on(component, view) else ()
     sources = [space.connections[wire].source for wire in wires]
-    return [_pieces(space, item)[0] for item in sources if item is not None]
+    return [pieces_until(space, item)[0] for item in sources if item is not None]
 
 
-def _pieces(space: Space, number: int) -> tuple[int, ...]:
+def pieces_until(space: Space, number: int) -> tuple[int, ...]:
     """The pieces of a thread until the end of a component; that alone where it is none."""
     pieces = space.components[number].pieces
     return (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
@@ -134,23 +151,41 @@ def _pieces(space: Space, number: int) -> tuple[int, ...]:
 def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the dispatches of a component, from those of the components that dispatch it."""
     component = space.components[number]
+    joins = is_joined(component, view)
     if not is_event_triggered(component, view):
         period: Exact = at(component.period_ns, view)
-        return Distance(period, period)
+        if not joins:
+            return Distance(period, period)
+        slowest = _together([_to_timer(space, wire, found, view) for wire in component.triggers], joins=True)
+        return Distance(period, None if slowest is None else slowest + period)
     ways = [_deliveries(space, wire, found, view) for wire in component.triggers]
-    bounds = [way.most_ns for way in ways if way.most_ns is not None]
-    most = reduce(partial(picked, "min"), bounds) if bounds else None
-    arriving = Distance(ways[0].least_ns if len(ways) == 1 else 0, most)
+    arriving = Distance(ways[0].least_ns if len(ways) == 1 else 0, _together(ways, joins=joins))
     pieces = component.pieces.members if component.pieces is not None else (number,)
-    _, busy = _processing_ns(space, pieces, view)
+    _, busy = processing_ns(space, pieces, view)
     apart = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
     return arriving.thinned(picked("max", busy, apart), apart)
+
+
+def _together(ways: Sequence[Distance], *, joins: bool) -> Exact | None:
+    """The longest time between two events that one message makes, or, where it `joins`, a message of each way."""
+    bounds = [way.most_ns for way in ways if way.most_ns is not None]
+    if not bounds or (joins and len(bounds) < len(ways)):
+        return None
+    return reduce(partial(picked, "max" if joins else "min"), bounds)
+
+
+def _to_timer(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
+    """The distance of what a hybrid thread's callback leaves for its timer."""
+    number = space.connections[wire].target
+    assert number is not None
+    least, most = callback_ns(space, space.components[number], view)
+    return _deliveries(space, wire, found, view).later(most - least)
 
 
 def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the messages of a connection."""
     connection = space.connections[wire]
-    least, most, _ = transmission_ns(space, connection, view)
+    least, most = delivery_ns(space, wire, view)
     apart: Exact = 0
     if connection.states_rate or connection.source is None:
         rate = rate_hz(space, ("delivery", wire), view)
@@ -159,13 +194,13 @@ def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: Vi
         apart = -(-NS_PER_S // rate)
     if connection.source is None:
         return Distance(apart, apart).later(most - least)
-    pieces = _pieces(space, connection.source)
-    shortest, longest = _processing_ns(space, pieces, view)
+    pieces = pieces_until(space, connection.source)
+    shortest, longest = processing_ns(space, pieces, view)
     sent = found.get(pieces[0], Distance(0, None)).later(longest - shortest)
     return sent.thinned(apart, apart).later(most - least)
 
 
-def _processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:
+def processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:
     """The shortest and longest processing of pieces of a thread together, in ns, as flows count it."""
     rows = [processing_row(space, space.components[item], view) for item in pieces]
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)

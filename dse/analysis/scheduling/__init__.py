@@ -5,7 +5,7 @@ Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then
 * `model.py`, `resolve.py`, `order.py`: stages, releases and resources; reading them from a design; who goes first.
 * `tasks.py`, `priorities.py`, `overheads.py`: what a job takes by itself; priorities; sections, switches, interrupts.
 * `event_models.py`, `busy_window.py`: what releases a stage, with its jitter; the busy window and the worst job in it.
-* `policies/`: how cores, executors, reservations and accelerators serve jobs.
+* `policies/`: how cores, executors, reservations, accelerators and buses serve jobs.
 * `fixed_point.py`, `growth.py`: all response times together; linear growth followed in one step.
 * `responses.py`, `subsets.py`: the response times of a design or of groups of threads, remembered.
 * `parts.py`, `waits.py`: what a response time is made of.

@@ -186,7 +186,7 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
         return None  # such a busy period has no end
     steps = 0
     worst: tuple[Exact, Exact] = (0, 0)
-    releases = _releases_to_look_at_ns(task, rivals)
+    releases = releases_to_look_at_ns(task, rivals)
     released = next(releases)
     busy: Exact = blocked_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
@@ -222,7 +222,7 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
         busy += task.worst_ns
 
 
-def _releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:
+def releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:
     """Releases of the jobs of which one responds last."""
     releases = densest_releases_ns(task)
     yield from islice(releases, JOBS_BEFORE_REPETITION)

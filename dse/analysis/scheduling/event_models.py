@@ -8,15 +8,16 @@ first piece of the next one, and any number of these may follow each other close
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
-from dse.analysis.scheduling.model import Ends, Stage
+from dse.analysis.scheduling.model import Ends, Release, Stage
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import CyclicActivation
+from dse.support.units import Exact
 
 Streams: TypeAlias = tuple[Stream, ...] | None
 """None where their jitter has no bound."""
@@ -92,17 +93,26 @@ class EventModels:
         return (self.stages[item.after].first for item in self.stages[key].releases if item.after is not None)
 
     def _found(self, stage: Stage) -> Streams:
+        ways = [self._way(release) for release in stage.releases]
+        if stage.rooms and ways:
+            return joined(ways, stage.rooms)
         found: list[Stream] = []
-        for release in stage.releases:
-            if release.stream is not None:
-                found.append(release.stream)
-            if release.after is not None:
-                leaving = self._leaving(release.after)
-                if leaving is None:
-                    return None
-                spread = release.most_ns - release.least_ns
-                found += [Stream(item.period_ns, item.jitter_ns + spread) for item in leaving]
+        for way in ways:
+            if way is None:
+                return None
+            found += way
         return tuple(found)
+
+    def _way(self, release: Release) -> Streams:
+        """The streams of one way in which a stage is released."""
+        found = () if release.stream is None else (release.stream,)
+        if release.after is None:
+            return found
+        leaving = self._leaving(release.after)
+        if leaving is None:
+            return None
+        spread = release.most_ns - release.least_ns
+        return (*found, *(Stream(item.period_ns, item.jitter_ns + spread) for item in leaving))
 
     def _leaving(self, key: TaskKey) -> Streams:
         """The streams at which jobs of a stage end."""
@@ -120,6 +130,36 @@ class EventModels:
             if rate * first.separation_ns >= 1:
                 released = (Stream(first.separation_ns),)
         return tuple(Stream(item.period_ns, item.jitter_ns + max(end, worst) - best) for item in released)
+
+
+def joined(ways: Sequence[Streams], rooms: Sequence[int | None]) -> Streams:
+    """The streams of jobs that need an event of each way; None when their jitter has no bound.
+
+    When a time begins some way has no event that waits: in it there are no more jobs than events of that way. Nor are
+    there more than events of any way and those of it that wait at the beginning (docs/semantics.md, section 3.8).
+
+    >>> joined([(Stream(100, 20),), (Stream(100, 80),)], [None, None])
+    (Stream(period_ns=100, jitter_ns=80),)
+    >>> joined([(Stream(10, 0),), (Stream(100, 5),)], [1, 1])
+    (Stream(period_ns=100, jitter_ns=105),)
+    """
+    known = [way for way in ways if way is not None]
+    single = [way[0] for way in known if len(way) == 1]
+    if len(single) == len(ways) and all(item.period_ns == single[0].period_ns for item in single):
+        return (Stream(single[0].period_ns, _longest(item.jitter_ns for item in single)),)
+    held = [(way, room) for way, room in zip(ways, rooms, strict=True) if way and room is not None]
+    if held:
+        (first, *others), room = min(held, key=lambda item: sum(Fraction(1) / one.period_ns for one in item[0]))
+        return (Stream(first.period_ns, first.jitter_ns + room * first.period_ns), *others)
+    if len(known) < len(ways):
+        return None
+    if len(single) == len(ways):
+        return (Stream(min(item.period_ns for item in single), _longest(item.jitter_ns for item in single)),)
+    return tuple(item for way in known for item in way)
+
+
+def _longest(times: Iterable[Exact]) -> Exact:
+    return reduce(max, times)
 
 
 def task_of(stage: Stage, streams: tuple[Stream, ...]) -> Task:

@@ -19,8 +19,9 @@ from dse.analysis.scheduling.busy_window import Task, is_plain
 from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
 from dse.analysis.scheduling.model import Ends, Resource, System
-from dse.analysis.scheduling.policies import accelerators, executors, preemptive
+from dse.analysis.scheduling.policies import accelerators, buses, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
+from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
 from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
@@ -37,7 +38,7 @@ WORTH = 16
 MOST_ALIKE = 4
 """After so many rounds at most growth may repeat: jitter goes from core to core."""
 
-Window: TypeAlias = Preempted | Served
+Window: TypeAlias = Preempted | Served | Arbitrated | InTurn
 """What decides how long a stage takes on its resource: `response_ns()`, and `parts()` of it."""
 
 
@@ -210,6 +211,8 @@ def window_of(
     `tasks` are the stages of the resource as they are released; None where one comes without a bound.
     """
     entry = resource.entries[position]
+    if resource.wire is not None:
+        return buses.window_of(resource, position, tasks)
     if entry.executor is None:
         return preemptive.window_of(resource, position, tasks)
     if not entry.is_piece:
@@ -234,16 +237,17 @@ _KEPT: dict[tuple[int, ...], tuple[Resource, Sequence[Task | None], list[Exact |
 
 
 def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None] | None:
-    """The response times of a resource where priorities alone decide them; None of others.
+    """The response times of a resource where priorities alone decide them, or which is a bus; None of others.
 
-    Designs share resources and tasks, so that the same objects tell that they agree (decision record 28).
+    Designs share resources and tasks, so that the same objects tell that they agree (decision record 1).
     """
     key = (id(resource), *map(id, tasks))
     if (kept := _KEPT.get(key)) is not None:  # once: another thread may empty it
         return kept[2]
-    if not resource.is_plain:
+    if not resource.is_plain and resource.wire is None:
         return None
-    windows = [preemptive.window_of(resource, position, tasks) for position in range(len(tasks))]
+    of_kind = preemptive.window_of if resource.wire is None else buses.window_of
+    windows = [of_kind(resource, position, tasks) for position in range(len(tasks))]
     found = [None if window is None else window.response_ns() for window in windows]
     if len(_KEPT) >= KEPT:
         _KEPT.clear()

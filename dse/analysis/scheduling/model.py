@@ -16,7 +16,7 @@ from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.space.model.space import ExecutorKind
+from dse.space.model.space import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
 Ends: TypeAlias = Mapping[TaskKey, "Exact | None"]
@@ -43,7 +43,7 @@ class Stage:
     Attributes
     ----------
     key
-        the thread or device by its number in the space, and which of its tasks.
+        the thread or device by its number in the space, and which of its tasks; or the connection of a message.
     name
         what tables call it.
     best_ns, worst_ns
@@ -63,6 +63,9 @@ class Stage:
         where there are others, a timer, a separation, or a time for which what is sent waits.
     has_section
         whether nothing interrupts it for a part of its time.
+    rooms
+        of one that needs an event of each of its releases for a job, how many of each wait at most for the others
+        (None: as many as come); none where each event of any of them releases a job.
     """
 
     key: TaskKey
@@ -77,6 +80,7 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
+    rooms: tuple[int | None, ...] = ()
 
     @property
     def first(self) -> TaskKey:
@@ -147,12 +151,39 @@ class Server:
     switching_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """How a bus takes turns between the messages that wait for it; times in ns, tuples by the entries of the resource.
+
+    Attributes
+    ----------
+    arbitration
+        what decides which message goes next.
+    bit_ns
+        what comes up to so much after a start still competes for it.
+    last_ns
+        the longest time of the last frame of each message, before which nothing else goes once it has begun.
+    turns
+        the messages of which one may go before each message of its sender, one for each other sender.
+    """
+
+    arbitration: Arbitration
+    bit_ns: Exact
+    last_ns: tuple[Exact, ...]
+    turns: tuple[tuple[Task, ...], ...]
+
+
+NO_PROCESSOR = -1
+"""In place of a processor of what is a bus."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Resource:
-    """A core or an accelerator with all that it serves, the most urgent first.
+    """A core, an accelerator or a bus with all that it serves, the most urgent first.
 
     `interrupts` go before everything on it. `kinds` are those of its executors, and `servers` its reservations, both by
-    their numbers in the space. An accelerator has one core, which has no number to anybody.
+    their numbers in the space. An accelerator has one core, which has no number to anybody. A bus has a `wire`; its
+    number is that of the `core` of no processor.
     """
 
     processor: int
@@ -162,11 +193,17 @@ class Resource:
     kinds: Mapping[int, ExecutorKind] = field(default_factory=dict)
     servers: Mapping[int, Server] = field(default_factory=dict)
     is_accelerator: bool = False
+    wire: Wire | None = None
 
     @property
     def is_plain(self) -> bool:
         """Whether nothing but the priorities of whole stages decides its response times."""
-        return not self.kinds and not self.servers and not any(entry.is_piece for entry in self.entries)
+        return (
+            self.wire is None
+            and not self.kinds
+            and not self.servers
+            and not any(entry.is_piece for entry in self.entries)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,22 +1,35 @@
 """Reads a design once: the plain model (`dse.analysis.scheduling.model`) of a space and a view of its decisions.
 
-Only this module and what it calls (`tasks`, `order`, `priorities`, `overheads`, first-fit) look at the space and ask
-for decisions; what is computed of the model does neither.
+Only this module and what it calls (`tasks`, `messages`, `order`, `priorities`, `overheads`, first-fit) look at the
+space and ask for decisions; what is computed of the model does neither.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from math import ceil
 from typing import TypeAlias
 
 from dse.analysis.binding import transmission_ns
 from dse.analysis.memo import Recall
-from dse.analysis.rates import NS_PER_S, arrivals, rate_hz
+from dse.analysis.messages.stages import (
+    bus_of,
+    bus_resource,
+    counted_buses,
+    may_wait_for,
+    message_key,
+    message_stage,
+)
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, rate_hz
 from dse.analysis.scheduling.busy_window import Stream
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
+from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
@@ -34,13 +47,54 @@ def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -
     Undecided
         when it leaves a decision open that is asked for.
     """
-    if wanted is not None:
+    counted = counted_buses(space)
+    if wanted is not None and not counted:  # with buses everything may have a part in everything
         return system_of(space, Schedule(space, view).needed(wanted), view)
+    buses = [_bus(space, number, view) for number in counted]
     if _is_shared(space, view):
         processors = range(len(space.processors))
         resources = [item for number in processors for item in _RESOURCES.recall(space, number, view, _resources_on)]
-        return _system(space, resources, view)
-    return system_of(space, Schedule(space, view).all_cores(), view)
+        return _system(space, [*resources, *buses], view)
+    cores = Schedule(space, view).all_cores()
+    return _system(space, [*(resource_of(space, *core, view) for core in cores), *buses], view)
+
+
+def resolve_buses(space: Space, view: View, wire: int | None = None) -> System:
+    """The system of the buses of a design alone: what sends messages ends within its longest processing by itself.
+
+    Of one connection's message only what decides its response time.
+    """
+    read = partial(_in_latencies, space, reader(space, view), view)
+    if wire is None:
+        resources = {number: _bus(space, number, view) for number in counted_buses(space)}
+    else:
+        first = bus_of(space, wire, view)
+        resources, todo = {}, [] if first is None else [first]
+        while todo:
+            number = todo.pop()
+            resource = resources[number] = _bus(space, number, view)
+            before = with_senders([entry.key for entry in resource.entries], read)
+            found = [bus_of(space, one, view) for one, part in before if part == "message"]
+            todo += dict.fromkeys(bus for bus in found if bus is not None and bus not in resources)
+    keys = [entry.key for resource in resources.values() for entry in resource.entries]
+    return System(with_senders(keys, read), tuple(resources.values()), horizon_ns(space), space.is_traced)
+
+
+def _bus(space: Space, number: int, view: View) -> Resource:
+    """A bus with its messages: of whole designs that agree in what decides them one object."""
+    if _is_shared(space, view):
+        return _BUSES.recall(space, number, view, bus_resource)
+    return bus_resource(space, number, view)
+
+
+def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
+    """A stage that ends as latencies count it where nothing delays it: within its response time, if one is stated."""
+    stage = read(key)
+    stated = at(space.components[key[0]].response_ns, view) if key[1] == "thread" else None
+    if stated is None:
+        return stage
+    best, worst = stage.elapsed_ns
+    return replace(stage, elapsed_ns=(best, picked("max", worst, stated[1])))
 
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
@@ -89,8 +143,10 @@ def reader(space: Space, view: View) -> Read:
 
 
 def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
-    """A task of a thread or device as a stage."""
+    """A task of a thread or device, or a message, as a stage."""
     number, part = key
+    if part == "message":
+        return message_stage(space, number, view)
     component = space.components[number]
     best, worst = alone_ns(component, part, view)
     is_on_core = component.processor is not None and at(component.processor, view) is not None
@@ -109,7 +165,13 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         bool(pieces) and component.executor is not None,
         _follows(space, component, view) if part == "thread" and space.executors else None,
         bool(component.section_ns),
+        _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
     )
+
+
+def _rooms(space: Space, component: Component, view: View) -> tuple[int | None, ...]:
+    """For each trigger of a thread that needs a message of all how many of its messages wait at most."""
+    return tuple(input_room(space, component, wire, view) for wire in component.triggers)
 
 
 def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
@@ -121,12 +183,17 @@ def _releases_of(space: Space, key: TaskKey, view: View) -> tuple[Release, ...]:
     if part == "thread" and not ways.by_inputs:
         return tuple(found)
     for wire in component.triggers:
+        if bus_of(space, wire, view) is not None:
+            found.append(Release(None, message_key(space, wire, view)))
+            continue
         least, most, _ = transmission_ns(space, space.connections[wire], view)
         sender = space.connections[wire].sender
         if sender is not None:
             found.append(Release(None, (sender, "thread"), least, most))
         elif rate := rate_hz(space, ("delivery", wire), view):
             found.append(Release(Stream(max(1, NS_PER_S // rate), most - least)))
+        elif is_joined(component, view) and part == "thread":
+            return ()  # what never comes keeps all from being there
     return tuple(found)
 
 
@@ -135,7 +202,7 @@ def _follows(space: Space, component: Component, view: View) -> Release | None:
     if not found.by_inputs or found.by_timer or found.is_separated or len(component.triggers) != 1:
         return None
     connection = space.connections[component.triggers[0]]
-    if connection.sender is None or component.pieces is not None:
+    if connection.sender is None or component.pieces is not None or may_wait_for(space, component.triggers[0]):
         return None
     sender = space.components[connection.sender]
     if sender.pieces is not None or at(sender.communication, view) == "let":
@@ -147,6 +214,7 @@ def _follows(space: Space, component: Component, view: View) -> Release | None:
 # --- resources --------------------------------------------------------------------------------------------------------
 
 _RESOURCES: Recall[tuple[Resource, ...]] = Recall(256)
+_BUSES: Recall[Resource] = Recall(256)
 
 
 def _resources_on(space: Space, processor: int, view: View) -> tuple[Resource, ...]:
@@ -207,6 +275,9 @@ def horizon_ns(space: Space) -> int:
         if components is space.components:
             return known
     periods = [leaf for item in space.components for leaf in leaves(item.period_ns) if leaf is not None]
+    if counted_buses(space):
+        rates = [leaf for item in space.connections for leaf in leaves(item.rate_hz) if leaf is not None]
+        periods += [ceil(NS_PER_S / Fraction(rate)) for rate in rates]
     found: int = 10 * max(periods, default=NS_PER_S)
     _HORIZON[:] = [(space.components, found)]
     return found

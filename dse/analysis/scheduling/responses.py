@@ -12,18 +12,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
-from dse.analysis.scheduling.resolve import among, resolve
+from dse.analysis.scheduling.resolve import among, resolve, resolve_buses
 from dse.analysis.scheduling.subsets import Subsets
 from dse.analysis.scheduling.tasks import Part, TaskKey, elapsed_ns, longest_alone_ns, task_keys
-from dse.analysis.scheduling.waits import blocking_name
+from dse.analysis.scheduling.waits import blocking_name, stated_name
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.model.space import Space
@@ -170,6 +171,52 @@ def solution_of(space: Space, view: View) -> Solution:
     return found
 
 
+def messages_of(space: Space, view: View) -> Solution:
+    """The system of a whole design with the response times of its messages, kept with the view.
+
+    Where latencies count no response times of threads it has the buses alone.
+    """
+    if space.processing == "response_time":
+        return solution_of(space, view)
+    found: Solution | None = view.memo.get("messages")
+    if found is None:
+        found = view.memo["messages"] = solve(resolve_buses(space, view))
+    return found
+
+
+def message_waits_ns(space: Space, number: int, view: View) -> Exact:
+    """For how long the message of a connection waits for its bus at most, in ns; `NO_BOUND` where that has no bound.
+
+    Where only some threads are to count (`View.groups`) no message waits: that is never above what it waits for.
+    """
+    if view.groups is not None or bus_of(space, number, view) is None:
+        return 0
+    key = message_key(space, number, view)
+    response: Any
+    if type(view) is View:
+        solution = messages_of(space, view)
+        response, alone = solution.ends[key], solution.system.stages[key].worst_ns
+    else:
+        alone = message_stage(space, key[0], view).worst_ns
+        knows = knowing(view)
+        response = ABSENT if knows is None else knows.get(key, ABSENT)
+        if response is ABSENT:
+            if ("waits", key) not in view.memo:
+                view.memo["waits", key] = _MESSAGES.recall(space, key[0], view, _message_end)
+            (response,) = view.memo["waits", key]
+    return NO_BOUND if response is None or response >= UNBOUNDED_NS else response - alone
+
+
+_MESSAGES: Recall[tuple[Exact | None]] = Recall(256)
+
+
+def _message_end(space: Space, number: int, view: View) -> tuple[Exact | None]:
+    """The response time of a message on its bus in ns, None without a bound."""
+    is_whole = space.processing == "response_time"
+    system = resolve(space, view) if is_whole else resolve_buses(space, view, number)
+    return (solve(system).ends[number, "message"],)
+
+
 def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Mapping[TaskKey, Exact | None]:
     """Response times where only these threads are there, each group on a core of its own: never above those of more."""
     are_slow = any(space.components[number].executor is not None for group in groups for number in group)
@@ -198,7 +245,9 @@ def response_among(
 
 
 def is_released_alone(space: Space, number: int, view: View) -> bool:
-    """Whether the releases of a thread do not depend on response times of threads."""
+    """Whether the releases of a thread do not depend on response times of threads, nor on waits for buses."""
+    if counted_buses(space):
+        return False
     keys = [key for own in task_keys(space, number, view) for key in upstream(space, own, view, frozenset())]
     return all(at(space.components[key[0]].processor, view) is None for key in keys)
 
@@ -279,7 +328,7 @@ def _responses(space: Space, wanted: Sequence[TaskKey], view: View) -> Iterator[
             window,
             whole,
             before_ns,
-            tuple(dict.fromkeys(space.components[number].stated_as for number, _ in because)),
+            tuple(dict.fromkeys(stated_name(space, item) for item in because)),
             entry.blocking_ns,
             blocking_name(space, entry) if entry.blocking_ns else "",
         )

@@ -14,10 +14,11 @@ from dse.analysis.views import View
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 
-Part: TypeAlias = Literal["thread", "callback"]
+Part: TypeAlias = Literal["thread", "callback", "message"]
 
 
 TaskKey: TypeAlias = tuple[int, Part]
+"""A thread or device by its number and which of its tasks, or a connection by its number and ``message``."""
 
 
 def longest_alone_ns(space: Space, component: int, part: Part, view: View) -> int:

@@ -156,7 +156,9 @@ class Waits(Windows):
 
 
 def told_name(space: Space, key: TaskKey) -> str:
-    """What a task is called beside others: the last piece of a thread too by its number, from 1."""
+    """What a task or message is called beside others: the last piece of a thread too by its number, from 1."""
+    if key[1] == "message":
+        return space.connections[key[0]].name
     component = space.components[key[0]]
     if component.pieces is None:
         return task_name(component, key[1])
@@ -164,6 +166,12 @@ def told_name(space: Space, key: TaskKey) -> str:
 
 
 def blocking_name(space: Space, entry: Entry) -> str:
-    """The thread whose section may keep a stage waiting longest; the first of several, empty where none may."""
+    """The thread or message whose section may keep a stage waiting longest; the first of several, "" where none may."""
     longest = max((section for _, section in entry.blockers), default=0)
-    return next((space.components[key[0]].stated_as for key, section in entry.blockers if section == longest), "")
+    return next((stated_name(space, key) for key, section in entry.blockers if section == longest), "")
+
+
+def stated_name(space: Space, key: TaskKey) -> str:
+    """The name in the file of the thread, device or connection of a stage."""
+    number, part = key
+    return space.connections[number].name if part == "message" else space.components[number].stated_as

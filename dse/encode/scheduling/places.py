@@ -16,6 +16,7 @@ from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import Board
 from dse.encode.rates import RateTable, RateVariables
+from dse.space.architecture.joins import may_join
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import Choice, at, leaves
 
@@ -147,7 +148,9 @@ def _thread(board: Board, rates: RateVariables, number: int, component: Componen
     modes = tuple((literal.index, rate) for literal, rate in board.table(mode))
     priorities = set(leaves(component.priority))
     is_numbered = any(isinstance(item, int) for item in priorities)
-    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and (
+        component.callback_ns is not None or may_join(component)
+    )
     return Thread(
         number=number,
         cores=cores,

@@ -14,6 +14,7 @@ from itertools import permutations
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.memo import Watching
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
@@ -86,7 +87,7 @@ def reason_of_value(
     that the figure hangs on are conditions where it may fall.
     """
     value = term.value
-    if term.may_fall:
+    if term.may_fall or counted_buses(space):  # what messages wait for hangs on all on their bus
         return _seen(space, places, value, view, ()), exact
     groups = _groups(space, places, view)
 

@@ -9,6 +9,7 @@ for those inputs.
 from __future__ import annotations
 
 import random
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -71,6 +72,15 @@ class Outputs:
     """Requirements whose comparisons depend on which threads share a core: their expressions hold nearby only."""
 
 
+@dataclass(frozen=True)
+class NearbyProgram:
+    """A program, the value of each of its steps at the values of the file, and the step of each output by number."""
+
+    program: Program
+    steps: Sequence[Fraction]
+    outputs: Mapping[int, int]
+
+
 class DesignFunction:
     """Every metric and requirement of one design as a function of the inputs.
 
@@ -86,6 +96,8 @@ class DesignFunction:
         named = {item.name: item for item in (*listed, *(objective.metric for objective in space.objectives))}
         self.metrics = tuple(named.values())
         """Those of the problem as stated: with other numbers of cores there are others of single cores."""
+        self.partitions: dict[int, deque[Mapping[int, int]]] = {}
+        """The last partitions of threads on cores that were found to keep a requirement, by its number."""
         self.further: tuple[Further, ...] = ()
         """What follows from the inputs and is a variable of the programs all the same, after them."""
         self.outputs, results, guards = self._formulas(inputs.nominal, traced=True)
@@ -101,9 +113,11 @@ class DesignFunction:
         return View(self.design)
 
     def _formulas(
-        self, values: Values, *, traced: bool = False, most: int | None = None
+        self, values: Values, *, traced: bool = False, most: int | None = None, cores: bool | None = None
     ) -> tuple[Outputs, list[Fraction], list[Any]]:
         """Run the analysis on the design: what its outputs are, their values, the comparisons made on the way.
+
+        `cores` says whether whole cores are compared too, if not as the function does.
 
         Raises
         ------
@@ -111,6 +125,7 @@ class DesignFunction:
             when there are more than `most` comparisons, where that is given.
         """
         look_at_the_clock()
+        cores = self.cores if cores is None else cores
         space = self.inputs.at(values, traced=traced)
         with watching() as guards:
             limits = [build_limit(space, item, counted=False) for item in space.requirements]
@@ -121,7 +136,7 @@ class DesignFunction:
             results = [measure.value(view) for measure in measures]
             bounds: list[OutputComparison] = []
             for number, limit in enumerate(limits):
-                for value, bound, thread in _comparisons(limit, view, cores=self.cores):
+                for value, bound, thread in _comparisons(limit, view, cores=cores):
                     bounds.append(OutputComparison(number, len(results), len(results) + 1, thread))
                     results += [value, bound]
         outputs = Outputs(
@@ -130,7 +145,7 @@ class DesignFunction:
             tuple(item.shown for item in space.requirements),
             tuple(item.operator for item in space.requirements),
             tuple(bounds),
-            frozenset(number for number, limit in enumerate(limits) if self.cores and limit.cores),
+            frozenset(number for number, limit in enumerate(limits) if cores and limit.cores),
         )
         return outputs, results, list(guards)
 
@@ -209,6 +224,28 @@ class DesignFunction:
                 assert item.spread is not None
                 found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
         return found
+
+    @cached_property
+    def around_cores(self) -> NearbyProgram:
+        """The outputs but for the load of the fullest core: which threads share one decides nothing in it."""
+        if not self.outputs.about_cores:
+            return NearbyProgram(self.programs[0], self.steps_as_stated, dict(enumerate(self.programs[0].outputs)))
+        outputs, results, guards = self._formulas(self.inputs.nominal, traced=True, cores=False)
+        program = Program(results, guards)
+        numbers = {number: program.outputs[number] for number in range(len(outputs.names))}
+        for requirement in range(len(outputs.texts)):
+            those = (bound for bound in outputs.bounds if bound.requirement == requirement)
+            for bound, other in zip(self.bounds_of(requirement), those, strict=False):
+                numbers[bound.value], numbers[bound.limit] = program.outputs[other.value], program.outputs[other.limit]
+        return NearbyProgram(program, program.run(self.inputs_of(self.inputs.nominal)), numbers)
+
+    def bounds_of(self, requirement: int) -> list[OutputComparison]:
+        """The comparisons of a requirement: the sum, then each thread of limited cores and the fullest core."""
+        return [bound for bound in self.outputs.bounds if bound.requirement == requirement]
+
+    def core_bound(self, requirement: int) -> OutputComparison | None:
+        """The comparison of the fullest core, where a requirement has one."""
+        return self.bounds_of(requirement)[-1] if requirement in self.outputs.about_cores else None
 
     @cached_property
     def steps_as_stated(self) -> list[Fraction]:

@@ -5,15 +5,26 @@ Only the steps that what moves can reach are computed anew, which is what makes 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 
-from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison, steps_or_none
+from dse.analysis.binding import own_core
+from dse.analysis.limits import EachCore, core_comparison, on_processor
+from dse.analysis.placement.partition import asks_for_first_fit, core_count
+from dse.analysis.terms import PPM
+from dse.analysis.views import View
+from dse.questions.sensitivity.design_function import DesignFunction, NearbyProgram, OutputComparison, steps_or_none
 from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Program, TooManyGuardsError, untraced
+from dse.spec.schema.fields import COUNT
 
 WORTH_IT = 3
 """So often the analysis is run where the known expressions do not apply, before new ones are made."""
+
+MOST_PARTITIONS = 8
+"""So many partitions of threads on cores are tried again before another is looked for."""
 
 TOO_LONG = 12
 """After figures that are too long to remember, so many places are analysed before it is tried again."""
@@ -29,9 +40,11 @@ class LineComparisons:
         self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[OutputComparison]
     ) -> None:
         self.function, self.moving, self.bounds = function, moving, tuple(bounds)
-        about_cores = function.outputs.about_cores
-        groups = {here: [one for one in bounds if (one.requirement in about_cores) == here] for here in (False, True)}
-        self._sides = [_Sides(function, moving, group, learns=not here) for here, group in groups.items() if group]
+        full = {function.core_bound(number) for number in {bound.requirement for bound in bounds}}
+        sums = [bound for bound in bounds if bound not in full]
+        cores = [bound for bound in bounds if bound in full]
+        self._sides: list[_Sides | FullestCores] = [_Sides(function, moving, sums)] if sums else []
+        self._sides += [FullestCores(function, moving, bound) for bound in cores]
         self._known: dict[Fraction, dict[int, Fraction]] = {}
 
     def values(self, place: Fraction) -> list[Fraction]:
@@ -59,21 +72,13 @@ class LineComparisons:
 
 
 class _Sides:
-    """Both sides of some comparisons along a way, by the expressions that apply, else by the analysis.
-
-    Where it `learns`, new expressions are made after some misses; those that hold nearby only are not worth it.
-    """
+    """Both sides of some comparisons along a way, by the expressions that apply, else by the analysis."""
 
     def __init__(
-        self,
-        function: DesignFunction,
-        moving: Mapping[int, Fraction],
-        bounds: Sequence[OutputComparison],
-        *,
-        learns: bool,
+        self, function: DesignFunction, moving: Mapping[int, Fraction], bounds: Sequence[OutputComparison]
     ) -> None:
-        self.function, self.moving, self.bounds, self.learns = function, moving, bounds, learns
-        self._parts: list[_ReachedSteps] = []
+        self.function, self.moving, self.bounds = function, moving, bounds
+        self._parts: list[ReachedSteps] = []
         self._misses = 0
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
@@ -82,31 +87,96 @@ class _Sides:
         if not function.applies:
             return function.compared(values, self.bounds)[0]
         if not self._parts:
-            program = function.programs[0]
-            outputs = {
-                number: program.outputs[number] for bound in self.bounds for number in (bound.value, bound.limit)
-            }
-            self._parts.append(_ReachedSteps(program, function.steps_as_stated, moving, outputs))
+            numbers = [number for bound in self.bounds for number in (bound.value, bound.limit)]
+            self._parts.append(reached_steps(function.around_cores, moving, numbers))
         moved = {index: scale * place for index, scale in self.moving.items()}
         for part in reversed(self._parts):  # the last one was made nearby
             found = part.run(moved)
             if found is not None:
                 return found
         self._misses += 1
-        if self.learns and self._misses > WORTH_IT:
+        if self._misses > WORTH_IT:
             with suppress(TooManyGuardsError):
                 found, guards = function.compared(values, self.bounds, traced=True)
                 program = Program(list(found.values()), guards)
                 outputs = dict(zip(found, program.outputs, strict=True))
                 self._parts.append(
-                    _ReachedSteps(program, steps_or_none(program, function.inputs.nominal), moving, outputs)
+                    ReachedSteps(program, steps_or_none(program, function.inputs.nominal), moving, outputs)
                 )
                 return {number: untraced(value) for number, value in found.items()}
             self._misses = -TOO_LONG  # the analysis alone is quicker here
         return function.compared(values, self.bounds)[0]
 
 
-class _ReachedSteps:
+class FullestCores:
+    """The load of the fullest core of a processor, and its limit, along a way.
+
+    Threads stay on the cores that they were last found to have while these keep the limit: another partition is looked
+    for where they do not. Where there is none the load is the least that a known partition has: so it grows with what
+    moves, without a jump where the limit is met.
+    """
+
+    def __init__(self, function: DesignFunction, moving: Mapping[int, Fraction], bound: OutputComparison) -> None:
+        self.function, self.bound = function, bound
+        self._limit = function.inputs.limits(function.inputs.nominal, [bound.requirement])[bound.requirement]
+        variables = function.inputs.variables
+        self._is_analysed = any(variables[index].kind is COUNT for index in moving)  # it may be the number of cores
+        self._threads = function.bounds_of(bound.requirement)[1:-1]
+        self._loads = _Sides(function, moving, self._threads) if self._threads else None
+        self._known = function.partitions.setdefault(bound.requirement, deque(maxlen=MOST_PARTITIONS))
+
+    def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
+        """Both sides by the number of their output, where all inputs are `values` at a place."""
+        if self._is_analysed or self._loads is None or not self.function.applies:
+            found = self.function.compared(values, [self.bound])[0]
+            return {number: found[number] for number in (self.bound.value, self.bound.limit)}
+        sides = self._loads.at(values, place)
+        loads = {bound.thread: sides[bound.value] for bound in self._threads}
+        cores = self._limit.cores
+        assert cores is not None
+        cores = replace(cores, most=sides[self._threads[0].limit])
+        return {self.bound.value: self._fullest(cores, loads), self.bound.limit: cores.most}
+
+    def _fullest(self, cores: EachCore, loads: Mapping[str, Fraction]) -> Fraction:
+        view = View(self.function.design)
+        used = on_processor(cores.space, cores.processor, loads, view)
+        least: Fraction | None = None
+        for known in reversed(self._known):
+            peak = _peak(used, known)
+            if cores.room.fits(peak):
+                return peak * PPM
+            least = peak if least is None else min(peak, least)
+        found = core_comparison(cores, loads, view)
+        assert found.spread is not None
+        if found.spread.status == "none" and least is not None:
+            return least * PPM
+        if found.spread.status == "found" and not self._is_first_fit(cores, used, view):
+            self._known.append(found.spread.cores)
+        return found.value
+
+    @staticmethod
+    def _is_first_fit(cores: EachCore, used: Iterable[int], view: View) -> bool:
+        """Whether the cores of some threads are those that first-fit gives them, whatever else would keep the limit."""
+        count = core_count(cores.space, cores.processor, view)
+        return asks_for_first_fit(
+            cores.space, [number for number in used if own_core(cores.space, number, view, count) is None]
+        )
+
+
+def _peak(used: Mapping[int, Fraction], cores: Mapping[int, int]) -> Fraction:
+    """The load of the fullest core, where each thread has one."""
+    loads: dict[int, Fraction] = {}
+    for number, share in used.items():
+        loads[cores[number]] = loads.get(cores[number], Fraction(0)) + share
+    return max(loads.values(), default=Fraction(0))
+
+
+def reached_steps(nearby: NearbyProgram, moving: frozenset[int], numbers: Iterable[int]) -> ReachedSteps:
+    """What is to be computed of some outputs where only some inputs move."""
+    return ReachedSteps(nearby.program, nearby.steps, moving, {number: nearby.outputs[number] for number in numbers})
+
+
+class ReachedSteps:
     """What is to be computed of a program where only some inputs move: the steps that they reach and that matter."""
 
     def __init__(

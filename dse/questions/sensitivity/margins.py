@@ -5,13 +5,13 @@ All execution times together; tornado bars.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.analysis.views import View
 from dse.answers.studies.sensitivity import Bar, Break, Margin, Scaling
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
-from dse.questions.sensitivity.input_line import LineComparisons
+from dse.questions.sensitivity.input_line import LineComparisons, reached_steps
 from dse.questions.sensitivity.inputs import Variable
 from dse.questions.sensitivity.uncertainty import stated_cores
 from dse.space.model.trees import at
@@ -49,7 +49,7 @@ def margins(function: DesignFunction) -> tuple[Margin, ...]:
 
 
 def each_margin(function: DesignFunction) -> Iterator[Margin]:
-    """The same, one by one."""
+    """The margin of each input that reaches a requirement of the design, one by one, in the order of the file."""
     of = reaches(function, _held(function))
     for variable in function.inputs.variables:
         bounds = of(variable)
@@ -61,16 +61,26 @@ def reaches(
     function: DesignFunction, bounds: Sequence[OutputComparison]
 ) -> Callable[[Variable], tuple[OutputComparison, ...]]:
     """What tells for an input the comparisons that it has a part in."""
-    program = function.programs[0]
-    sides = [{program.outputs[bound.value], program.outputs[bound.limit]} for bound in bounds]
-    inside = [frozenset().union(*map(program.variables, numbers)) for numbers in sides]
+    nearby = function.around_cores
+    inside = [
+        frozenset().union(*(nearby.program.variables(nearby.outputs[side]) for side in _sides(function, bound)))
+        for bound in bounds
+    ]
 
     def found(variable: Variable) -> tuple[OutputComparison, ...]:
-        if not function.applies or variable.index in program.deciding:
+        if not function.applies or variable.index in nearby.program.deciding:
             return tuple(bounds)
         return tuple(bound for bound, indices in zip(bounds, inside, strict=True) if variable.index in indices)
 
     return found
+
+
+def _sides(function: DesignFunction, bound: OutputComparison) -> list[int]:
+    """The outputs that a comparison is made of: its own, and for the fullest core those of the threads."""
+    listed = [bound]
+    if bound == function.core_bound(bound.requirement):
+        listed = [item for item in function.bounds_of(bound.requirement) if item != bound]
+    return [number for item in listed for number in (item.value, item.limit)]
 
 
 def _margin(function: DesignFunction, variable: Variable, bounds: tuple[OutputComparison, ...]) -> Margin:
@@ -246,8 +256,7 @@ def bars(
         ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
             continue
-        way = LineComparisons(function, {variable.index: Fraction(1)}, ())
-        outputs = [function.exact(way.values(end)) for end in ends]
+        outputs = metrics_at(function, variable, ends)
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])
             if all(map(is_unbounded, (*values, nominal[number]))):
@@ -257,6 +266,19 @@ def bars(
                 found.append(Bar(name, unit, variable.path, variable.unit, ends, values, nominal[number]))
     order = {name: number for number, name in enumerate(metrics)}
     return tuple(sorted(found, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
+
+
+def metrics_at(
+    function: DesignFunction, variable: Variable, values: Iterable[Fraction]
+) -> list[Sequence[Fraction] | Mapping[int, Fraction]]:
+    """The metrics by number at some values of one input: what it does not reach is as stated."""
+    part = reached_steps(function.around_cores, frozenset([variable.index]), range(len(function.outputs.names)))
+    way = LineComparisons(function, {variable.index: Fraction(1)}, ())
+    found: list[Sequence[Fraction] | Mapping[int, Fraction]] = []
+    for value in values:
+        reached = part.run({variable.index: value}) if function.applies else None
+        found.append(function.exact(way.values(value)) if reached is None else reached)
+    return found
 
 
 def _swung(function: DesignFunction, variable: Variable, swing: Fraction) -> tuple[Fraction, Fraction]:

@@ -21,6 +21,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.binding import transmission_ns
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.resolve import resolve
@@ -137,7 +138,7 @@ class Motion:
 
 
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
-    """How response times move over the box; None where that is not known by the theorem.
+    """How response times move over the box; None where that is not known by the theorem, as where messages wait.
 
     It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
 
@@ -146,6 +147,8 @@ def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     NotProvedError
         when some response times may rise and others fall with an input, or there are too many comparisons.
     """
+    if counted_buses(inputs.at(inputs.nominal)):
+        return None
     ranges = box.ranges(inputs.nominal)
     space, view = inputs.at(inputs.nominal, traced=True), View(design)
     with watching() as guards:

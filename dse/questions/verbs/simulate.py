@@ -15,6 +15,8 @@ from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import build_measure
+from dse.analysis.messages.stages import counted_buses
+from dse.analysis.messages.waits import message_responses
 from dse.analysis.osate.latency import is_never_sampled, is_synchronous
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -102,7 +104,7 @@ def simulate(
     contention
         threads share the cores of their processor; otherwise each has a core of its own.
     bus_contention
-        a physical bus carries one message at a time, first come, first served.
+        a physical bus whose arbitration is not counted carries one message at a time, too, first come, first served.
     endless_queues
         every queue holds whatever arrives, also where its size is stated: nothing is lost for want of room.
     time_limit_s
@@ -147,15 +149,16 @@ def simulate(
                 for number, flow in enumerate(space.flows):
                     short = setting if duration is not None else _shortened(setting, plan, number, flow)
                     search_flow(plan, number, flow, short, runs, record)
-            _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention)
+            _sample(plan, setting, offsets, runs, drift_ppm, record, late_only=contention or _waits(plan))
     except OutOfTime:
         is_stopped = True
     excuses = _excuses(plan, bus_contention=bus_contention, endless_queues=endless_queues)
     with until(limit.for_the_last_steps()):
         view = View(evaluation.design)
         flows = tuple(_flows(space, plan, record, view, excuses, drift_ppm, contention=contention))
-        tasks = tuple(_tasks(space, plan, record, View(evaluation.design))) if contention else ()
         counted = replace(space, processing="response_time") if contention else space
+        tasks = tuple(_tasks(space, plan, record, View(evaluation.design))) if contention else ()
+        messages = tuple(_messages(counted, plan, record, View(evaluation.design)))
         disparities = tuple(_disparities(counted, record, View(evaluation.design), flows, drift_ppm))
     return Simulation(
         space=space,
@@ -163,6 +166,7 @@ def simulate(
         decisions=decisions_of(space, evaluation.design),
         flows=flows,
         tasks=tasks,
+        messages=messages,
         lost=dict(sorted(record.lost.items())),
         notes=tuple(_notes(space, plan, contention=contention)),
         offsets=offsets,
@@ -252,15 +256,33 @@ def _sample(
     for number in range(count):
         drawn = plan.aligned({}) if offsets == "zero" else random_offsets(plan, rng)
         least = 0 if late_only else -drift_ppm
-        free = [name for name in plan.timers if name not in plan.phases]  # what keeps a phase does not drift
+        kept = {*plan.phases, *plan.steady}  # what keeps a phase does not drift
+        free = [name for name in plan.timers if name not in kept]
         drift = {name: rng.randint(least, drift_ppm) for name in free} if drift_ppm else {}
         run = replace(setting, offsets_ns=drawn, drift_ppm=drift, seed=setting.seed + number)
         record.add(simulate_once(plan, run), run)
 
 
+def _waits(plan: Plan) -> bool:
+    """Whether messages wait for a bus: bounds then hold for periods that are no shorter than stated."""
+    return any(link.turn is not None for link in plan.links)
+
+
+def _messages(space: Space, plan: Plan, record: Observations, view: View) -> Iterator[TaskObservation]:
+    """Every message that has waited for a bus, or might have, in the order in which they go first."""
+    for number in counted_buses(space):
+        if space.buses[number].types[view.design[space.buses[number].type_decision]] == "none":
+            continue
+        for item in message_responses(space, number, view):
+            observed = record.responses.get(item.name)
+            if observed is not None:
+                is_sure = not plan.guessed and not plan.overloaded
+                yield TaskObservation(item.name, observed, item.response_ns, is_sure)
+
+
 def _excuses(plan: Plan, *, bus_contention: bool, endless_queues: bool) -> list[str]:
     found = [f"{name} alone needs more than one core" for name in plan.overloaded]
-    if bus_contention:
+    if bus_contention and any(link.bus is not None and link.turn is None for link in plan.links):
         found.append("messages wait for each other on the buses, which no bound counts")
     if endless_queues:
         found.append("more data wait than the stated queue sizes admit")

@@ -15,18 +15,20 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
     PROCESSING,
-    WAITING,
+    arbitration_words,
     bound_words,
     bus_words,
     contended_words,
     core_words,
     overhead_words,
     processing_words,
+    waiting_left_words,
 )
+from dse.report.words.messages import message_tables
 from dse.report.words.reasons import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.report.words.resources import resource_blocks
 from dse.report.words.scheduling import busy_timelines, response_tables
@@ -56,7 +58,7 @@ USAGE = (
 
 
 def analysis_page(analysis: Analysis) -> Page:
-    """The verdict and what it hangs on; behind that contributor tables, processor and bus tables, metrics."""
+    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics."""
     lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
@@ -87,17 +89,17 @@ def _every_figure(analysis: Analysis) -> Iterator[Block]:
 
 
 def _verdict_words(analysis: Analysis) -> str:
-    """The verdict, which comes before the tables: what the design breaks, where it breaks something."""
+    """The verdict: the requirements that the design violates, or that it meets every one."""
     broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
     unchecked = [item.requirement for item in analysis.space.unchecked]
     known = len(analysis.verdicts) + len(unchecked)
     left = f"{len(unchecked)} of {count_words(known, 'requirement')} cannot be checked: {'; '.join(unchecked)}"
     if not broken:
         if unchecked:
-            return f"Verdict: unknown. {left}."
-        return "Verdict: meets every requirement." if analysis.verdicts else ""
-    what = f"violates {len(broken)} of {count_words(known, 'requirement')}"
-    return f"Verdict: {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
+            return f"UNKNOWN  {left}."
+        return "MEETS EVERY REQUIREMENT" if analysis.verdicts else ""
+    what = f"{len(broken)} of {count_words(known, 'requirement')}"
+    return f"VIOLATED  {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
@@ -120,6 +122,7 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     if others:
         yield Text(f"Other metrics: {'; '.join(others)}.", brief=f"Other metrics: {few(others, MANY, 'metrics')}.")
     missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
+    missed += [item.name for found in analysis.messages.values() for item in found if item.meets_deadline is False]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
     yield from listing(analysis.warnings, "warning", 0, brief=1)
     found = [finding for flow in analysis.flows for finding in flow.findings]
@@ -186,6 +189,7 @@ def _bus_words(usage: Usage) -> str:
 def _responses(analysis: Analysis) -> Iterator[Block]:
     yield from deadline_plot(analysis.responses)
     yield from response_tables(analysis.responses, FEW_THREADS)
+    yield from message_tables(analysis.messages, FEW_THREADS)
 
 
 def _notes(analysis: Analysis) -> Iterator[Block]:
@@ -195,7 +199,8 @@ def _notes(analysis: Analysis) -> Iterator[Block]:
     if analysis.contended is not None:
         said = contended_words(analysis.contended, analysis.space.currency)
         kept = f"With response times, {core_words(analysis.space)}: {said}"
-    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, WAITING if buses else ""]
+    waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
+    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
     yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
 
 
@@ -366,7 +371,7 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
     each = f" ({each_core_words(verdict.limit, whole)}{_fullest_words(verdict, digits)})" if whole else ""
     said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{each}"
     if not verdict.holds:
-        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{each}"
+        said = f"VIOLATED by {verdict.who} alone" if verdict.who else f"VIOLATED{each}"
     if verdict.who:
         values[0] = f"{values[0]} ({verdict.who})"
     return (text, *values, said)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 
@@ -11,7 +11,7 @@ from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_words
 from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
@@ -47,7 +47,9 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
         yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
     yield _flow_table(simulation)
     if simulation.tasks:
-        yield _task_table(simulation)
+        yield _task_table(simulation.tasks)
+    if simulation.messages:
+        yield _task_table(simulation.messages, "message", "Response times of messages")
     if simulation.disparities:
         yield _disparity_table(simulation)
     yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0, brief=FEW)
@@ -69,18 +71,19 @@ def _histograms(simulation: Simulation) -> Iterator[Block]:
 def _said(simulation: Simulation) -> tuple[str, str]:
     """Whether the analysis holds; where bounds were exceeded that need not hold, this first. In full, and in brief."""
     if simulation.contradictions:
-        return "The analysis is contradicted.", ""
+        return "CONTRADICTED  an observation exceeds a bound that must hold.", ""
     if not simulation.outside:
-        return "No observation contradicts the analysis.", ""
+        return "WITHIN BOUNDS  no observation exceeds its analysed bound.", ""
     beyond = [flow for flow in simulation.flows if flow.outside]
-    if any(task.is_outside for task in simulation.tasks) or any(item.is_outside for item in simulation.disparities):
-        return f"Outside the analysed bounds: {'; '.join(simulation.outside)}.", ""
+    tasks = (*simulation.tasks, *simulation.messages)
+    if any(task.is_outside for task in tasks) or any(item.is_outside for item in simulation.disparities):
+        return f"OUTSIDE BOUNDS  {'; '.join(simulation.outside)}.", ""
     counts = [f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond]
     excuses = list(dict.fromkeys(flow.excuse or CONTENTION for flow in beyond))
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
     words = [
-        f"Outside the analysed bounds: {told} ({why}); {rest}."
+        f"OUTSIDE BOUNDS  {told} ({why}); {rest}."
         for told, why in (
             ("; ".join(counts), "; ".join(excuses)),
             (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),
@@ -172,15 +175,15 @@ def _disparity_table(simulation: Simulation) -> Table:
     return Table(title, headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
 
 
-def _task_table(simulation: Simulation) -> Table:
+def _task_table(tasks: Sequence[TaskObservation], what: str = "thread", title: str = "Response times") -> Table:
     rows = []
-    for task in sorted(simulation.tasks, key=_closeness):
+    for task in sorted(tasks, key=_closeness):
         bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
         said = _of_task(task)
         rows.append((task.name, _ms(task.observed_ns), bound, said))
-    headings = ("thread", "observed", "bound", "verdict")
-    rest = "and {} more threads (--all)"
-    return Table("Response times, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+    headings = (what, "observed", "bound", "verdict")
+    rest = f"and {{}} more {what}s (--all)"
+    return Table(f"{title}, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
 
 
 def _of_task(task: TaskObservation) -> str:

@@ -6,7 +6,9 @@ Read `reasons.py` first.
 * `reasons.py`: the reasons for an alternative.
 * `contention.py`, `scheduling.py`, `lateness.py`: CPU contention; response-time tables and Gantt charts; late threads
   and overloads.
+* `messages.py`: tables of messages that wait for their bus.
 * `clocks.py`: timers on one clock, and offsets that shorten a wait.
+* `basis.py`: the rules by which figures count.
 * `missing.py`: the gap of an incomplete front.
 * `imported.py`: the block that an import ends with.
 * `resources.py`: budgets of processors and memories (OSATE).

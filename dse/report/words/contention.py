@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from dse.analysis.diagnosis.front_verdicts import core_by, core_origins, leaves_out_buses, placements_of
+from dse.analysis.diagnosis.front_verdicts import (
+    core_by,
+    core_origins,
+    leaves_out_buses,
+    placements_of,
+    uncounted_buses,
+)
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.placement.first_fit import core_room
 from dse.analysis.placement.partition import Spread
 from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
@@ -15,9 +22,11 @@ from dse.answers.contention_verdicts import Broken, Contended
 from dse.answers.designs import Point
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
+from dse.report.amounts import listed
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
+from dse.space.model.trees import leaves
 from dse.space.question.open_cores import is_scheduled
 
 PROCESSING = {
@@ -56,12 +65,42 @@ def uncounted_words(space: Space) -> str:
 
 def waiting_words(space: Space) -> str:
     """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
-    is_left_out = leaves_out_buses(space) and any(flows_in(space, metric) for metric in _asked(space))
-    return WAITING if is_left_out else ""
+    return waiting_left_words(space) if any(flows_in(space, metric) for metric in _asked(space)) else ""
+
+
+def waiting_left_words(space: Space) -> str:
+    """That messages do not wait for a bus that may carry them, in short."""
+    return (_left_out_words(space) or WAITING) if leaves_out_buses(space) else ""
+
+
+def _left_out_words(space: Space) -> str:
+    """Which buses messages do not wait for, and why; "" where nothing is stated of the arbitration of any."""
+    left = uncounted_buses(space)
+    if not counted_buses(space) and not any(bus.uncounted for bus in left):
+        return ""
+    said = [f"{bus.name} ({bus.uncounted or 'no `arbitration` is stated'})" for bus in left]
+    return f"Waiting for {listed(said)} is not counted."
+
+
+KINDS = {
+    "priority": "by identifier",
+    "fifo": "as they come",
+    "round_robin": "in turns",
+    "none": "each sender by itself",
+}
+
+
+def arbitration_words(space: Space) -> str:
+    """For which buses messages wait, and in which order they go; "" where waiting for no bus is counted."""
+    said = []
+    for bus in (space.buses[number] for number in counted_buses(space)):
+        kinds = dict.fromkeys(KINDS[leaf] for leaf in leaves(bus.arbitration) if leaf is not None)
+        said.append(f"{bus.name} ({' or '.join(kinds)})")
+    return f"Waiting for {listed(said)} is counted." if said else ""
 
 
 def study_waiting_words(data: Mapping[str, Any]) -> str:
-    """The same of a study, from what its format holds."""
+    """That bus arbitration is not counted, from the data of a study; "" where it is, or no flow is asked about."""
     return WAITING if data.get("bus_waiting") else ""
 
 
@@ -70,9 +109,10 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def bus_words(space: Space) -> str:
-    """That messages wait for no bus in a latency, where a physical bus may carry them."""
+    """For which buses messages wait in latencies, and for which that may carry them they do not."""
     told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
-    return told if leaves_out_buses(space) else ""
+    left = (_left_out_words(space) or told) if leaves_out_buses(space) else ""
+    return " ".join(filter(None, (arbitration_words(space), left)))
 
 
 def contention_words(result: Result) -> str:
@@ -84,7 +124,7 @@ def contention_words(result: Result) -> str:
         return ""
     space = result.space
     if all(item.implied for item in space.requirements):
-        return "CPU contention is not in the latencies, and nothing is required that it could break."
+        return "CPU contention is not in the latencies, and no requirement is stated that it could violate."
     found = {point.id: result.contended.get(str(point.id)) for point in result.front}
     checked = {number: item for number, item in found.items() if item is not None}
     kept = [number for number, item in checked.items() if not item.broken]
@@ -116,15 +156,15 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     if found is None or not found.broken:
         return ""
     more = len(found.broken) - 1
-    said = f"But with response times it breaks {broken_words(found.broken[0], result.space.currency)}"
+    said = f"But with response times it violates {broken_words(found.broken[0], result.space.currency)}"
     said += f" and {more} more" if more else ""
     verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
     kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
-    return f"{said}." if kept is None else f"{said}: #{kept} is the first that keeps every requirement."
+    return f"{said}." if kept is None else f"{said}: #{kept} is the first that meets every requirement."
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
-    """The same of all fronts of a sweep, from what ``dse-sweep/1`` holds; empty where they leave out nothing."""
+    """How many designs of a sweep meet the requirements with waiting for the CPU; "" where waiting is counted."""
     basis = data.get("contention")
     judged = [
         item["contention"]
@@ -193,7 +233,7 @@ def core_words(space: Space) -> str:
 
 
 def cores_of_origins(origins: Collection[str]) -> str:
-    """The same, from who chooses them."""
+    """The cores on which response times are counted, in words, from who chooses them."""
     given = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
         return "on the only core of each processor"
@@ -225,10 +265,10 @@ def contended_words(found: Contended | None, currency: str) -> str:
     if found is None:
         return "Not checked: the time was up."
     if not found.broken:
-        return "Keeps every requirement."
+        return "Meets every requirement."
     shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
-    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + "."
+    return f"Violates {shown}" + (f"; and {more} more" if more > 0 else "") + "."
 
 
 def broken_words(item: Broken, currency: str) -> str:

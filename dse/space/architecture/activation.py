@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.cycles import shortest_cycle, strong_components
+from dse.space.architecture.joins import ALL, BY_MESSAGES, may_join
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import leaves
@@ -69,10 +70,23 @@ def must_be_event_triggered(component: Component) -> bool:
     return protocols <= set(BY_INPUTS) or (protocols <= {None, *BY_INPUTS} and periods == {None})
 
 
+def _may_pass_rates_on(component: Component) -> bool:
+    """Whether the rate of a component follows from its inputs, in some design."""
+    is_hybrid = "hybrid" in set(leaves(component.protocol))
+    return may_be_event_triggered(component) or (is_hybrid and may_join(component))
+
+
+def _must_pass_rates_on(component: Component) -> bool:
+    """Whether it does in every design."""
+    if must_be_event_triggered(component):
+        return True
+    return set(leaves(component.protocol)) <= BY_MESSAGES and set(leaves(component.join)) == {ALL}
+
+
 def trigger_graph(space: Space) -> dict[int, set[int]]:
-    """For each component those that it dispatches at its own rate, where both may be event-triggered."""
+    """For each component those that it dispatches at its own rate, where the rates of both may follow from inputs."""
     graph: dict[int, set[int]] = {number: set() for number in range(len(space.components))}
-    eager = [may_be_event_triggered(component) for component in space.components]
+    eager = [_may_pass_rates_on(component) for component in space.components]
     for target, component in enumerate(space.components):
         for number in component.triggers if eager[target] else ():
             connection = space.connections[number]
@@ -115,7 +129,7 @@ def exclusions(space: Space) -> Iterator[str]:
 
 def _check_cycles(ledger: Ledger, space: Space) -> None:
     """A cycle of components that are event-triggered whatever is chosen has no rate in any design."""
-    always = {number for number, item in enumerate(space.components) if must_be_event_triggered(item)}
+    always = {number for number, item in enumerate(space.components) if _must_pass_rates_on(item)}
     graph = {source: sorted(targets & always) for source, targets in trigger_graph(space).items() if source in always}
     for members in strong_components(graph):
         first = min(members)

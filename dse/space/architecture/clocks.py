@@ -99,7 +99,7 @@ def read_offset(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period
     elif None in set(leaves(period)):
         whole = tree
         tree = graft(period, lambda time: None if time is None else whole)
-    return _used(ledger, f"{owner.name}.offset", _where_timed(protocol, tree))
+    return with_use(ledger, f"{owner.name}.offset", _where_timed(protocol, tree))
 
 
 def _text(value: int | None) -> str:
@@ -157,8 +157,8 @@ def _where_timed(protocol: Tree, tree: Tree) -> Tree:
     return graft(protocol, lambda found: None if found in BY_INPUTS else tree)
 
 
-def _used(ledger: Ledger, name: str, tree: Tree) -> Tree:
-    """The tree, which is where its decision is met, and what rules mean by its name."""
+def with_use(ledger: Ledger, name: str, tree: Tree) -> Tree:
+    """The tree of a figure, which becomes where its decision is met, and what rules mean by its name."""
     ledger.settle(decision_of(ledger, name), tree)
     reference = ledger.references.get(name)
     if reference is not None:
@@ -176,7 +176,7 @@ def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tre
     if None in set(leaves(period)):
         whole = tree
         tree = graft(period, lambda time: None if time is None else whole)
-    return _used(ledger, f"{owner.name}.communication", _where_timed(protocol, tree))
+    return with_use(ledger, f"{owner.name}.communication", _where_timed(protocol, tree))
 
 
 def with_past(steps: Sequence[Step]) -> tuple[Step, ...]:

@@ -10,6 +10,7 @@ from dse.space.architecture.buses import read_further, read_protocols
 from dse.space.architecture.carriers import counted
 from dse.space.architecture.clocks import clock_of, read_communication, read_offset
 from dse.space.architecture.executors import Homes, home_of, served_by
+from dse.space.architecture.joins import read_join
 from dse.space.architecture.processors import decision_of, groups_of, known_types, read_figures, read_named
 from dse.space.architecture.segments import ends_by_name, inner_connections
 from dse.space.model.arrivals import PROTOCOLS
@@ -92,6 +93,7 @@ def build_component(
     stated_period = read("period", "duration", format_duration)
     period = _period_in_use(ledger, path, name, protocol, stated_period)
     clock = clock_of(ledger, spec, section, name, processor)
+    join, pairing = read_join(ledger, spec, owner, protocol, period) if section == "threads" else (None, None)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
     return Component(
@@ -117,6 +119,8 @@ def build_component(
         clock=clock,
         offset_ns=read_offset(ledger, spec, owner, protocol, period, clock),
         communication=read_communication(ledger, owner, protocol, period) if section == "threads" else None,
+        join=join,
+        pairing=pairing,
         stated_period_ns=_even_where_unused(ledger, f"{name}.period", stated_period, period),
         bound=section != "threads" or not given.figures_of,
         partition=_partition(ledger, spec, section, name),
@@ -233,7 +237,7 @@ def _build_connection(
     def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
         return FieldReader(ledger, owner, field_name, kind, write).read(lambda model: getattr(model, field_name))
 
-    size = read("data_size", "data size", format_size)
+    size, deadline = read("data_size", "data size", format_size), read("deadline", "duration", format_duration)
     bus = stated_bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
@@ -263,6 +267,8 @@ def _build_connection(
         type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
+        identifier=read("identifier", "identifier", hex),
+        deadline_ns=deadline,
     )
 
 

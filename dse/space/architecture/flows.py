@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.clocks import speaks_of_clocks, with_past
 from dse.space.architecture.frames import Frame, is_framed
+from dse.space.architecture.joins import with_way
 from dse.space.model.flows import Flow, Step, StepFigures, UnreadFlow
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
@@ -29,6 +30,7 @@ def build_flows(
         ledger.work.go_on(10)
         tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, by_name, wires, paths)
         steps = tracer.trace(given.path, (name,))
+        steps = with_way(components, steps)
         if clocked:
             steps = with_past(steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None

@@ -215,6 +215,19 @@ def wire_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
     return least * unit, most * unit
 
 
+def last_frame_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
+    """The longest time of the last frame of a message, and of the longest of its frames.
+
+    Those of CAN compete one by one; a message in other frames is sent as a whole.
+    """
+    most = {"can": CAN_BYTES, "can_fd": FD_SIZES[-1]}.get(frame.protocol)
+    if most is None or size <= most:
+        whole = wire_ns(frame, size, bandwidth_bps)[1]
+        return whole, whole
+    _, rest = _frames(size, most)
+    return wire_ns(frame, rest, bandwidth_bps)[1], wire_ns(frame, most, bandwidth_bps)[1]
+
+
 def wire_bytes(frame: Frame, size: int, bandwidth_bps: int) -> Exact:
     """The most that a message takes on the wire, in eighths of its bits: what counts in the load of the bus."""
     return wire_bits(frame, size, bandwidth_bps)[1] / Fraction(8)

@@ -137,7 +137,7 @@ def _options(segment: Segment) -> list[Sequence[object]]:
 def _dispatched(piece: Component, position: int, *, is_last: bool) -> Component:
     """A piece with what dispatches it; the last one stands for the thread, with its name and price."""
     if position:
-        piece = replace(piece, protocol="aperiodic")
+        piece = replace(piece, protocol="aperiodic", join=None, pairing=None)
     if is_last:
         return replace(piece, name=piece.stated_as)
     return replace(piece, figures=AdditiveFigures(None, None, {}))

@@ -17,7 +17,8 @@ class Metric:
 
     `kind` is ``latency``, ``min latency``, ``jitter`` (of a flow), ``utilisation`` (of a processor), ``core
     utilisation`` (of the core of a processor that `key` states, from 1), ``load`` and ``busy`` (of a bus), ``response
-    time`` (of a thread; `key` is ``deadline`` where its own is the limit), ``price``, ``power``, ``total`` (`key` names
+    time`` (of a thread) and ``message response`` (of a connection; of both `key` is ``deadline`` where its own is the
+    limit), ``price``, ``power``, ``total`` (`key` names
     it; `of` a component, or all), ``oldest input`` and ``newest input`` (of a flow at the component whose number `key`
     is), ``changes``, ``derived``, or an extreme: ``max`` and ``min`` are the greatest and
     the least of `operands`, each a sum of metrics times constants.

@@ -21,9 +21,10 @@ class StepFigures:
 class Step:
     """One element of a flow: a component reached over connection `via` (None for the first), or a connection.
 
-    Where a problem speaks of clocks `since` are the elements before it, which may share its clock. One that
-    `only_reads` counts until it reads: what it does with that does not. `unlinked` is an element of a flow that is
-    part of another one: there OSATE has lost the connection that leads to it.
+    Where a problem speaks of clocks `since` are the elements before it, which may share its clock; of a component that
+    may join all its triggers `before` are the elements before it. One that `only_reads` counts until it reads: what it
+    does with that does not. `unlinked` is an element of a flow that is part of another one: there OSATE has lost the
+    connection that leads to it.
     """
 
     kind: Literal["component", "connection"]
@@ -31,6 +32,7 @@ class Step:
     via: int | None = None
     sender: int | None = None
     since: tuple[Step, ...] = field(default=(), hash=False)  # which have their own
+    before: tuple[Step, ...] = field(default=(), hash=False)
     figures: StepFigures | None = field(default=None, hash=False)
     only_reads: bool = False
     unlinked: bool = False

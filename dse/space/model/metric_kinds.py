@@ -24,7 +24,8 @@ class MetricKind(NamedTuple):
 
 
 FLOW_METRICS = ("latency", "min latency", "jitter")
-CHAIN_METRICS = ("run jitter", "reaction time", "data age", "exact latency", "exact min latency", "exact jitter")
+EXACT_METRICS = ("exact latency", "exact min latency", "exact jitter")
+CHAIN_METRICS = ("run jitter", "reaction time", "data age", *EXACT_METRICS)
 """Of flows, too: listed where a problem speaks of clocks, and wherever they are asked for."""
 INPUT_METRICS = ("oldest input", "newest input")
 """How old what a component reads at the end of a flow is at most and at least: of these disparities are made."""
@@ -41,7 +42,11 @@ KINDS: Mapping[str, MetricKind] = {
 }
 """The metrics that a file may ask for, by name, besides those that it makes itself; how a design has them is a formula
 of `dse.analysis.measures`."""
-INNER = {**dict.fromkeys(INPUT_METRICS, KINDS["latency"]), "core utilisation": KINDS["utilisation"]}
+INNER = {
+    **dict.fromkeys(INPUT_METRICS, KINDS["latency"]),
+    "core utilisation": KINDS["utilisation"],
+    "message response": MetricKind("connection", TIME),
+}
 """Those that are asked for in other words."""
 MADE = ("total", "derived", "max", "min")
 """Kinds of metrics that a problem file makes itself."""

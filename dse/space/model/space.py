@@ -25,6 +25,7 @@ UNKNOWN_TYPE = "?\n"
 """The type of a slot whose types are all misnamed, while other mistakes are looked for; no name has a line break."""
 INACTIVE = -1
 
+Arbitration: TypeAlias = Literal["priority", "fifo", "round_robin", "none"]
 Design: TypeAlias = tuple[int, ...]
 """The option of each decision, by index; `INACTIVE` where the design does not use the decision."""
 
@@ -102,7 +103,8 @@ class Bus(Slot):
     which it carries messages, leaves of `protocols` what wraps them without being bound, both for OSATE alone.
     `further` buses carry it as well as `carrier`, all at once. `budget` is AADL's, in B/s, which only verdicts look at.
     Leaves of `sizes_bytes` are the sizes of messages that the transmission time holds for: a `SizeRange`, None where
-    nobody says, or `PerProcessorType`.
+    nobody says, or `PerProcessorType`. Leaves of `arbitration` say which waiting message goes next (`Arbitration`); it
+    is None where the waiting is not counted, and `uncounted` says what is missing where some of it is stated.
     """
 
     virtual: bool
@@ -121,6 +123,8 @@ class Bus(Slot):
     broadcast: Tree = False
     budget: Fraction | None = None
     sizes_bytes: Tree = None
+    arbitration: Tree = None
+    uncounted: str = ""
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,8 @@ class Component:
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, ``at_dispatch`` at release and when
     the job ends, else (``implicit``) when it begins and ends.
-    `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it.
+    `triggers` are the connections that dispatch it when it is event-triggered; `incoming` all that end in it. `join` is
+    ``all`` where a job needs a message of each trigger, `pairing` which messages that takes together.
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
     the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE
     alone. A piece of a thread that has segments knows all its `pieces`: each but the first is dispatched by the one
@@ -177,6 +182,8 @@ class Component:
     clock: Tree = None
     offset_ns: Tree = None
     communication: Tree = None
+    join: Tree = None
+    pairing: Tree = None
     incoming: tuple[int, ...] = ()
     triggers: tuple[int, ...] = ()
     stated_period_ns: Tree = None
@@ -203,7 +210,8 @@ class Connection:
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
     OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
-    is no connection of the file: it leads from a piece of a thread to the next.
+    is no connection of the file: it leads from a piece of a thread to the next. Of the messages that wait for a bus the
+    one of the lowest `identifier` goes first; `deadline_ns` is that of a message, from when it is sent to its receipt.
     """
 
     name: str
@@ -224,6 +232,8 @@ class Connection:
     is_inner: bool = False
     budget: Fraction | None = None
     type_bytes: Tree = None
+    identifier: Tree = None
+    deadline_ns: Tree = None
 
     @property
     def states_rate(self) -> bool:
@@ -317,7 +327,7 @@ class Space:
     best_case: str = "empty_queue"
     """OSATE's setting for queues at best: or ``full_queue``."""
     bus_queuing: str = "counted"
-    """OSATE's setting for waiting on buses: or ``not_counted``."""
+    """Whether messages wait for buses: ``counted`` where all that decides it is stated, or ``not_counted``."""
     executors: tuple[Executor, ...] = ()
     reservations: tuple[Reservation, ...] = ()
     offset_grid_ns: int = 0

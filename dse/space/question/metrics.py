@@ -9,15 +9,18 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import permutations
 from typing import Literal
 
 from dse.space.architecture.carriers import by_type, carriers
 from dse.space.architecture.clocks import is_always_timed
+from dse.space.architecture.joins import may_join
 from dse.space.model.criteria import Derived, Metric
-from dse.space.model.flows import Flow
+from dse.space.model.flows import Flow, Step
 from dse.space.model.metric_kinds import (
     BUILT_IN,
+    EXACT_METRICS,
     KINDS,
     SYSTEM_METRICS,
     metric_dimension,
@@ -144,6 +147,29 @@ def _data_ages(space: Space, of: str | None) -> tuple[Metric, ...]:
         name = space.flows[found[0].index or 0].name
         raise QuestionError(f"the data age of {shown(name)} is not known: its first component may not be periodic")
     return kept
+
+
+def _exact(kind: str, space: Space, of: str | None) -> tuple[Metric, ...]:
+    """An exact figure of a flow, or of every one where it is defined: joins of all take messages of other flows."""
+    found = _indexed(space, kind, of, "flow")
+    kept = tuple(metric for metric in found if has_exact(space, space.flows[metric.index or 0]))
+    if not kept:
+        flow = space.flows[found[0].index or 0]
+        name = next(space.components[step.index].stated_as for step in flow.steps if _joins(space, step))
+        message = (
+            f"the {kind} of {shown(flow.name)} is not defined: {shown(name)} waits for messages of other flows, too"
+        )
+        raise QuestionError(message, f"{kind.removeprefix('exact ')} of {flow.name} is a safe bound")
+    return kept
+
+
+def has_exact(space: Space, flow: Flow) -> bool:
+    """Whether the exact latency of a flow is defined: no component on it waits for messages of other flows."""
+    return not any(_joins(space, step) for step in flow.steps)
+
+
+def _joins(space: Space, step: Step) -> bool:
+    return step.kind == "component" and step.via is not None and may_join(space.components[step.index])
 
 
 def has_age(space: Space, flow: Flow) -> bool:
@@ -285,7 +311,7 @@ def busy_obstacle(space: Space, number: int) -> str:
 
 
 def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
-    """The response time of a thread, or of every one that runs on a processor."""
+    """The response time of a thread or of a connection's message, or of every thread that runs on a processor."""
     threads = {
         item.name: Metric(f"response time of {item.name}", "response time", number)
         for number, item in enumerate(space.components)
@@ -295,10 +321,13 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
         if not threads:
             raise QuestionError("no thread runs on a processor: there is no response time")
         return tuple(threads.values())
+    wire = next((number for number, item in enumerate(space.connections) if item.name == of), None)
+    if wire is not None and of not in threads:
+        return (Metric(f"response time of {of}", "message response", wire),)
     if of not in threads:
         if any(item.name == of for item in space.components):
             raise QuestionError(f"{shown(of)} runs on no processor: it has no response time", closest(of, threads))
-        raise QuestionError(f"no thread is called {shown(of)}", closest(of, threads))
+        raise QuestionError(f"no thread or connection is called {shown(of)}", closest(of, threads))
     return (threads[of],)
 
 
@@ -394,6 +423,7 @@ _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
     "busy": _busy,
     "changes": _changes,
     "data age": _data_ages,
+    **{kind: partial(_exact, kind) for kind in EXACT_METRICS},
     "response time": _response_times,
     "disparity": disparities,
 }

@@ -291,6 +291,8 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
         return space.processing == "response_time" and reads_when_jobs_begin(space)
     if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS, "oldest input"):
         return space.processing == "response_time"
+    if metric.kind == "message response":
+        return space.processing == "response_time"
     return metric.kind == "response time"
 
 

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from dse.space.model.criteria import Metric, Objective, Requirement, Rule
 from dse.space.model.metric_kinds import RESERVED
-from dse.space.model.space import Component, Space
+from dse.space.model.space import Component, Connection, Space
 from dse.space.options import read_option, unknown_field
 from dse.space.properties import Ledger, Path
 from dse.space.question.implied import with_implied
@@ -136,8 +136,10 @@ def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
     return found
 
 
-def _deadline_origin(ledger: Ledger, spec: Spec, component: Component) -> str:
-    """Where a deadline is asked for: at the thread, or by the setting where it states none."""
+def _deadline_origin(ledger: Ledger, spec: Spec, component: Component | Connection) -> str:
+    """Where a deadline is asked for: at the thread or connection, or by the setting where it states none."""
+    if isinstance(component, Connection):
+        return ledger.origin(("connections", component.name, "deadline"))
     if spec.deadlines == "all" and component.deadline_ns is None:
         return ledger.origin(("deadlines",))
     return ledger.origin((component.section, component.stated_as, "deadline"))

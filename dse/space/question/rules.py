@@ -14,7 +14,19 @@ from dse.spec.language.grammar import parse_rule
 from dse.support.errors import did_you_mean
 from dse.support.units import shown
 
-ORDERED = ("duration", "offset", "data size", "bandwidth", "data rate", "rate", "money", "power", "total", "count")
+ORDERED = (
+    "duration",
+    "offset",
+    "data size",
+    "bandwidth",
+    "data rate",
+    "rate",
+    "money",
+    "power",
+    "total",
+    "count",
+    "identifier",
+)
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.space.model.criteria import Metric, Requirement
-from dse.space.model.space import Component, Space
+from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.question.implied import with_implied
 from dse.support.units import TIME, Quantity
@@ -88,7 +88,7 @@ def with_settings(space: Space, given: Mapping[str, str | None], *, states_deadl
     return changed if changed.deadlines == space.deadlines else with_deadlines(changed, lambda _: ORIGIN)
 
 
-def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
+def with_deadlines(space: Space, origin: Callable[[Component | Connection], str]) -> Space:
     """The space with the deadlines that its settings require among its requirements, after the flows' own latencies.
 
     They take the place of those that were there; `origin` says where each comes from.
@@ -99,18 +99,25 @@ def with_deadlines(space: Space, origin: Callable[[Component], str]) -> Space:
     return replace(space, requirements=(*others[:first], *found, *others[first:]))
 
 
-def deadline_requirements(space: Space, origin: Callable[[Component], str]) -> list[Requirement]:
-    """That each thread on a processor ends by its deadline, as far as `Space.deadlines` says.
+def deadline_requirements(space: Space, origin: Callable[[Component | Connection], str]) -> list[Requirement]:
+    """That each thread on a processor, and each message, ends by its deadline, as far as `Space.deadlines` says.
 
-    With ``all`` one without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
+    With ``all`` a thread without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
     """
     found = []
+
+    def add(of: Component | Connection, kind: str, number: int, longest_ns: int) -> None:
+        metric = Metric(f"response time of {of.name}", kind, number, "deadline")
+        limit = Quantity(Fraction(longest_ns, 10**9), TIME, "s")
+        found.append(Requirement(f"{metric.name} <= its deadline", metric, "<=", limit, origin(of)))
+
     for number, component in enumerate(space.components) if space.deadlines != "none" else ():
         trees = (component.deadline_ns, component.period_ns)[: 2 if space.deadlines == "all" else 1]
         times = [leaf for tree in trees for leaf in leaves(tree) if leaf is not None]
         if component.processor is not None and times and space.is_last_piece(number):
-            metric = Metric(f"response time of {component.name}", "response time", number, "deadline")
-            limit = Quantity(Fraction(max(times), 10**9), TIME, "s")
-            text = f"response time of {component.name} <= its deadline"
-            found.append(Requirement(text, metric, "<=", limit, origin(component)))
+            add(component, "response time", number, max(times))
+    for number, wire in enumerate(space.connections) if space.deadlines != "none" else ():
+        times = [leaf for leaf in leaves(wire.deadline_ns) if leaf is not None]
+        if times:
+            add(wire, "message response", number, max(times))
     return found

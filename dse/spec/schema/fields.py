@@ -213,6 +213,13 @@ Priority: TypeAlias = Annotated[
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 0}, {"enum": [*PRIORITY_RULES, ANY_PRIORITY]}]}),
 ]
 QueueSize: TypeAlias = Annotated[int, COUNT, ReadBy(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
+MOST_IDENTIFIER = 2**29 - 1
+"""The greatest identifier of CAN, of 29 bits."""
+Identifier: TypeAlias = Annotated[
+    int,
+    ReadBy(_count(0, MOST_IDENTIFIER)),
+    WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_IDENTIFIER}),
+]
 Length: TypeAlias = Annotated[
     int,
     ReadBy(_count(0, LONGEST)),

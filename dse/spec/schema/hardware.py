@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Discriminator, Tag, WithJsonSchema
 
-from dse.spec.schema.fields import Cores, Count, Items, Line, Name, Options, describe, field_error
+from dse.spec.schema.fields import Cores, Count, Items, Line, Name, Options, Respelt, describe, field_error
 from dse.spec.schema.frames import FrameType
 from dse.spec.schema.parts import ReadBy, SpecMapping
 from dse.spec.schema.quantity_fields import (
@@ -144,14 +144,20 @@ Demands: TypeAlias = Annotated[
 ]
 
 
+Arbitration: TypeAlias = Annotated[Literal["priority", "fifo", "round_robin", "none"], Respelt()]
+"""Which of the messages that wait for a bus goes next."""
+
+
 class BusType(Priced):
     """A bus or virtual bus; `overhead` is in bytes per message, `bandwidth` in bit/s.
 
-    An `exclusive` bus carries one message at a time. With a `frame`, load and time are those of the wire.
+    An `exclusive` bus carries one message at a time. With a `frame`, load and time are those of the wire. Its
+    `arbitration` says which message goes next.
     """
 
     virtual: bool = False
     exclusive: bool = False
+    arbitration: Arbitration | None = None
     broadcast: bool = False
     bandwidth: Options[Bandwidth] | None = None
     transmission_time: TransmissionTimes | None = None

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema
 from dse.spec.schema.fields import (
     Carrier,
     Core,
+    Identifier,
     Items,
     Length,
     Line,
@@ -58,6 +59,8 @@ from dse.spec.schema.resources import ResourceBudget as ResourceBudget
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
 ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set"], Respelt()]
 Communication: TypeAlias = Annotated[Literal["implicit", "at_dispatch", "let"], Respelt()]
+Join: TypeAlias = Literal["any", "all"]
+Pairing: TypeAlias = Literal["fifo", "latest"]
 Category: TypeAlias = Annotated[Literal[
     "thread", "device", "abstract", "process", "system", "thread_group", "processor", "virtual_processor", "memory",
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
@@ -122,6 +125,8 @@ class Thread(ThreadType):
     executor: Options[Reference] | None = None
     reservation: Reference | None = None
     dispatch_trigger: Items[Reference] | None = None
+    join: Options[Join] | None = None
+    pairing: Options[Pairing] | None = None
     segments: SomeItems[Segment] | None = None
 
 
@@ -209,6 +214,8 @@ class Connection(SpecMapping):
     timing: Timing = "sampled"
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
+    identifier: Options[Identifier] | None = None
+    deadline: Options[Duration] | None = None
     source: Line | None = None
 
 

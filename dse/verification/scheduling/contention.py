@@ -21,6 +21,7 @@ from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.views import CyclicActivation, Noting, View
+from dse.space.architecture.joins import may_join
 from dse.space.model.space import Component, Design, OpenPriority, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.space.question.open_cores import decided_cores
@@ -52,7 +53,9 @@ def is_late_limit(limit: Limit) -> bool:
 
 def is_simple(component: Component) -> bool:
     """Whether it is a thread whose jobs can be counted: an OS thread with jobs of one kind."""
-    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
+    is_hybrid = "hybrid" in set(leaves(component.protocol)) and (
+        component.callback_ns is not None or may_join(component)
+    )
     return component.processor is not None and component.is_lone and not is_hybrid
 
 

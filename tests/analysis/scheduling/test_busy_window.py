@@ -429,7 +429,7 @@ def test_a_core_that_the_processor_lacks_is_no_design() -> None:
     ("edit", "message"),
     [
         (("core: [1, 2]", "core: 3"), "core 3 does not exist: there are 2 at most"),
-        (("a <= 6 ms", "q <= 6 ms"), 'no thread is called "q"'),
+        (("a <= 6 ms", "q <= 6 ms"), 'no thread or connection is called "q"'),
         (("a <= 6 ms", "a <= 6 EUR"), "no unit of response time of a"),
         (("{processor: p, period: 12 ms", "{period: 12 ms"), "a core needs a `processor`"),
     ],

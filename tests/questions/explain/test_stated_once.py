@@ -112,7 +112,7 @@ def test_random_statements_against_every_design() -> None:
             continue
         problem, _ = found
         for asked in ({"max_latency": "1 ns"}, {"max_utilisation": "0.0001 %"}):
-            space = problem.ask(**asked).space  # type: ignore[arg-type]
+            space = problem.ask(**asked).space
             oracle, designs = Oracle(space), structural_designs(space)
             if not 0 < len(designs) <= MOST_DESIGNS:
                 continue

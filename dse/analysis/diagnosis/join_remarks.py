@@ -1,0 +1,125 @@
+"""What to remark of threads that several inputs dispatch (docs/semantics.md, section 3.8)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
+from dse.analysis.latency.rows import JOIN_METHOD, has_no_bound
+from dse.analysis.rates import is_joined, rate_hz
+from dse.analysis.views import View
+from dse.space.architecture.activation import may_be_event_triggered
+from dse.space.architecture.joins import LATEST, may_join
+from dse.space.model.flows import Flow
+from dse.space.model.space import Component, Space
+from dse.space.model.trees import leaves
+from dse.support.units import format_rate
+
+SHOWN = 3
+"""Threads, and inputs of a thread, are named up to so many."""
+
+
+def unsaid_joins(space: Space) -> Iterator[str]:
+    """Threads that several inputs dispatch, of which the file does not say whether a job needs all of them."""
+    found = [
+        f"{item.stated_as} ({_listed([space.connections[wire].name for wire in item.triggers])})"
+        for item in space.components
+        if item.section == "threads" and len(item.triggers) > 1 and item.join is None and may_be_event_triggered(item)
+    ]
+    if found and space.profile == "dse":
+        yield (
+            f"each message of any of several inputs is a job of {_listed(found)}: state `join: all` where a job needs "
+            "one of each, else `join: any`"
+        )
+
+
+def drifting_joins(space: Space) -> Iterator[str]:
+    """Joins of all in which all messages wait, in order, of timers whose clocks may drift apart."""
+    for component in space.components:
+        if not may_join(component) or set(leaves(component.pairing)) == {LATEST} or _has_room(space, component):
+            continue
+        timers = sorted(_timers(space, component))
+        clocks = {_clock(space.components[number]) or number for number in timers}
+        if len(clocks) > 1:
+            names = _listed([space.components[number].stated_as for number in timers])
+            yield (
+                f"{component.stated_as} pairs messages in the order of arrival, and {names} run on clocks of their "
+                "own: where these drift apart the queue of the faster one grows; state a `queue_size`, or `pairing: "
+                "latest`, for a bound that needs no equal rates"
+            )
+
+
+def endless_waits(space: Space, view: View) -> Iterator[str]:
+    """Why a message of a flow may wait for other inputs without a bound, in a design."""
+    yield from dict.fromkeys(text for flow in space.flows for text in _endless(space, flow, view))
+
+
+def _endless(space: Space, flow: Flow, view: View) -> Iterator[str]:
+    unbounded = {
+        row.contributor
+        for row in flow_rows(space, flow, view)
+        if row.max_method.startswith(JOIN_METHOD) and has_no_bound(row)
+    }
+    for step in flow.steps:
+        if not may_wait_for_inputs(space, step):
+            continue
+        component = space.components[step.index]
+        if component.name not in unbounded or not is_joined(component, view):
+            continue
+        rates = {wire: rate_hz(space, ("delivery", wire), view) for wire in component.triggers}
+        slowest = min(component.triggers, key=lambda wire: rates[wire])
+        own = step.via
+        assert own is not None
+        begin = f"messages of {space.connections[own].name} wait at {component.stated_as} without a bound"
+        if rates[own] > rates[slowest]:
+            fast, slow = format_rate(rates[own]), format_rate(rates[slowest])
+            yield (
+                f"{begin}: they come at {fast}, those of {space.connections[slowest].name} at {slow}, and none is "
+                "dropped; state a `queue_size`, or `pairing: latest`"
+            )
+        else:
+            yield (
+                f"{begin}: not every input comes from timers one by one, without losses on the way; state a "
+                "`queue_size`, or `pairing: latest`"
+            )
+
+
+def _has_room(space: Space, component: Component) -> bool:
+    """Whether the room of each input is stated in every design, or its timer takes all that has come."""
+    if set(leaves(component.protocol)) == {"hybrid"}:
+        return True
+    sizes = [space.connections[wire].queue_size for wire in component.triggers]
+    return None not in set(leaves(component.queue_size)) or all(None not in set(leaves(size)) for size in sizes)
+
+
+def _timers(space: Space, component: Component) -> set[int]:
+    """The timers that messages of its triggers may come from, by number."""
+    found: set[int] = set()
+    seen: set[int] = set()
+    todo = [space.connections[wire].sender for wire in component.triggers]
+    while todo:
+        number = todo.pop()
+        if number is None or number in seen:
+            continue
+        seen.add(number)
+        sender = space.components[number]
+        if may_be_event_triggered(sender) and sender.triggers:
+            todo += [space.connections[wire].sender for wire in sender.triggers]
+        else:
+            found.add(number)
+    return found
+
+
+def _clock(component: Component) -> str:
+    """The clock on which a component always runs with a known offset; "" where there is none."""
+    readings = set(leaves(component.clock))
+    if None in readings or component.offset_ns is None or None in set(leaves(component.offset_ns)):
+        return ""
+    names = {reading.name or reading.member for reading in readings}
+    return names.pop() if len(names) == 1 else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{', '.join(names[:SHOWN])}{more}"

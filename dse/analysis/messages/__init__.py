@@ -1,0 +1,10 @@
+"""Messages that wait for their bus (docs/semantics.md, section 5.4).
+
+Read `stages.py` first.
+
+* `stages.py`: which bus a message waits for, what releases it, and in which order messages go; as stages on a resource.
+* `waits.py`: the response times of the messages of a bus, and what each waits for.
+
+The theory is in `analysis/scheduling`, a policy of a resource as others (`policies/buses.py`). Not allowed here: a
+guess. A bus of which something is not stated has no waiting (`dse.space.architecture.arbitration`).
+"""

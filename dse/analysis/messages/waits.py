@@ -1,0 +1,113 @@
+"""The response times of messages of a design, told bus by bus: what each waits for until it is there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
+
+from dse.analysis.messages.stages import bus_resource, wrapping_ns
+from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.parts import Delay, Parts
+from dse.analysis.scheduling.responses import messages_of
+from dse.analysis.scheduling.waits import stated_name
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.support.json_fields import Data, Json, Of
+from dse.support.units import Exact
+
+NOTHING = Parts()
+
+
+class Precedence(Data):
+    """Messages that go before another one."""
+
+    WRITTEN = (
+        Of("name", "The message that goes first, by its connection.", key="message", kind=str),
+        Of("jobs", "How many of it, from the beginning of the busy period on.", kind=int),
+        Of("work_ns", "What these take together.", kind=Fraction),
+    )
+
+
+@dataclass(frozen=True)
+class MessageResponse:
+    """How long a message takes at most from when it is handed to its bus until it is there.
+
+    That is its longest transmission, what keeps the bus when it comes, the messages that go before it and earlier ones
+    of its own, less what is over when it comes.
+    """
+
+    WRITTEN = (
+        *("name", "identifier", "transmission_ns", "releases", "blocking_ns", "blocked_by", "interference"),
+        *("earlier_ns", "over_ns", "response_ns", "deadline_ns", "meets_deadline", "because"),
+    )
+
+    name: Annotated[str, "The connection."]
+    identifier: Annotated[int | None, "Its identifier; null where it has none."]
+    transmission_ns: Annotated[tuple[Exact, Exact], "The shortest and the longest time of its frames alone."]
+    releases: Annotated[tuple[Stream, ...] | None, "When it is handed to the bus; null where its jitter has no bound."]
+    response_ns: Annotated[Exact | None, "The longest time from then until it is there; null without a bound."]
+    deadline_ns: Annotated[int | None, "The deadline of its connection; null where there is none."]
+    meets_deadline: Annotated[
+        bool | None, "Whether that is met, with whatever else carries the message; null without one."
+    ]
+    parts: Parts = NOTHING
+    blocker: str = ""
+    because: Annotated[
+        tuple[str, ...], "Of one without a bound those because of which it has none; missing without.", Json(default=())
+    ] = ()
+
+    @property
+    def interference(self) -> Annotated[tuple[Delay, ...], Json(kind=tuple[Precedence, ...])]:
+        """The messages that go before it, the worst one; empty where it has no bound."""
+        return self.parts.delays()
+
+    @property
+    def blocking_ns(self) -> Exact:
+        """How long a less urgent frame that has begun keeps the bus."""
+        return self.parts.blocked_ns
+
+    @property
+    def blocked_by(self) -> Annotated[str, Json(default="")]:
+        """The message of that frame; missing where there is none."""
+        return self.blocker if self.parts.blocked_ns else ""
+
+    @property
+    def earlier_ns(self) -> Annotated[Exact, Json(default=0)]:
+        """What earlier ones of its own take before it; missing where there is none."""
+        return self.parts.earlier_ns
+
+    @property
+    def over_ns(self) -> Annotated[Exact, Json(default=0)]:
+        """How much of all that is over when it comes; missing where nothing is."""
+        return self.parts.over_ns
+
+
+def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageResponse]:
+    """The messages of a counted bus in a whole design, in the order in which they go first."""
+    solution = messages_of(space, view)
+    for entry in bus_resource(space, bus, view).entries:
+        place = solution.system.place(entry.key)
+        assert place is not None
+        number, stage = entry.key[0], solution.system.stages[entry.key]
+        connection, response = space.connections[number], solution.ends[entry.key]
+        window, streams = solution.windows.of(*place), solution.windows.events.streams(entry.key)
+        loss = solution.loss_of(entry.key)
+        because = () if loss is None else solution.because(loss)
+        parts = window.parts() if window is not None and response is not None else None
+        deadline = at(connection.deadline_ns, view)
+        longest = None if response is None else response + wrapping_ns(space, number, bus, view)[1]
+        yield MessageResponse(
+            connection.name,
+            at(connection.identifier, view),
+            (stage.best_ns, stage.worst_ns),
+            streams,
+            response,
+            deadline,
+            None if deadline is None else longest is not None and longest <= deadline,
+            parts or NOTHING,
+            stated_name(space, entry.blockers[0][0]) if entry.blockers else "",
+            tuple(dict.fromkeys(stated_name(space, key) for key in because)),
+        )

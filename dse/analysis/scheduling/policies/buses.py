@@ -1,0 +1,193 @@
+"""Buses: messages that wait for each other, of which one is sent at a time, to its end.
+
+* ``priority`` (CAN): of the messages that wait the one with the lowest identifier goes next. One less urgent may have
+  begun before, and what comes up to one bit after a start still competes for it:
+
+      w(q) = B + q C + sum over the more urgent of ceil((w(q) + J + bit) / T) C
+      R = max over q of w(q) + C - release(q)
+
+  over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network
+  (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
+  frames competes with each of them: until the last one begins what is more urgent goes first.
+* ``fifo``: messages go in the order in which they come.
+* ``none``: each sender has a line of its own, on which its messages go as they come.
+* ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
+  other sender may go, the longest. Or, whatever the order, all that comes until it starts: the lesser of both counts.
+
+(docs/semantics.md, section 5.4)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from dse.analysis.scheduling.busy_window import (
+    PLAIN,
+    Task,
+    is_late,
+    is_plain,
+    load,
+    most_jobs,
+    releases_to_look_at_ns,
+)
+from dse.analysis.scheduling.model import Resource
+from dse.analysis.scheduling.parts import Parts, before_job, counted
+from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
+from dse.analysis.scheduling.policies.executors import Fellow, Queued, WorstJob
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Arbitrated:
+    """A message, the more urgent ones, and for how long a less urgent frame may keep the bus; times in ns.
+
+    Attributes
+    ----------
+    last_ns
+        its last frame, before which nothing goes once it has begun.
+    bit_ns
+        what comes up to so much after a start still competes for it.
+
+    Examples
+    --------
+    Davis and others 2007, section 3.3, times in us: of three messages of 1 ms every 2.5, 3.5 and 3.5 ms the last one
+    responds last in its second job.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> a, b, c = periodic("a", 1000, 2500), periodic("b", 1000, 3500), periodic("c", 1000, 3500)
+    >>> [Arbitrated(a, (), 1000, 1000, 0).response_ns(), Arbitrated(b, (a,), 1000, 1000, 0).response_ns()]
+    [2000, 3000]
+    >>> last = Arbitrated(c, (a, b), 0, 1000, 0)
+    >>> last.response_ns(), last.parts().earlier_jobs
+    (3500, 1)
+    """
+
+    task: Task
+    urgent: tuple[Task, ...]
+    blocked_ns: Exact
+    last_ns: Exact
+    bit_ns: Exact
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from when the message is queued to its end, in ns; None where it has no bound."""
+        numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
+        plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, (self.task, *self.urgent)))
+        found = _remembered(self) if plain else self.worst_job()
+        return None if found is None else found[1] - found[0]
+
+    def parts(self) -> Parts | None:
+        """What goes before the message that responds last; None where it has no bound."""
+        found = self.worst_job()
+        if found is None:
+            return None
+        until, jobs = found[1] - self.last_ns + self.bit_ns, jobs_by if self._counts_starts else most_jobs
+        return before_job(self.task, ((item, jobs(item, until)) for item in self.urgent), self.blocked_ns, *found)
+
+    @property
+    def _counts_starts(self) -> bool:
+        """Whether what comes at the very start of a frame goes first: nothing has begun a moment before."""
+        return not self.bit_ns and not self.blocked_ns
+
+    def worst_job(self) -> tuple[Exact, Exact] | None:
+        """Release and end of the job that responds last, from when its busy period begins; None without a bound."""
+        task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
+        used = load((task, *urgent))
+        if used > 1 or (used == 1 and (blocked or not task.streams or any(map(is_late, (task, *urgent))))):
+            return None
+        with suppress(EndlessError):
+            return self._worst_of(Work(task, urgent, (), blocked))
+        return None
+
+    def _worst_of(self, work: Work) -> tuple[Exact, Exact]:
+        busy, demand = work.busy_ns(), demand_of(work.fellows, until=self._counts_starts)
+        worst: tuple[Exact, Exact] = (0, 0)
+        start: Exact = 0
+        for count, release in enumerate(until_end(releases_to_look_at_ns(self.task, work.fellows), busy)):
+            before = self.blocked_ns + count * self.task.worst_ns + (self.task.worst_ns - self.last_ns)
+            start = work.least(max(before, start), lambda time, own=before: own + demand(time + self.bit_ns))  # type: ignore[misc]
+            if start + self.last_ns - release > worst[1] - worst[0]:
+                worst = release, start + self.last_ns
+        return worst
+
+
+@lru_cache(16384)
+def _remembered(window: Arbitrated) -> tuple[Exact, Exact] | None:
+    return window.worst_job()
+
+
+@dataclass(frozen=True, slots=True)
+class InTurn:
+    """A message, the others that go as they come with it, and `turns`: of each other sender one goes before each.
+
+    `others` are all other messages of the bus where senders take turns.
+
+    Examples
+    --------
+    Two senders take turns, the other one with 5 every 100: a message of 2 every 10 waits for it once. In one line with
+    it the message waits for it, too.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> mine, other = periodic("mine", 2, 10), periodic("other", 5, 100)
+    >>> InTurn(mine, (), (other.single(),), (other,)).response_ns(), InTurn(mine, (other,)).response_ns()
+    (7, 7)
+    """
+
+    task: Task
+    queue: tuple[Task, ...]
+    turns: tuple[Task, ...] = ()
+    others: tuple[Task, ...] = ()
+
+    def response_ns(self) -> Exact | None:
+        """The longest time from when the message is queued to its end, in ns; None where it has no bound."""
+        found = [item.response_ns() for item in (self._in_line, self._any_order) if item is not None]
+        return min((item for item in found if item is not None), default=None)
+
+    def parts(self) -> Parts | None:
+        """What goes before the message that responds last; None where it has no bound."""
+        line, free = self._in_line, self._any_order
+        bounds = [None if item is None else item.response_ns() for item in (line, free)]
+        if bounds[0] is None or (bounds[1] is not None and bounds[1] < bounds[0]):
+            return None if free is None else free.parts()
+        worst = line.worst_job()
+        assert worst is not None
+        return self._parts_of(worst)
+
+    def _parts_of(self, worst: WorstJob) -> Parts:
+        jobs = [(item, jobs_by(item, worst.until_ns)) for item in self.queue]
+        own = jobs_by(self.task, worst.until_ns)
+        taken = own + sum(count for _, count in jobs)
+        others = counted([*jobs, *((item, taken) for item in self.turns)])
+        return Parts(others, own - 1, (own - 1) * self.task.worst_ns, 0, worst.release_ns)
+
+    @property
+    def _in_line(self) -> Queued:
+        turn = sum(item.worst_ns for item in self.turns)
+        longer = [replace(item, worst_ns=item.worst_ns + turn) for item in (self.task, *self.queue)]
+        return Queued("fifo", longer[0], tuple(Fellow(item, True) for item in longer[1:]))
+
+    @property
+    def _any_order(self) -> Queued | None:
+        return Queued("wait_set", self.task, tuple(Fellow(item, True) for item in self.others)) if self.others else None
+
+
+def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Arbitrated | InTurn | None:
+    """What decides the response time of a message on a bus; None where it has no bound.
+
+    Of less urgent messages one may be in the way, however often it comes. Where senders take turns that is so of each
+    other sender, but for the bound that counts whatever comes.
+    """
+    wire, entry, task = resource.wire, resource.entries[position], tasks[position]
+    assert wire is not None
+    rivals = [tasks[item] for item in entry.rivals]
+    before = tuple(item for item in rivals if item is not None)
+    if task is None or len(before) < len(rivals):
+        return None
+    if wire.arbitration == "priority":
+        return Arbitrated(task, before, entry.blocked_ns, wire.last_ns[position], wire.bit_ns)
+    turns = wire.turns[position]
+    others = [item for at, item in enumerate(tasks) if at != position] if turns else []
+    known = tuple(item for item in others if item is not None)
+    return InTurn(task, before, turns, known if len(known) == len(others) else ())

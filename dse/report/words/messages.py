@@ -1,0 +1,95 @@
+"""Messages that wait for their bus, as tables: response against deadline, and what each waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from dse.analysis.messages.waits import MessageResponse
+from dse.answers.tables.display import readable
+from dse.report.amounts import listed
+from dse.report.page import Table
+from dse.report.words.scheduling import SAID
+from dse.support.units import Exact
+
+HEADINGS = (
+    "message", "identifier", "transmission", "queued", "response time", "deadline", "", "slack", "blocked", "waits for",
+)  # fmt: skip
+NUMBERS = (1, 2, 4, 5, 7)
+LEAST = 2
+"""The greatest number of rows of a table on a terminal."""
+DETAIL = 8
+"""Columns from here on a terminal leaves out."""
+MOST_NAMED = 4
+
+
+def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int | None = None) -> Iterator[Table]:
+    """For each bus the messages that wait for it, those that are late or closest to their deadline first.
+
+    A terminal shows `brief` rows in all.
+    """
+    shown = {bus: found for bus, found in messages.items() if found}
+    for bus, found in shown.items():
+        rows = [_row(item) for item in sorted(found, key=_slack)]
+        kept = [at for at in range(len(HEADINGS)) if any(row[at] for row in rows)]
+        numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
+        table = Table(
+            f"Response times of messages on {bus}",
+            tuple(HEADINGS[at] for at in kept),
+            tuple(tuple(row[at] for at in kept) for row in rows),
+            numbers,
+        )
+        if brief is not None:
+            spare = tuple(position for position, at in enumerate(kept) if at >= DETAIL)[::-1]
+            rest = "and {} more messages, and what each waits for (--all)"
+            table = replace(table, brief=max(LEAST, brief // len(shown)), rest=rest, spare=spare)
+        yield table
+
+
+def _slack(item: MessageResponse) -> tuple[bool, float]:
+    """The share of its deadline that a message takes, the greatest first; those without one behind."""
+    if item.deadline_ns is None:
+        return True, 0.0
+    if item.response_ns is None:
+        return False, float("-inf")
+    return False, -float(item.response_ns / item.deadline_ns)
+
+
+def _row(item: MessageResponse) -> tuple[str, ...]:
+    queued = [
+        f"every {_ms(stream.period_ns)}" + (f" +{_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
+        for stream in item.releases or ()
+    ]
+    response, deadline = item.response_ns, item.deadline_ns
+    return (
+        item.name,
+        "" if item.identifier is None else f"{item.identifier:#x}",
+        _ms(item.transmission_ns[1]),
+        ", ".join(queued),
+        "unbounded" if response is None else _ms(response),
+        "" if deadline is None else _ms(deadline),
+        SAID[item.meets_deadline],
+        "" if deadline is None or response is None else _ms(deadline - response),
+        f"{_ms(item.blocking_ns)} by {item.blocked_by}" if item.blocking_ns else "",
+        _waits_for(item),
+    )
+
+
+def _waits_for(item: MessageResponse) -> str:
+    """Which messages go first, the longest times first; of one without a bound those that are the cause."""
+    if item.because:
+        return f"no bound, for {listed(item.because)} {'has' if len(item.because) == 1 else 'have'} none"
+    first = sorted(item.interference, key=lambda one: -one.work_ns)
+    found = [f"{one.jobs} x {one.name} ({_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
+    if len(first) > MOST_NAMED:
+        work = sum(one.work_ns for one in first[MOST_NAMED:])
+        found.append(f"{len(first) - MOST_NAMED} more ({_ms(work)})")
+    if item.earlier_ns:
+        found.insert(0, f"earlier ones of its own ({_ms(item.earlier_ns)})")
+    if item.over_ns:
+        found.append(f"of which {_ms(item.over_ns)} are over when it comes")
+    return ", ".join(found)
+
+
+def _ms(value_ns: Exact) -> str:
+    return readable(value_ns, "ns", digits=6)

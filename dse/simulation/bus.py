@@ -1,0 +1,51 @@
+"""A bus that messages wait for: one frame at a time, to its end, in the order that its arbitration gives."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from dse.simulation.core import Births
+from dse.simulation.plan import BusTurn
+from dse.simulation.readings import Range
+from dse.support.units import Exact
+
+
+@dataclass
+class QueuedMessage:
+    """A message that waits, the frames that it has left, and since when it waits."""
+
+    link: int
+    births: Births
+    since: Exact
+    number: int
+    turn: BusTurn
+    left: deque[Range]
+
+
+@dataclass
+class Bus:
+    """The messages that wait for a line of a bus, and until when a frame occupies it."""
+
+    waiting: list[QueuedMessage] = field(default_factory=list)
+    busy_until: Exact = 0
+    last_sender: int = -1
+
+    def next(self, senders: Sequence[int]) -> QueuedMessage:
+        """The message whose frame goes next.
+
+        By its identifier; as it came; or the oldest one of the sender that follows the last one, in the order of
+        `senders`.
+        """
+        kind = self.waiting[0].turn.arbitration
+        if kind == "priority":
+            return min(self.waiting, key=lambda item: (item.turn.identifier, item.number))
+        if kind != "round_robin":
+            return min(self.waiting, key=lambda item: item.number)
+        last = senders.index(self.last_sender) if self.last_sender in senders else -1
+
+        def turn(item: QueuedMessage) -> tuple[int, int]:
+            return (senders.index(item.turn.sender) - last - 1) % len(senders), item.number
+
+        return min(self.waiting, key=turn)

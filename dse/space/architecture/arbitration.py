@@ -1,0 +1,130 @@
+"""Whether messages wait for each other on a bus: what its types and its messages state, and what is missing.
+
+Waiting for a bus counts only where all that decides it is stated: how the bus arbitrates, and of each of its messages
+the size, and the identifier where that decides. Else the waiting for this bus is not counted, and the bus says why
+(`Bus.uncounted`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from dse.space.architecture.carriers import carriers
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection
+from dse.space.model.trees import leaves
+from dse.space.properties import Ledger, type_choice
+from dse.spec.schema.fields import MOST_IDENTIFIER
+from dse.spec.schema.frames import CanFdFrame, CanFrame
+from dse.spec.schema.hardware import BusType
+from dse.spec.schema.model import Spec
+from dse.support.units import shown
+
+MOST_SHOWN = 3
+
+
+def default_arbitration(model: BusType) -> Arbitration | None:
+    """How a bus of this type arbitrates: as stated, else by priority where its frames are those of CAN."""
+    return model.arbitration or ("priority" if isinstance(model.frame, CanFrame | CanFdFrame) else None)
+
+
+def check_arbitration(ledger: Ledger, spec: Spec) -> None:
+    """What is stated of the arbitration of bus types goes with the rest of them."""
+    for name, model in spec.bus_types.items():
+        place = ("bus_types", name, "arbitration")
+        if model.arbitration is None:
+            continue
+        if model.virtual:
+            ledger.error(place, "only a physical bus arbitrates: middleware runs on many cores")
+        elif model.frame is None and model.transmission_time is None:
+            ledger.error(place, "needs a `frame` or a `transmission_time`: how long messages take")
+        elif model.arbitration == "priority" and model.bandwidth is None:
+            ledger.error(place, "`priority` needs a `bandwidth`: what comes within a bit of a start still competes")
+        elif model.arbitration == "priority" and not isinstance(model.frame, CanFrame | CanFdFrame | None):
+            hint = "fifo, round_robin or none"
+            ledger.error(place, "`priority` is that of identifiers: of frames of CAN, or a `transmission_time`", hint)
+
+
+def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Sequence[Connection]) -> tuple[Bus, ...]:
+    """The buses: how each arbitrates where all that decides the waiting for it is stated, else what is missing.
+
+    Reports identifiers that two senders share, or that are beyond the bits of their frames.
+    """
+    on_bus: dict[int, list[Connection]] = {}
+    for wire in wires:
+        reached = sorted(number for number in carriers(buses, wire) if not buses[number].virtual)
+        for number in reached:
+            on_bus.setdefault(number, []).append(wire)
+        if wire.identifier is not None and not reached and not ledger.is_doubtful(f"{wire.name}.bus"):
+            ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
+    found = []
+    for number, bus in enumerate(buses):
+        here = on_bus.get(number, [])
+        models = {name: spec.bus_types[name] for name in bus.types if name not in (EMPTY, UNKNOWN_TYPE)}
+        if bus.virtual or not here or not models:
+            found.append(bus)
+            continue
+        _check_identifiers(ledger, models, here)
+        kinds = {name: default_arbitration(model) for name, model in models.items()}
+        missing = next(_missing(buses, kinds, here), "")
+        is_asked = any(model.arbitration for model in models.values()) or any(
+            one.identifier is not None for one in here
+        )
+        if not missing:
+            bus = replace(bus, arbitration=type_choice(bus.type_decision, [kinds.get(name) for name in bus.types]))
+        elif is_asked:
+            bus = replace(bus, uncounted=missing)
+        found.append(bus)
+    return tuple(found)
+
+
+def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Sequence[Connection]) -> None:
+    first: dict[int, Connection] = {}
+    frames = [model.frame for model in models.values()]
+    bits = min((item.identifier_bits for item in frames if isinstance(item, CanFrame | CanFdFrame)), default=29)
+    most = (1 << bits) - 1
+    for wire in wires:
+        given = [leaf for leaf in leaves(wire.identifier) if leaf is not None]
+        place = ("connections", wire.name, "identifier")
+        for number in given:
+            if number > most:
+                hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
+                ledger.error(place, f"{number:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
+        if len(given) != 1 or len({leaf for leaf in leaves(wire.bus) if leaf is not None}) > 1:
+            continue  # where there is a choice a design with one identifier twice is none
+        other = first.setdefault(given[0], wire)
+        if other is wire or (is_one_message(other, wire) and all(model.broadcast for model in models.values())):
+            continue
+        hint = "one message to several receivers leaves one `from_port` onto a `broadcast` bus"
+        hint = hint if wire.source == other.source else "each sender has identifiers of its own"
+        ledger.error(place, f"{given[0]:#x} is the identifier of {shown(other.name)} on the same bus", hint)
+
+
+def is_one_message(one: Connection, other: Connection) -> bool:
+    """Whether two connections leave one port of a component: on a broadcast bus they are one message."""
+    return one.source == other.source and one.from_port is not None and one.from_port == other.from_port
+
+
+def _missing(
+    buses: Sequence[Bus],
+    kinds: Mapping[str, Arbitration | None],
+    wires: Sequence[Connection],
+) -> Iterator[str]:
+    """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
+    yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
+    if "priority" in kinds.values():
+        yield from _said("no `identifier`", [wire for wire in wires if wire.identifier is None])
+    yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])
+    yield from _said("several buses at once", [wire for wire in wires if _is_on_several(buses, wire)])
+
+
+def _is_on_several(buses: Sequence[Bus], wire: Connection) -> bool:
+    """Whether a connection may be on several physical buses at once, or on one by several ways."""
+    carried = carriers(buses, wire)
+    return bool(wire.further) or any(buses[number].further for number in carried)
+
+
+def _said(what: str, wires: Sequence[Connection]) -> Iterator[str]:
+    if wires:
+        more = f" and {len(wires) - MOST_SHOWN} more" if len(wires) > MOST_SHOWN else ""
+        yield f"{what} of {', '.join(wire.name for wire in wires[:MOST_SHOWN])}{more}"

@@ -1,0 +1,280 @@
+"""Joins of all: by hand, against every pattern of releases of tiny ones, the oracle, exhaustion and simulation."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import product
+from typing import Literal
+
+import pytest
+
+import dse
+from dse.analysis.evaluate import Evaluator
+from dse.analysis.measures import all_metrics, build_measure
+from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.event_models import joined
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
+from dse.analysis.views import View
+from tests.helpers.effort import cases
+from tests.helpers.joins import draw_join
+from tests.helpers.support import brute_front
+from tests.oracle.evaluator import designs, evaluate, load_text
+
+METHODS: tuple[Literal["model", "exhaustion"], ...] = ("model", "exhaustion")
+FUSION = """
+dse: 1
+name: fusion of three inputs
+processor_types: {pc: {}}
+processors: {pc: {type: pc}}
+clocks: {ptp: {}}
+devices:
+  lidar: {period: 100 ms, latency: 0 ms .. 20 ms}
+  cam_l: {period: 100 ms, latency: 0 ms .. 80 ms}
+  cam_r: {period: 100 ms, latency: 0 ms .. 80 ms}
+threads:
+  fusion: {processor: pc, join: all, dispatch_protocol: aperiodic, compute_execution_time: 10 ms .. 30 ms}
+connections:
+  l: {from: lidar, to: fusion}
+  a: {from: cam_l, to: fusion}
+  b: {from: cam_r, to: fusion}
+flows: {lidar_path: {path: [lidar, fusion]}, cam_path: {path: [cam_l, fusion]}}
+"""
+ON_ONE_CLOCK = tuple((f"{name}: {{", f"{name}: {{clock: ptp, offset: 0 ms, ") for name in ("lidar", "cam_l", "cam_r"))
+
+
+def changed(text: str, *changes: tuple[str, str]) -> str:
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+def ranges_ms(text: str) -> dict[str, tuple[float, float | None]]:
+    """The least and the greatest latency of each flow of the only design, in ms; None without a bound."""
+    found = {}
+    for flow in dse.analyse(dse.loads(text)).flows:
+        least, most = sum(row.min_ns for row in flow.rows), sum(row.max_ns for row in flow.rows)
+        found[flow.name] = float(least) / 10**6, None if most >= UNBOUNDED_NS else float(most) / 10**6
+    return found
+
+
+def figure(text: str, name: str) -> Fraction:
+    space = dse.loads(text).space
+    view = View(Evaluator(space).evaluate((0,) * len(space.decisions)).design)
+    return next(build_measure(space, item).value(view) for item in all_metrics(space) if item.name == name)
+
+
+@pytest.mark.parametrize(
+    ("changes", "lidar_ms"),
+    [
+        ((), (10, 210)),
+        (ON_ONE_CLOCK, (10, 110)),
+        (ON_ONE_CLOCK[:2], (10, 210)),
+        ((*ON_ONE_CLOCK, ("clocks: {ptp: {}}", "clocks: {ptp: {synchronisation_error: 1 ms}}")), (10, 111)),
+        ((*ON_ONE_CLOCK, ("cam_l: {clock: ptp, offset: 0 ms", "cam_l: {clock: ptp, offset: 30 ms")), (40, 140)),
+        ((("join: all", "join: all, pairing: latest"),), (10, 20 + 180 + 30)),
+        ((("join: all", "join: all, queue_size: 2"),), (10, 210)),  # room enough: 180 ms are less than 2 periods
+        ((("join: all", "join: all, queue_size: 1"),), (10, 20 + 180 + 30)),
+        ((*ON_ONE_CLOCK, ("join: all", "join: all, pairing: latest")), (10, 110)),
+        ((("cam_r: {period: 100 ms", "cam_r: {period: 200 ms"),), (10, None)),
+        ((("cam_r: {period: 100 ms", "cam_r: {period: 200 ms"), ("join: all", "join: all, queue_size: 3")),
+         (10, 20 + 3 * 280 + 30)),
+        ((("cam_r: {period: 100 ms", "cam_r: {period: 50 ms"),), (10, 210)),  # faster: its own queue grows
+        ((("join: all", "join: any"),), (10, 50)),
+    ],
+)  # fmt: skip
+def test_a_message_waits_for_the_others(
+    changes: Sequence[tuple[str, str]], lidar_ms: tuple[float, float | None]
+) -> None:
+    assert ranges_ms(changed(FUSION, *changes))["lidar_path"] == lidar_ms
+
+
+def test_the_faster_input_has_no_bound_where_nothing_is_dropped() -> None:
+    text = changed(FUSION, ("cam_r: {period: 100 ms", "cam_r: {period: 50 ms"), ("[cam_l, fusion]", "[cam_r, fusion]"))
+    assert ranges_ms(text) == {"lidar_path": (10, 210), "cam_path": (10, None)}
+    (remark,) = (text for text in dse.analyse(dse.loads(text)).warnings if "without a bound" in text)
+    assert "messages of b wait at fusion" in remark and "20 Hz" in remark and "10 Hz" in remark
+
+
+def test_a_join_runs_at_the_rate_of_the_slowest() -> None:
+    assert figure(FUSION, "utilisation of pc") == 300_000
+    assert figure(FUSION.replace("join: all", "join: any"), "utilisation of pc") == 900_000
+    slow = changed(FUSION, ("cam_r: {period: 100 ms", "cam_r: {period: 200 ms"))
+    assert figure(slow, "utilisation of pc") == 150_000
+
+
+def test_a_fork_that_is_joined_again_waits_for_the_longer_way() -> None:
+    text = changed(
+        FUSION,
+        ("  fusion", "  long: {dispatch_protocol: aperiodic, compute_execution_time: 5 ms .. 40 ms}\n  fusion"),
+        ("a: {from: cam_l", "s: {from: lidar, to: long}\n  a: {from: long"),
+        ("  b: {from: cam_r, to: fusion}\n", ""),
+        ("[cam_l, fusion]", "[lidar, long, fusion]"),
+    )
+    assert ranges_ms(text) == {"lidar_path": (10, 90), "cam_path": (15, 90)}
+
+
+HYBRID = """
+dse: 1
+name: odometry of two encoders
+processor_types: {pc: {}}
+processors: {pc: {type: pc}}
+devices:
+  left: {period: 20 ms, latency: 0 ms .. 1 ms}
+  right: {period: 20 ms, latency: 0 ms .. 2 ms}
+threads:
+  odometry: {processor: pc, join: all, dispatch_protocol: hybrid, period: 10 ms,
+             callback_execution_time: 1 ms, compute_execution_time: 2 ms}
+  ekf: {processor: pc, dispatch_protocol: aperiodic, compute_execution_time: 2 ms}
+connections:
+  l: {from: left, to: odometry}
+  r: {from: right, to: odometry}
+  o: {from: odometry, to: ekf}
+flows: {f: {path: [left, odometry, ekf]}}
+"""
+
+
+def test_a_timer_goes_on_at_its_first_release_after_all_have_come() -> None:
+    """Listing 4.3: the callbacks of both encoders accumulate, the timer publishes or waits another period."""
+    assert ranges_ms(HYBRID) == {"f": (1 + 2 + 2, 1 + 1 + 22 + 10 + 2 + 2)}
+    assert figure(HYBRID, "utilisation of pc") == 2 * 50_000 + 100_000 + 100_000  # callbacks, 2 ms and 2 ms at 50 Hz
+    fast = HYBRID.replace("left: {period: 20 ms", "left: {period: 5 ms")
+    assert ranges_ms(fast) == ranges_ms(HYBRID)
+
+
+# --- against every pattern --------------------------------------------------------------------------------------------
+
+
+def played(arrivals: Sequence[Sequence[int]], room: int | None) -> Iterator[tuple[int, int, int, int]]:
+    """For each message that is taken, or lives on in one: its input and number, when it came, when a job took it."""
+    events = sorted((time, which, number) for which, times in enumerate(arrivals) for number, time in enumerate(times))
+    held: list[deque[list[tuple[int, int]]]] = [deque() for _ in arrivals]
+    for time, which, number in events:
+        held[which].append([(number, time)])
+        if room is not None and len(held[which]) > room:
+            dropped = held[which].popleft()
+            held[which][0] += dropped
+        if all(held):
+            for other, queue in enumerate(held):
+                yield from ((other, number, came, time) for number, came in queue.popleft())
+
+
+def patterns(period: int, jitter: int, count: int, least: int = 0) -> Iterator[list[int]]:
+    """Every way in which messages may come, one in each period and in their order."""
+    for late in product(range(jitter + 1), repeat=count):
+        times = [least + number * period + more for number, more in enumerate(late)]
+        if times == sorted(times):
+            yield times
+
+
+def phases(periods: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """How much later than the system the timers begin: within a period."""
+    yield from ((0, later) for later in range(periods[1] + 1))
+    yield from ((later, 0) for later in range(1, periods[0] + 1))
+
+
+@pytest.mark.parametrize("room", [None, 1, 2])
+@pytest.mark.parametrize(
+    ("periods", "jitters"), [((3, 3), (1, 2)), ((2, 2), (0, 3)), ((2, 4), (1, 1)), ((3, 4), (0, 2))]
+)
+def test_no_pattern_of_messages_waits_longer(
+    periods: tuple[int, int], jitters: tuple[int, int], room: int | None
+) -> None:
+    """And in order the longest wait is reached."""
+    lidar, camera = (
+        f"{{period: {time} ms, latency: 0 ms .. {late}" for time, late in zip(periods, jitters, strict=True)
+    )
+    text = changed(
+        FUSION,
+        ("lidar: {period: 100 ms, latency: 0 ms .. 20", f"lidar: {lidar}"),
+        ("cam_l: {period: 100 ms, latency: 0 ms .. 80", f"cam_l: {camera}"),
+        ("  b: {from: cam_r, to: fusion}\n", ""),
+        ("join: all", "join: all" if room is None else f"join: all, queue_size: {room}"),
+        ("10 ms .. 30 ms", "0 ms"),
+    )  # fmt: skip
+    bounds = list(ranges_ms(text).values())
+    seen = [0, 0]
+    for later in phases(periods):
+        ways = [list(patterns(*given)) for given in zip(periods, jitters, (4, 4), later, strict=True)]
+        for one, other in product(*ways):
+            begun = max(one[0], other[0])
+            for which, number, came, taken in played((one, other), room):
+                if room is None or came > begun:  # what waits for a system that starts is another matter
+                    seen[which] = max(seen[which], taken - number * periods[which] - later[which])
+    for most, (_, bound) in zip(seen, bounds, strict=True):
+        assert bound is None or most <= bound
+        if room is None and bound is not None and periods[0] == periods[1]:
+            assert most == bound
+
+
+@pytest.mark.parametrize("room", [None, 1, 2])
+@pytest.mark.parametrize(("periods", "jitters"), [((3, 3), (1, 2)), ((2, 4), (1, 1)), ((2, 3), (0, 2))])
+def test_no_pattern_releases_more_jobs(periods: tuple[int, int], jitters: tuple[int, int], room: int | None) -> None:
+    ways = [(Stream(period, jitter),) for period, jitter in zip(periods, jitters, strict=True)]
+    streams = joined(ways, [room, room])
+    assert streams is not None
+    for later in phases(periods):
+        drawn = [list(patterns(*given)) for given in zip(periods, jitters, (4, 4), later, strict=True)]
+        for one, other in product(*drawn):
+            jobs = sorted({taken for *_, taken in played((one, other), room)})
+            for first, begin in enumerate(jobs):
+                for last in range(first, len(jobs)):
+                    window = jobs[last] - begin + 1  # half-open, just behind the last
+                    most = sum(-(-(window + item.jitter_ns) // item.period_ns) for item in streams)
+                    assert last - first + 1 <= most
+
+
+# --- drawn ------------------------------------------------------------------------------------------------------------
+
+KEYS = {"latency": "max", "min latency": "min", "jitter": "jitter", "run jitter": "run", "reaction time": "reaction"}
+KEYS["data age"] = "age"
+
+
+@pytest.mark.parametrize("seed", cases(60))
+def test_figures_are_those_of_the_oracle(seed: int) -> None:
+    text = draw_join(seed, options=True)
+    problem, space = load_text(text), dse.loads(text).space
+    evaluator = Evaluator(space)
+    for design in designs(problem):
+        figures = evaluate(problem, design)
+        options = [item.options.index(design[item.name]) if design.get(item.name) else 0 for item in space.decisions]
+        view = View(evaluator.evaluate(tuple(options)).design)
+        for metric in all_metrics(space):
+            name, value = metric.name.rpartition(" of ")[2], build_measure(space, metric).value(view)
+            if metric.kind in KEYS:
+                expected = figures["flows"][name][KEYS[metric.kind]]
+                assert value == expected or min(value, expected) >= UNBOUNDED_NS, (design, metric.name, text)
+            elif metric.kind == "utilisation":
+                assert value == figures["utilisation"][name] * 10**6, (design, metric.name, text)
+
+
+@pytest.mark.parametrize("seed", cases(30, 1_000))
+def test_fronts_are_those_of_all_designs(seed: int) -> None:
+    """And proved again by looking at every design, and by the second model."""
+    problem = dse.loads(draw_join(seed, options=True))
+    result = dse.solve(problem, workers=1)
+    assert result.status in ("complete", "infeasible")
+    found = {tuple(point.objectives.values()) for point in result.front}
+    assert found == set(brute_front(Evaluator(problem.space))), draw_join(seed, options=True)
+    for method in METHODS:
+        proved = dse.verify(result, problem=problem, method=method)
+        assert (proved.status, proved.findings, proved.left_open) == ("verified", (), ()), seed
+
+
+@pytest.mark.parametrize("seed", cases(60, 2_000))
+def test_no_run_takes_longer(seed: int) -> None:
+    text = draw_join(seed)
+    problem = dse.loads(text)
+    for contention in (True,) if "response_time" in text else (False,):
+        found = dse.simulate(
+            problem,
+            {},
+            runs=4,
+            contention=contention,
+            seed=seed,
+            drift_ppm=500 * (seed % 2),
+            endless_queues=seed % 3 == 0,
+        )
+        assert not found.contradictions, (text, found.contradictions)

@@ -1,0 +1,52 @@
+"""Rows with coefficients beyond exact arithmetic keep their solutions with coefficients within it."""
+
+from __future__ import annotations
+
+import random
+from itertools import product
+
+import pytest
+
+import dse
+from dse.encode.linear import EXACT_LIMIT, Board, Form
+from tests.helpers.documents import ROOT
+from tests.helpers.support import space_of
+
+SPACE = """
+dse: 1
+name: two types
+processors: {cpu: {type: [a, b]}}
+processor_types: {a: {price: 1 EUR}, b: {price: 2 EUR}}
+threads: {t: {processor: cpu, period: 10 ms, compute_execution_time: 1 ms}}
+objectives: [minimise price]
+"""
+
+
+def value(form: Form, values: dict[int, int]) -> int:
+    return form.constant + sum(coefficient * values[index] for index, coefficient in form.coefficients.items())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_form_stays_what_it_is_up_to_its_limit(seed: int) -> None:
+    drawn = random.Random(seed)
+    board = Board(space_of(SPACE))
+    form = Form()
+    variables = []
+    for _ in range(drawn.randint(1, 3)):  # tables, of which one case is true, some of them without a bound
+        literals = [board.model.new_bool_var("") for _ in range(drawn.randint(1, 3))]
+        variables.append([literal.index for literal in literals])
+        figures = [drawn.choice([drawn.randint(-50, 50), EXACT_LIMIT * drawn.randint(1, 3)]) for _ in literals]
+        form.add(board.form(zip(literals, figures, strict=True)))
+    most = drawn.randint(-60, 120)
+    held = board.within(form, most)
+    for chosen in product(*variables):
+        values = {index: int(index in chosen) for group in variables for index in group}
+        exact = value(form, values)
+        assert (value(held, values) == exact) if exact <= most else value(held, values) > most
+    if form.high >= EXACT_LIMIT and form.low <= most:
+        assert held.high < EXACT_LIMIT
+
+
+def test_a_limit_in_fractions_of_a_nanosecond_does_not_stop_a_search_with_response_times() -> None:
+    problem = dse.load(ROOT / "problems" / "report" / "middleware.yaml")
+    assert dse.solve(problem, processing="response_time").status in ("optimal", "infeasible")

@@ -1,0 +1,98 @@
+"""Random problems with messages that wait for buses: senders of all kinds, options everywhere, chains over buses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from random import Random
+
+KINDS = ("priority", "priority", "priority", "fifo", "round_robin", "none")
+BYTES = (0, 1, 4, 8, 12, 20)
+
+
+def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = None) -> str:
+    """The text of a problem with one or two buses, some threads and devices, and up to so many open decisions."""
+    rng = Random(seed)
+    left = [decisions]
+
+    def options(values: Sequence[str]) -> str:
+        """One value, or a few of them as options while some are left."""
+        if left[0] and rng.random() < 0.4:
+            left[0] -= 1
+            return f"[{', '.join(rng.sample(values, min(len(values), rng.choice((2, 2, 3)))))}]"
+        return rng.choice(values)
+
+    kind = rng.choice(KINDS)
+    counts = rng.random() < 0.5 if responses is None else responses
+    lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
+    lines += ["processor_types: {c: {cores: 2, price: 10 EUR}}", "bus_types:"]
+    arbitration = "" if kind == "priority" else f", arbitration: {kind}"
+    broadcast = ", broadcast: true" if rng.random() < 0.2 else ""
+    for name, rate, price in (("slow", "125 kbit/s", 1), ("fast", "500 kbit/s", 5), ("odd", "333 kbit/s", 3)):
+        lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{broadcast}, price: {price} EUR}}")
+    times = "transmission_time: {fixed: 200 us .. 300 us, per_byte: 20 us}, bandwidth: 200 kbit/s"
+    lines.append(f"  plain: {{{times}, arbitration: {rng.choice(KINDS)}, price: 2 EUR}}")
+    lines.append("  ipc: {virtual: true, transmission_time: {fixed: 10 us .. 150 us}, overhead: 1 B}")
+    lines += ["processors: {p: {type: c}}", "buses:"]
+    buses = ["can0", "can1"] if rng.random() < 0.4 else ["can0"]
+    lines.append(f"  can0: {{type: {options(['slow', 'fast', 'odd'])}, overload: allowed}}")
+    lines += [f"  {name}: {{type: plain, overload: allowed}}" for name in buses[1:]]
+    lines.append("  wrap: {type: ipc, bus: can0}")
+    devices = [f"d{number}" for number in range(rng.randint(1, 3))]
+    threads = [f"t{number}" for number in range(rng.randint(1, 3))]
+    lines.append("devices:")
+    for name in devices:
+        job = rng.choice(("", ", compute_execution_time: 100 us .. 900 us", ", latency: 200 us .. 400 us"))
+        lines.append(f"  {name}: {{period: {options(['4 ms', '5 ms', '8 ms', '10 ms'])}{job}}}")
+    lines.append("  sink: {}")
+    eager = [name for name in threads if rng.random() < 0.5]
+    timers = devices + [name for name in threads if name not in eager]
+    lines.append("threads:")
+    for name in threads:
+        cost = options(["100 us .. 300 us", "1 ms .. 2 ms", "500 us"])
+        core = f", core: {rng.randint(1, 2)}"
+        period = "dispatch_protocol: aperiodic" if name in eager else f"period: {options(['5 ms', '10 ms', '20 ms'])}"
+        lines.append(f"  {name}: {{processor: p{core}, {period}, compute_execution_time: {cost}}}")
+    lines.append("connections:")
+    flows: dict[str, list[str]] = {}
+    identifiers = rng.sample(range(1, 60), 20)
+    made = 0
+
+    def connect(source: str, target: str, extra: str = "") -> str:
+        nonlocal made
+        name = f"m{made}"
+        bus = rng.choice([*buses, *buses, "wrap"])
+        if len(buses) > 1 and left[0] and rng.random() < 0.2:
+            left[0] -= 1
+            bus = "[can0, can1]"
+        size = options([f"{size} B" for size in BYTES[: 4 if rng.random() < 0.7 else 6]])
+        deadline = f", deadline: {options(['2 ms', '4 ms', '8 ms', '20 ms'])}" if rng.random() < 0.4 else ""
+        ends = f"from: {source}, to: {target}" if source else f"to: {target}, rate: {rng.choice((50, 125))} Hz"
+        own = hex(identifiers[made])
+        if left[0] and rng.random() < 0.3:  # perhaps one that another message has
+            left[0] -= 1
+            other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
+            own = f"[{own}, {other:#x}]"
+        shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
+        lines.append(f"  {name}: {{{shown}{extra}{deadline}}}")
+        made += 1
+        return name
+
+    sources = list(timers)
+    for name in eager:
+        source = rng.choice(sources)
+        connect(source, name)
+        flows[f"f{len(flows)}"] = [source, name]
+        sources.append(name)
+    for _ in range(rng.randint(1, 3)):
+        source = rng.choice(sources)
+        port = ", from_port: o" if broadcast else rng.choice(("", "", ", port: data"))
+        if rng.random() < 0.2:
+            connect("", "sink", ", port: data")
+        last = connect(source, "sink", port)
+        chain = next((path for path in flows.values() if path[-1] == source), [source])
+        flows[f"f{len(flows)}"] = [*chain, last, "sink"]
+    lines.append("flows:")
+    lines += [f"  {name}: {{path: [{', '.join(path)}]}}" for name, path in flows.items()]
+    first = next(iter(flows))
+    lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
+    return "\n".join(lines)

@@ -1,0 +1,168 @@
+"""Messages that wait for their bus, by playing its busiest stretch frame by frame.
+
+The messages of a counted bus (`arbitration`) are jobs beside those of threads (`scheduling`): what their senders add to
+their releases, and what they add to those of their receivers, is found with all response times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, Any
+
+from . import quantities, wire
+from .arbitration import arbitration, counted
+from .quantities import NS_PER_S
+from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
+
+if TYPE_CHECKING:
+    from .scheduling import Job, Scheduling
+
+
+class Buses:
+    """The messages of the counted buses in one complete design."""
+
+    def __init__(self, scheduling: Scheduling) -> None:
+        self.scheduling, self.reading = scheduling, scheduling.reading
+        slots = counted(self.reading.problem)
+        self.bus_of: dict[str, str] = {}
+        for name in self.reading.problem.sections["connections"]:
+            bus = next((slot for slot in self.reading.stack(name) if slot in slots), None)
+            if bus is not None:
+                self.bus_of[name] = bus
+        self.jobs: list[Job] = [(name, "message") for name in self.bus_of if self.sent_as(name) == name]
+
+    def sent_as(self, name: str) -> str:
+        """The connection whose message it is: of those that leave one port onto a broadcast bus the first."""
+        own, bus = self.reading.problem.component(name), self.bus_of[name]
+        if not self._is_broadcast(bus) or "from_port" not in own or self.reading.stack(name)[0] != bus:
+            return name
+        for other in self.bus_of:
+            body = self.reading.problem.component(other)
+            if other == name:
+                break
+            alike = all(body.get(key) == own.get(key) for key in ("from", "from_port"))
+            alike = alike and self.identifier(name) == self.identifier(other)
+            sizes = [quantities.size(self.reading.get(each, "data_size")) for each in (name, other)]
+            alike = alike and self.reading.stack(other)[0] == bus and sizes[0] == sizes[1]
+            if alike and not any(self.reading.states_rate(each) for each in (name, other)):
+                return other
+        return name
+
+    def identifier(self, name: str) -> int:
+        """Its identifier in this design; -1 of a message without one."""
+        return int(self.reading.get(name, "identifier") or "-1", 0)
+
+    def _type(self, bus: str) -> Any:
+        return self.reading.problem.sections["bus_types"][self.reading.type_of(bus)]
+
+    def _is_broadcast(self, bus: str) -> bool:
+        return self._type(bus).get("broadcast") == "true"
+
+    def times(self, name: str) -> tuple[Fraction, Fraction]:
+        """Shortest and longest on the wire."""
+        least, most = self.reading._transmission(name, self.bus_of[name])
+        return Fraction(least), Fraction(most)
+
+    def _last(self, name: str) -> tuple[Fraction, Fraction]:
+        """The last frame of a message, and the longest of its frames."""
+        bus, size = self.bus_of[name], self.reading.message_bytes(name)
+        body, whole = self._type(bus), self.times(name)[1]
+        frame = body.get("frame")
+        protocol = frame.get("protocol") if isinstance(frame, dict) else frame
+        most = {"can": 8, "can_fd": 64}.get(protocol)
+        if most is None or size <= most:
+            return whole, whole
+        bandwidth = quantities.bandwidth(self.reading.bus_field(bus, "bandwidth"))
+        *_, rest = wire.pieces(size, most)
+        last, full = (wire.seconds(body, bandwidth, part)[1] * NS_PER_S for part in (rest, most))
+        return last, full
+
+    def releases(self, name: str) -> Releases | None:
+        """When the message is handed to its bus; None where it may be late without a bound."""
+        rows = [row for row in self.reading.transit_rows(name) if row[1] != f"transmission on {self.bus_of[name]}"]
+        spread = sum((Fraction(row[3]) - row[2] for row in rows), Fraction(0))
+        sender = self.reading.problem.component(name).get("from")
+        if sender is None or self.reading.states_rate(name):
+            rate = self.reading.delivered_rate(name)
+            return Releases(((max(1, int(NS_PER_S / rate)), spread),) if rate else ())
+        leaving = self.scheduling.leaving(sender)
+        return None if leaving is None else Releases(tuple((period, late + spread) for period, late in leaving))
+
+    def played(self, name: str) -> Fraction | None:
+        """The longest from when the message is handed to its bus to the end of its last frame."""
+        bus = self.bus_of[name]
+        here = [other for other, _ in self.jobs if self.bus_of[other] == bus and other != name]
+        kind = arbitration(self._type(bus))
+        if kind == "priority":
+            return self._by_identifier(name, here, bus)
+        mine = [other for other in here if self._sender(other) == self._sender(name)]
+        line = here if kind == "fifo" else mine
+        others = {self._sender(other) for other in here} - {self._sender(name)} if kind == "round_robin" else set()
+        turn = sum(
+            (max(self.times(other)[1] for other in here if self._sender(other) == sender) for sender in others),
+            Fraction(0),
+        )
+        found = [self._inside([name, *line], turn, in_order=True)]
+        if others:
+            found.append(self._inside([name, *here], Fraction(0), in_order=False))
+        return min((each for each in found if each is not None), default=None)
+
+    def _sender(self, name: str) -> str:
+        return str(self.reading.problem.component(name).get("from") or f"outside of {name}")
+
+    def _inside(self, names: Sequence[str], turn: Fraction, *, in_order: bool) -> Fraction | None:
+        given: list[Any] = [(self.releases(each), self.times(each)[1] + turn) for each in names]
+        if any(releases is None for releases, _ in given) or has_no_end(given, 0):
+            return None
+        return play_inside(given, [], 0, in_order=in_order)
+
+    def _by_identifier(self, name: str, here: Sequence[str], bus: str) -> Fraction | None:
+        urgent = [other for other in here if self.identifier(other) < self.identifier(name)]
+        begun = max((self._last(other)[1] for other in here if other not in urgent), default=Fraction(0))
+        given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
+        if any(releases is None for releases, _ in given) or has_no_end(given, 1 if begun else 0):
+            return None
+        bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
+        return _play(given, begun, self._last(name)[0], bit)
+
+
+def _play(
+    given: Sequence[tuple[Releases, Fraction]], begun: Fraction, last: Fraction, bit: Fraction
+) -> Fraction | None:
+    """The longest time from a release of the first of these to its end; the others go first until its `last` frame.
+
+    Another frame may have `begun` a moment before. What comes less than a bit after a frame has begun may still win it.
+    """
+    coming: list[tuple[Fraction, int, Fraction, Any]] = []
+    for number, (releases, cost) in enumerate(given):
+        times = releases.densest()
+        heappush(coming, (next(times), number, cost, times))
+    sooner = MOMENT if begun else Fraction(0)
+    now, worst = begun - sooner, Fraction(0)
+    urgent: list[Fraction] = []
+    own: list[list[Fraction]] = []  # the release of each job that waits, and what it has left
+    for _ in range(MOST_PLAYED):
+        if not urgent and not own and (not coming or coming[0][0] > now or coming[0][0] == now > 0):
+            return worst
+        while coming and coming[0][0] < now + bit:
+            time, number, cost, times = heappop(coming)
+            if number:
+                urgent.append(cost)
+            else:
+                own.append([time, cost])
+            following = next(times, None)
+            if following is not None:
+                heappush(coming, (following, number, cost, times))
+        if urgent:
+            now += urgent.pop()
+            continue
+        release, left = own[0]
+        if left > last:
+            now, own[0][1] = now + left - last, last
+            continue
+        now += left
+        worst = max(worst, now + sooner - release)
+        own.pop(0)
+    return None
