@@ -129,6 +129,13 @@ IMPORTERS: tuple[Importer, ...] = (
         },
     ),
     Importer(
+        "amalthea",
+        (".amxmi",),
+        "Amalthea models (APP4MC; the XML of the WATERS challenges)",
+        "dse.importers.amalthea",
+        {"frequency": "that of the processing units, such as 200 MHz; where the model does not say it."},
+    ),
+    Importer(
         "caret",
         YAML,
         "architecture files of CARET (ROS 2)",

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.answers.written import write_bag
+from tests.importers.test_amalthea import MODEL as AMALTHEA
 from tests.importers.test_can import DBC, KCD
 from tests.importers.test_drawn_flows import DrawnChain
 from tests.importers.test_reading import model
@@ -164,6 +165,7 @@ def sound_files(folder: Path) -> Iterator[Sound]:
         yield Sound(f"can/{name}", text.encode(), can)
     for name, text in (("msg/A.msg", MSG), ("srv/B.srv", SRV), ("action/C.action", ACTION), ("msg/Pair.idl", IDL)):
         yield Sound(f"mine/{name}", text.encode(), ("sizes", "--definitions", "FILE", "--json", "out.json"))
+    yield Sound("model.amxmi", AMALTHEA.encode(), ("import", "FILE", "-o", "out.yaml"))
     yield Sound(
         "trace.txt", "".join(trace().splitlines(keepends=True)[:300]).encode(), ("import", "FILE", "-o", "out.yaml")
     )

@@ -1,0 +1,472 @@
+"""Amalthea models (the XML of Eclipse APP4MC, and of the WATERS challenges) as problem files.
+
+A task is a thread with the period of its stimulus; its time is that of the ticks of its runnables on the processing
+units. A label that one task writes and another reads is data between them, those of two tasks together one connection
+to a data port. Event chains are flows, latency constraints on them requirements.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from dse.importers.allowance import allowed, at, spend
+from dse.importers.registry import Imported, Key, Place
+from dse.importers.ros2.yaml_places import Names, ros_name
+from dse.support.errors import Diagnostic, ProblemError, UsageError
+from dse.support.files.reading import UnreadableFileError, read_bytes
+from dse.support.files.xml import walk, xml_text
+from dse.support.units import (
+    TimeRange,
+    UnitError,
+    format_duration,
+    format_time_range,
+    parse_rate_hz,
+)
+
+MOST_BYTES = 64_000_000
+PIECES = 4_000_000
+TIMES_NS = {
+    "ps": Fraction(1, 1000),
+    "ns": Fraction(1),
+    "us": Fraction(10**3),
+    "ms": Fraction(10**6),
+    "s": Fraction(10**9),
+}
+RATES_HZ = {"Hz": 1, "kHz": 10**3, "KHz": 10**3, "MHz": 10**6, "GHz": 10**9}
+BITS = {"bit": 1, "kbit": 10**3, "Mbit": 10**6, "Kibit": 2**10, "Mibit": 2**20}
+BITS |= {"B": 8, "kB": 8 * 10**3, "MB": 8 * 10**6, "KiB": 2**13, "MiB": 2**23}
+NEEDS = ("Ticks", "ExecutionNeed", "RunnableInstructions")
+"""What of a runnable takes time."""
+METRICS = {"Reaction": "reaction time", "Age": "data age"}
+ONE = "one processor"
+LONGEST_NUMBER = 40
+MOST_SOURCE = 900
+_NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d{1,2})?")
+
+
+@dataclass
+class Element:
+    """An element of the file: its tag, its type (of several that stand under one tag), its attributes, its parts."""
+
+    tag: str
+    kind: str
+    attributes: Mapping[str, str]
+    line: int
+    parts: list[Element] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """Its name, as others refer to it."""
+        return self.attributes.get("name", "")
+
+    def of(self, *tags: str) -> Iterator[Element]:
+        """The parts with one of these tags."""
+        return (item for item in self.parts if item.tag in tags)
+
+    def all(self) -> Iterator[Element]:
+        """It, and whatever is in it, in the order of the file."""
+        waiting = [self]
+        while waiting:
+            item = waiting.pop()
+            spend()
+            yield item
+            waiting += reversed(item.parts)
+
+    def refers(self, attribute: str) -> list[str]:
+        """The names of what an attribute refers to: ``A?type=Task B?type=Task``, or parts with an ``href``."""
+        texts = self.attributes.get(attribute, "").split()
+        texts += [item.attributes["href"] for item in self.of(attribute) if "href" in item.attributes]
+        return [unquote(text.rpartition("#")[2].partition("?")[0]) for text in texts]
+
+
+def read(path: Path, options: Mapping[str, Any]) -> Imported:
+    """An Amalthea model as the document of a problem file.
+
+    Raises
+    ------
+    ProblemError
+        when the file is none, or has no tasks.
+    UsageError
+        when an option is wrong.
+    """
+    with allowed(PIECES), at(path, 1):
+        root = _tree(path)
+        return _Reader(path, root, options).read()
+
+
+def _tree(path: Path) -> Element:
+    """The elements of a file."""
+    try:
+        text = xml_text(path, read_bytes(path, MOST_BYTES, "an Amalthea model"))
+    except UnreadableFileError as error:
+        raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
+    top = Element("", "", {}, 0)
+    open_ = [top]
+
+    def start(tag: str, attributes: Mapping[str, str], line: int) -> None:
+        spend()
+        plain = {key.rpartition(":")[2]: value for key, value in attributes.items()}
+        kind = attributes.get("xsi:type", "").rpartition(":")[2]
+        item = Element(tag.rpartition(":")[2], kind, plain, line)
+        open_[-1].parts.append(item)
+        open_.append(item)
+
+    def end(tag: str, said: str, line: int) -> None:
+        open_.pop()
+
+    walk(path, text, start, end)
+    [root] = top.parts
+    if root.tag != "Amalthea":
+        raise ProblemError(
+            [Diagnostic(f"expected <am:Amalthea>, got <{root.tag[:40]}>", file=str(path), line=root.line)]
+        )
+    return root
+
+
+class _Reader:
+    """Makes the document of one model."""
+
+    def __init__(self, path: Path, root: Element, options: Mapping[str, Any]) -> None:
+        self.path, self.options = path, options
+        self.remarks: list[Diagnostic] = []
+        self.places: dict[Key, Place] = {}
+        self.names = Names()
+        self.parts: dict[str, list[Element]] = {}
+        for model in root.parts:
+            for item in model.parts:
+                self.parts.setdefault(item.tag, []).append(item)
+        self.units = [item for item in root.all() if item.kind == "ProcessingUnit" or item.tag == "cores"]
+        self.speed_hz = self._option()
+        self.tasks = [*self.parts.get("tasks", ()), *self.parts.get("isrs", ())]
+        self.runnables = {item.name: item for item in self.parts.get("runnables", ())}
+        self.stimuli = {item.name: item for item in self.parts.get("stimuli", ())}
+        self.threads: dict[str, str] = {}
+        self.runs: dict[str, list[Element]] = {}
+        """The runnables of each task, by its name."""
+        self.wires: dict[tuple[str, str], str] = {}
+
+    def _option(self) -> Fraction | None:
+        text = self.options.get("frequency")
+        try:
+            return None if text is None else Fraction(parse_rate_hz(str(text)))
+        except UnitError as error:
+            raise UsageError(f"--frequency {text}: {error}") from error
+
+    def _remark(self, message: str, item: Element | None = None, hint: str = "") -> None:
+        line = item.line if item is not None else 0
+        self.remarks.append(Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning"))
+
+    def _at(self, item: Element, words: str = "") -> str:
+        return f"{self.path.name}:{item.line}{f': {words}' if words else ''}"[:MOST_SOURCE]
+
+    def read(self) -> Imported:
+        """The whole of it."""
+        if not self.tasks:
+            raise ProblemError([Diagnostic("the model has no tasks", file=str(self.path), line=1)])
+        processors = dict(self._processors())
+        threads = dict(self._threads(list(processors)))
+        connections = dict(self._connections())
+        flows, requirements = self._flows()
+        document: dict[str, Any] = {
+            "dse": 1,
+            "name": self.path.stem,
+            "source": f"{self.path.name} (Amalthea model)",
+            "assumptions": [
+                "A tick is one cycle of its processing unit; runnables take their shortest to longest times each.",
+                "What tasks exchange by labels waits to be read; it crosses no bus.",
+            ],
+            "processor_types": self.types,
+            "processors": processors,
+            "threads": threads,
+        }
+        document |= {"connections": connections} if connections else {}
+        document |= {"flows": flows} if flows else {}
+        document |= {"requirements": requirements} if requirements else {}
+        return Imported(document, tuple(self.remarks), self.places)
+
+    # --- hardware
+
+    def _processors(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """A processor for each processing unit, whose type has the frequency of its domain."""
+        domains = {item.name: item for item in self.parts.get("domains", ())}
+        self.types: dict[str, dict[str, Any]] = {}
+        self.hz: dict[str, Fraction | None] = {}
+        self.slots: dict[str, str] = {}
+        self.kinds: dict[str, str] = {}
+        """The type of each processor."""
+        self.slow: set[str] = set()
+        """Types without a frequency, of which that is told."""
+        kinds, taken = Names(), {}
+        for unit in self.units or [Element("", "", {"name": "computer"}, 1)]:
+            domain = next((domains[name] for name in unit.refers("frequencyDomain") if name in domains), None)
+            value = next(iter(domain.of("defaultValue")), None) if domain is not None else None
+            stated = _quantity(value, RATES_HZ) if value is not None else None
+            hz = self.speed_hz or stated
+            definition = next(iter(unit.refers("definition")), "") or f"{unit.name}_type"
+            if (definition, hz) not in taken:
+                kind = kinds.new(ros_name(definition))
+                taken[definition, hz] = kind
+                of = f"{float(hz) / 1e6:g} MHz" if hz else "no frequency stated"
+                self.types[kind] = {"cores": 1, "source": self._at(unit, of)}
+                self.hz[kind] = hz
+            slot = self.names.new(ros_name(unit.name or "core"))
+            self.slots[unit.name] = slot
+            self.kinds[slot] = taken[definition, hz]
+            yield slot, {"type": taken[definition, hz], "source": self._at(unit)}
+        if not self.units:
+            self._remark(f"no processing unit is stated: {ONE} is taken for the computer")
+
+    def _homes(self) -> tuple[dict[str, list[str]], dict[str, int]]:
+        """The processors of each task, as it is mapped, and its priority."""
+        of_scheduler: dict[str, list[str]] = {}
+        for item in self.parts.get("schedulerAllocation", ()):
+            units = item.refers("responsibility") or item.refers("executingPU")
+            for name in item.refers("scheduler"):
+                of_scheduler.setdefault(name, []).extend(self.slots[unit] for unit in units if unit in self.slots)
+        homes: dict[str, list[str]] = {}
+        priorities: dict[str, int] = {}
+        for item in (*self.parts.get("taskAllocation", ()), *self.parts.get("isrAllocation", ())):
+            units = [self.slots[unit] for unit in item.refers("affinity") if unit in self.slots]
+            units = units or [slot for name in item.refers("scheduler") for slot in of_scheduler.get(name, ())]
+            stated = _priority(item)
+            for name in (*item.refers("task"), *item.refers("isr")):
+                homes[name] = list(dict.fromkeys(units))
+                if stated is not None:
+                    priorities[name] = stated
+        return homes, priorities
+
+    # --- tasks
+
+    def _threads(self, slots: Sequence[str]) -> Iterator[tuple[str, dict[str, Any]]]:
+        homes, priorities = self._homes()
+        has_all = all(task.name in priorities for task in self.tasks)
+        if priorities and not has_all:
+            self._remark("priorities are left out: not every task has one")
+        free = [task.name for task in self.tasks if not homes.get(task.name)]
+        if free and len(slots) > 1:
+            self._remark(f"{len(free)} tasks are mapped to no processing unit: each may be on any", hint=free[0])
+        for task in self.tasks:
+            name = self.names.new(ros_name(task.name or "task"))
+            self.threads[task.name] = name
+            self.places["threads", name] = Place(str(self.path), task.line, 1)
+            called = [reference for item in task.all() for reference in item.refers("runnable")]
+            self.runs[task.name] = [self.runnables[item] for item in called if item in self.runnables]
+            where = homes.get(task.name) or list(slots)
+            body: dict[str, Any] = {"processor": where[0] if len(where) == 1 else where}
+            body |= self._activation(task)
+            times = self._times(self.runs[task.name], list(dict.fromkeys(self.kinds[slot] for slot in where)))
+            body |= {"compute_execution_time": times} if times else {}
+            body |= {"priority": priorities[task.name]} if has_all else {}
+            count = len(self.runs[task.name])
+            body["source"] = self._at(task, f"{count} runnable{'' if count == 1 else 's'}")
+            yield name, body
+
+    def _activation(self, task: Element) -> dict[str, Any]:
+        """How often a task runs: by its first stimulus that says it."""
+        stimuli = [self.stimuli[name] for name in task.refers("stimuli") if name in self.stimuli]
+        for item in stimuli:
+            if (period := _period_ns(item)) is not None:
+                if len(stimuli) > 1:
+                    self._remark(f"{task.name} has {len(stimuli)} stimuli: {item.name} counts", task)
+                offset = next(iter(item.of("offset")), None)
+                if offset is not None and _quantity(offset, TIMES_NS):
+                    self._remark(f"the offset of {item.name} is not counted", offset, "state `offset` of its threads")
+                protocol = "periodic" if item.kind == "PeriodicStimulus" else "sporadic"
+                return {"dispatch_protocol": protocol, "period": format_duration(max(1, round(period)))}
+        kinds = ", ".join(item.kind or item.tag for item in stimuli) or "no stimulus"
+        self._remark(f"nothing says how often {task.name} runs ({kinds})", task, "state its `period`")
+        return {"dispatch_protocol": "periodic"}
+
+    def _times(self, runnables: Sequence[Element], kinds: Sequence[str]) -> Any:
+        """The times of runnables after each other: a range, or one for each type of processor; None where not known."""
+        found: dict[str, str] = {}
+        for kind in kinds:
+            hz = self.hz[kind]
+            least = most = Fraction(0)
+            for need in (item for one in runnables for item in one.all() if item.kind in NEEDS or item.tag in NEEDS):
+                bounds = _bounds(need, kind)
+                if bounds is None:
+                    self._remark(f"the time of {need.kind} is not understood and left out", need)
+                    continue
+                least, most = least + bounds[0], most + bounds[1]
+            if not most:
+                return None
+            if not hz:
+                if kind not in self.slow:
+                    self.slow.add(kind)
+                    words = f"no frequency of {kind} is stated: times are left out"
+                    self._remark(words, None, "give --frequency '200 MHz'")
+                return None
+            ns = [least * 10**9 / hz, most * 10**9 / hz]
+            found[kind] = format_time_range(TimeRange(int(ns[0]), -int(-ns[1] // 1)))
+        return next(iter(found.values())) if len(set(found.values())) == 1 else found
+
+    # --- labels, chains
+
+    def _connections(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """What tasks exchange by labels: for each two of them one connection, with the sizes of its labels."""
+        sizes = {item.name: next(iter(item.of("size")), None) for item in self.parts.get("labels", ())}
+        writers: dict[str, dict[str, None]] = {}
+        readers: dict[str, dict[str, None]] = {}
+        for task in self.tasks:
+            for access in (item for one in (*self.runs[task.name], task) for item in one.all()):
+                if access.kind == "LabelAccess" or "access" in access.attributes:
+                    of = writers if "write" in access.attributes.get("access", "").lower() else readers
+                    for label in access.refers("data"):
+                        of.setdefault(label, {})[task.name] = None
+        together: dict[tuple[str, str], list[str]] = {}
+        for label, tasks in writers.items():
+            for source in tasks:
+                for target in readers.get(label, ()):
+                    spend()
+                    if source != target:
+                        together.setdefault((source, target), []).append(label)
+        unsized = 0
+        for (source, target), labels in together.items():
+            name = self.names.new(f"{self.threads[source]}.to.{self.threads[target]}")
+            self.wires[source, target] = name
+            bits = [_quantity(size, BITS) if (size := sizes.get(label)) is not None else None for label in labels]
+            unsized += sum(item is None for item in bits)
+            total = sum((item for item in bits if item is not None), Fraction(0))
+            body: dict[str, Any] = {"from": self.threads[source], "to": self.threads[target], "port": "data"}
+            body |= {"data_size": f"{-(-total // 8)} B"} if total else {}
+            words = f"{len(labels)} label{'' if len(labels) == 1 else 's'}: {', '.join(labels[:8])}"
+            body["source"] = f"{self.path.name}: {words}"[:MOST_SOURCE]
+            yield name, body
+        if unsized:
+            self._remark(f"labels without a size count as 0 B: {unsized}")
+
+    def _flows(self) -> tuple[dict[str, Any], list[str]]:
+        """Event chains as flows, and the limits on their latencies."""
+        events = {item.name: item for item in self.parts.get("events", ())}
+        of_runnable: dict[str, list[str]] = {}
+        for task, runnables in self.runs.items():
+            for item in runnables:
+                of_runnable.setdefault(item.name, []).append(task)
+        flows: dict[str, Any] = {}
+        names, requirements = Names(), []
+        known: dict[str, str] = {}
+        for chain in self.parts.get("eventChains", ()):
+            path = self._path(chain, events, of_runnable)
+            if path is None:
+                continue
+            name = names.new(ros_name(chain.name or "chain"))
+            known[chain.name] = name
+            flows[name] = {"path": path, "source": self._at(chain)}
+        for item in self.parts.get("timingConstraints", ()):
+            most = next(iter(item.of("maximum")), None)
+            limit = _quantity(most, TIMES_NS) if most is not None else None
+            for scope in item.refers("scope") if item.kind == "EventChainLatencyConstraint" else ():
+                if scope in known and limit:
+                    metric = METRICS.get(item.attributes.get("type", ""), "latency")
+                    requirements.append(f"{metric} of {_quoted(known[scope])} <= {format_duration(int(limit))}")
+        return flows, requirements
+
+    def _path(
+        self, chain: Element, events: Mapping[str, Element], of_runnable: Mapping[str, Sequence[str]]
+    ) -> list[str] | None:
+        """The tasks of a chain, with the connections between them; None where it is no way, which is told."""
+        if any(True for item in chain.of("strands")) or chain.attributes.get("itemType", "sequence") != "sequence":
+            self._remark(f"the event chain {chain.name} is left out: it has ways beside each other", chain)
+            return None
+        links = [item for item in chain.all() if item is not chain and "stimulus" in item.attributes] or [chain]
+        named = [name for link in links for key in ("stimulus", "response") for name in link.refers(key)]
+        tasks: list[str] = []
+        for name in named:
+            task = self._task_of(events.get(name), of_runnable, tasks[-1:])
+            if task is None:
+                self._remark(f"the event chain {chain.name} is left out: {name} is an event of no task", chain)
+                return None
+            tasks += [task] if tasks[-1:] != [task] else []
+        path = [self.threads[tasks[0]]]
+        for source, target in pairwise(tasks):
+            if (source, target) not in self.wires:
+                words = f"no label leads from {source} to {target}"
+                self._remark(f"the event chain {chain.name} is left out: {words}", chain)
+                return None
+            path += [self.wires[source, target], self.threads[target]]
+        if len(path) < 3:
+            self._remark(f"the event chain {chain.name} is left out: it is within one task", chain)
+            return None
+        return path
+
+    def _task_of(
+        self, event: Element | None, of_runnable: Mapping[str, Sequence[str]], before: Sequence[str]
+    ) -> str | None:
+        """The task of an event: its own, or one that runs its runnable, the one before where that does."""
+        if event is None:
+            return None
+        for name in (*event.refers("entity"), *event.refers("process"), *event.refers("runnable")):
+            if name in self.threads:
+                return name
+            tasks = of_runnable.get(name, ())
+            if tasks:
+                return next((task for task in before if task in tasks), tasks[0])
+        return None
+
+
+def _quoted(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z_][\w.]*", name) else "'" + name.replace("'", "") + "'"
+
+
+def _figure(text: str) -> Fraction | None:
+    return Fraction(text) if len(text) < LONGEST_NUMBER and _NUMBER.fullmatch(text) else None
+
+
+def _quantity(item: Element, units: Mapping[str, Fraction | int]) -> Fraction | None:
+    """The value of an element with its unit, in the least unit; None where it has none."""
+    number = _figure(item.attributes.get("value", ""))
+    unit = units.get(item.attributes.get("unit", ""))
+    return None if number is None or unit is None or number < 0 else number * unit
+
+
+def _period_ns(stimulus: Element) -> Fraction | None:
+    """The period of a stimulus, or the least time between two of one that comes now and then."""
+    tags = ("recurrence", "minDistance", "timeBetween", "stimulusDeviation", "nextOccurrence")
+    for item in stimulus.of(*tags):
+        for one in item.all():
+            if one.tag in ("recurrence", "minDistance", "timeBetween", "lowerBound", "nextOccurrence", "min"):
+                found = _quantity(one, TIMES_NS)
+                if found:
+                    return found
+    return None
+
+
+def _bounds(need: Element, kind: str) -> tuple[Fraction, Fraction] | None:
+    """The fewest and most ticks of an element: stated for the type of processor, or for all."""
+    own = [item for item in need.of("extended") if ros_name(next(iter(item.refers("key")), "")) == kind]
+    chosen = [part for item in own for part in (item.parts or [item])] or [
+        item for item in need.parts if item.tag not in ("extended", "customProperties")
+    ]
+    for item in (*chosen, need):
+        least, most = (_bound(item, key) for key in ("lowerBound", "upperBound"))
+        value = _figure(item.attributes.get("value", ""))
+        least, most = (value if bound is None else bound for bound in (least, most))
+        if least is not None and most is not None and 0 <= least <= most:
+            return least, most
+    return None
+
+
+def _bound(item: Element, key: str) -> Fraction | None:
+    """A bound of a distribution: an attribute, or a part with a value, at any depth."""
+    if key in item.attributes:
+        return _figure(item.attributes[key])
+    return next((_figure(one.attributes.get("value", "")) for one in item.all() if one.tag == key), None)
+
+
+def _priority(allocation: Element) -> int | None:
+    """The priority of a task, as its allocation states it."""
+    for item in allocation.of("schedulingParameters", "schedulingParameter"):
+        text = item.attributes.get("priority", "")
+        if item.attributes.get("key") == "priority":
+            text = next((one.attributes["value"] for one in item.all() if "value" in one.attributes), "")
+        if re.fullmatch(r"\d{1,9}", text):
+            return int(text)
+    return None
