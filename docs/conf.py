@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import dse
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.html import html_report
 from dse.support.version import __version__
 

@@ -47,3 +47,8 @@ def test_commands_to_copy_are_single_lines_that_make_their_own_environment() -> 
     for text in commands.values():
         assert text.count("\n") == 1
         assert text.startswith("python3 -m venv .venv")
+
+
+def test_the_readme_is_short() -> None:
+    text = README.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 150 and len(text.split()) <= 1200

@@ -137,7 +137,7 @@ class Verdict:
         Of("requirement.text", "In the words of the problem.", key="requirement", kind=str),
         Of(
             "requirement.implied",
-            "Whether nobody states it: 100 % of a core, a bandwidth or the time of an exclusive bus.",
+            "Whether it is not stated, but implied: 100 % of a core, a bandwidth or the time of an exclusive bus.",
             kind=bool,
         ),
         Of("requirement.origin", "Where it stands: `FILE:LINE`, or `command line`.", kind=str),

@@ -59,7 +59,7 @@ class Answering(View):
         return self.known.get(key, default)
 
     def apart(self) -> View:
-        """The same design for other figures, with which nothing is known."""
+        """A view of the design that shares no remembered figures."""
         return View(self.design, self.groups)
 
 

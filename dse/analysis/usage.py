@@ -107,7 +107,7 @@ _REACH: Recall[tuple[frozenset[int], ...]] = Recall()
 
 
 def all_reachable_buses(space: Space) -> tuple[frozenset[int], ...]:
-    """The same of every connection, by its number; each bus asks for all."""
+    """The buses that may carry each connection, directly or under a virtual bus, by the connection's number."""
 
     def found(space: Space, _: object, __: View) -> tuple[frozenset[int], ...]:
         return tuple(reachable_buses(space, item) for item in space.connections)

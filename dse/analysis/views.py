@@ -35,7 +35,7 @@ class View:
         return int(self.design[decision])
 
     def apart(self) -> View:
-        """The same design with a memory of its own, for other figures; who notes what is asked still does."""
+        """A view of the design with a memory of its own; what notes the decisions that are asked for still does."""
         return type(self)(self.design, self.groups)
 
 

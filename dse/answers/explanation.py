@@ -41,8 +41,9 @@ class Demand:
 class Example:
     """A design that is named, and every demand of the question that it breaks: it meets all others.
 
-    `overloads` are the cores that are used beyond a limit that it breaks, `late` the threads that end too late in it,
-    with what goes before them on their cores, and those without a bound in flows whose limits it breaks; `delayed` says
+    `overloads` are the cores that are used beyond a limit that it violates, `late` the threads that end too late in it,
+    with what goes before them on their cores, and those without a bound in flows whose limits it violates; `delayed`
+    says
     who waits in these, `boundaries` are the timers that read on one clock along them.
     """
 
@@ -67,17 +68,17 @@ class Example:
 class Why(Data):
     """Why a design breaks what it breaks."""
 
-    overloads: Annotated[tuple[Overload, ...], "The cores and buses that it uses beyond a limit that it breaks."]
+    overloads: Annotated[tuple[Overload, ...], "The cores and buses that it uses beyond a limit that it violates."]
     late: Annotated[
         tuple[Late, ...],
-        "The threads that end too late in it, and those without a bound in flows whose limits it breaks.",
+        "The threads that end too late in it, and those without a bound in flows whose limits it violates.",
     ]
     delayed: Annotated[
-        tuple[Delayed, ...], "The limits on flows that it breaks while threads in these wait for others."
+        tuple[Delayed, ...], "The limits on flows that it violates while threads in these wait for others."
     ]
     boundaries: Annotated[
         tuple[Boundary, ...],
-        "The readers on the clock of the timer before them, along the flows whose limits it breaks.",
+        "The readers on the clock of the timer before them, along the flows whose limits it violates.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Shorter times with each of which alone all that is asked holds in it."]
 
@@ -85,16 +86,16 @@ class Why(Data):
 OF_DEMAND = ("demand.kind", "demand.text", "demand.origin")
 OF_EXAMPLE = (
     Of("example.design", "An example."),
-    Of("example.broken_texts", "Every demand of the question that the example breaks.", key="breaks"),
-    Of("example.overloads", "The cores that the example uses beyond a limit that it breaks."),
+    Of("example.broken_texts", "Every demand of the question that the example violates.", key="breaks"),
+    Of("example.overloads", "The cores that the example uses beyond a limit that it violates."),
     Of(
         "example.late",
-        "The threads that end too late in the example, and those without a bound in flows whose limits it breaks.",
+        "The threads that end too late in the example, and those without a bound in flows whose limits it violates.",
     ),
-    Of("example.delayed", "The limits on flows that the example breaks while threads in these wait for others."),
+    Of("example.delayed", "The limits on flows that the example violates while threads in these wait for others."),
     Of(
         "example.boundaries",
-        "The readers on the clock of the timer before them, along the flows whose limits the example breaks.",
+        "The readers on the clock of the timer before them, along the flows whose limits the example violates.",
     ),
     Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
 )
@@ -107,7 +108,7 @@ class ConflictMember:
     WRITTEN = (
         *OF_DEMAND,
         Of("example.design", "A design that meets all the other members.", key="without_it"),
-        Of("example.broken_texts", "Every demand of the question that this design breaks.", key="breaks"),
+        Of("example.broken_texts", "Every demand of the question that this design violates.", key="breaks"),
         Of("example", "Why it does.", key="why", kind=Why),
     )
 
@@ -199,7 +200,9 @@ class GiveUp:
 
     WRITTEN = ("members", *OF_EXAMPLE)
 
-    members: Annotated[tuple[Relaxation, ...], "They, each with its closest limit while the rest is given up."]
+    members: Annotated[
+        tuple[Relaxation, ...], "The demands to relax, each with its closest limit if the others are dropped."
+    ]
     example: Example
 
 
@@ -264,11 +267,11 @@ class Explanation(Answer):
         bool, "Whether the number of conflicts that were asked for was reached.", Json("limit_reached")
     ] = False
     relaxations: Annotated[tuple[Relaxation, ...], "What happens when one demand alone gives."] = ()
-    give_up: Annotated[GiveUp | None, "The fewest demands to give up together, where no single one is enough."] = None
+    give_up: Annotated[GiveUp | None, "The fewest demands to relax together, where relaxing one is not enough."] = None
     least: Annotated[
         GiveUp | None,
         "Where threads need more than there is of a processor, and what may follow from that was not looked at: the "
-        "fewest of the other demands that must give, each with the least that it must move, but for the use of "
+        "fewest of the other demands that must be relaxed, each with its least change, but for the use of "
         "processors; more may have to.",
     ] = None
     impossible: Annotated[tuple[Impossible, ...], "Requirements that no design meets, as bounds alone show."] = ()

@@ -116,7 +116,9 @@ class KeptValue:
     """How a requirement is met."""
 
     value: Annotated[Fraction, NULL, "The value; null where it is unbounded."]
-    slack: Annotated[Fraction, NULL, "How far it is from the limit; negative where it is broken, null where unbounded."]
+    slack: Annotated[
+        Fraction, NULL, "How far it is from the limit; negative where it is violated, null where unbounded."
+    ]
     holds: Annotated[bool, "Whether it holds."]
 
 

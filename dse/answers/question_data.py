@@ -72,7 +72,9 @@ class AskedQuestion(Settings):
     WRITTEN = ("requirements", "implied", "rules", "objectives", "fixed", *SETTINGS, "robust")
 
     requirements: Annotated[list[str], "The requirements, in the order of the file; then those that were added."]
-    implied: Annotated[list[str], "The limits that nobody states: 100 % of cores, bandwidths and exclusive buses."]
+    implied: Annotated[
+        list[str], "The limits that are not stated, but implied: 100 % of cores, bandwidths and exclusive buses."
+    ]
     rules: Annotated[list[str], "The rules, likewise."]
     objectives: Annotated[list[str], "The objectives with their senses, such as `minimise price`."]
     fixed: Annotated[Mapping[str, str], "The decisions that were fixed, each with its option."]

@@ -111,8 +111,8 @@ class Result(Answer):
     ] = None
     give_up: Annotated[
         tuple[Clash, ...],
-        "Where no single member mends it: the fewest that do together, each with its closest limit. A limit that is "
-        "stated once for several flows, processors, cores or buses is one, in the words in which it is stated.",
+        "Where relaxing one member is not enough: the fewest to relax together, each with its closest limit. A limit "
+        "that is stated once for several flows, processors, cores or buses is one, in the words in which it is stated.",
         Json(default=[]),
     ] = ()
     rounded: Annotated[

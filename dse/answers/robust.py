@@ -26,7 +26,7 @@ class Failure:
     JSON_NAME = "Lost"
 
     point: Annotated[int, "The id of the point on the nominal front.", Json("nominal_id")]
-    requirement: Annotated[str, "A requirement that it breaks somewhere in the stated ranges."]
+    requirement: Annotated[str, "A requirement that it violates somewhere in the stated ranges."]
     value: Annotated[
         Fraction,
         NULL,
@@ -80,7 +80,7 @@ class RobustResult(Answer):
     corners: Annotated[int, "How many pairs of a requirement and values stand for all values in between."]
     failures: Annotated[
         tuple[Failure, ...],
-        "The points of the nominal front that are not robust, each with what it breaks.",
+        "The points of the nominal front that are not robust, each with what it violates.",
         Json("lost"),
     ]
     unjudged: Annotated[

@@ -36,7 +36,7 @@ COMMANDS = {
     "compare": "Two results, two designs, a design and the baseline, or measurements, side by side.",
     "export": "A chosen design as a problem file, ROS 2 parameters, Graphviz, GraphML or AADL.",
     "check": "Validate a problem file and describe its space.",
-    "explain": "Why a problem is infeasible, and the smallest changes that mend it.",
+    "explain": "Why a problem is infeasible, and the smallest relaxations that make it feasible.",
     "verify": "Re-check a result without trusting the solver that made it.",
     "sizes": "How large ROS messages are: by the report's rule, and serialised.",
     "fit": "Measurements as the figures of a problem file: transmission and execution times.",

@@ -13,7 +13,7 @@ from dse.support.files.writing import PAGES
 from dse.support.timelimit import OutOfTime, TimeLimit, until
 
 if TYPE_CHECKING:
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
     from dse.report.page import Page, Section
 
 
@@ -103,7 +103,8 @@ def print_front(
 
     Where the time limit comes before that is found out, what is told is what the result says.
     """
-    from dse.report.content.front import first_page, printed_page
+    from dse.report.content.front.first_screen import first_page
+    from dse.report.content.front.pages import printed_page
     from dse.report.terminal import SCREEN, print_page
 
     screen = console()

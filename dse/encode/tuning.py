@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SharedForms:
-    """A sum has one form for each option of a decision on which many of its products depend (decision record 8).
+    """A sum has one form for each option of a decision on which many of its products depend (decision record 6).
 
     Without it each pair of an option and a rate has a literal of its own, and a space has no subspaces.
     """
@@ -24,7 +24,7 @@ class SharedForms:
 
 @dataclass(frozen=True)
 class AdditiveTables:
-    """A table over several decisions is the sum of smaller tables, where their effects add up (decision record 8)."""
+    """A table over several decisions is the sum of smaller tables, where their effects add up (decision record 6)."""
 
     is_on: bool = True
     most_cells: int = 20_000
@@ -35,7 +35,7 @@ class AdditiveTables:
 
 @dataclass(frozen=True)
 class RegionUnions:
-    """One question is about several regions of the objective space at once (decision record 9).
+    """One question is about several regions of the objective space at once (decision record 4).
 
     Questions that find nothing are fewer: one call refutes all of their regions.
     """

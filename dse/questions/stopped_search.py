@@ -28,7 +28,7 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
 
 
 def search_of(data: Mapping[str, Any], path: str | Path, problem: str | Path | None) -> tuple[Problem, FrontSearch]:
-    """The same of a result that was read from `path`."""
+    """The problem, asked as a result that was read from `path` says, and the state of its search."""
     with about(path):
         asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
         if origin_of(asked).question != data["problem"]["question"]:

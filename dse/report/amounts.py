@@ -22,7 +22,7 @@ def deltas_words(items: Sequence[Delta], currency: str) -> str:
     losses = [_delta(item, currency) for item in items if item.gain < 0]
     same = [item.name for item in items if not item.gain]
     parts = [f"Gains: {'; '.join(gains)}"] if gains else []
-    parts += [f"Gives up: {'; '.join(losses)}"] if losses else []
+    parts += [f"Losses: {'; '.join(losses)}"] if losses else []
     parts += [f"Unchanged: {', '.join(same)}"] if same else []
     return ". ".join(parts)
 

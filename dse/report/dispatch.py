@@ -20,10 +20,10 @@ from dse.questions.verbs.sizes import Sizes
 from dse.report.content.analyse import analysis_page
 from dse.report.content.check import description_page
 from dse.report.content.compare import comparison_page
-from dse.report.content.document import Document
 from dse.report.content.explain import explanation_page
 from dse.report.content.fit import fit_page
-from dse.report.content.front import written_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import written_page
 from dse.report.content.measured import measured_page
 from dse.report.content.sensitivity import robust_section
 from dse.report.content.simulate import simulation_page

@@ -21,15 +21,16 @@ from markupsafe import Markup, escape
 
 from dse.answers.drawing.picture import STYLE, Drafter
 from dse.answers.tables.display import display_unit
-from dse.report.content.decide import decide_data, further_metrics, insist_choices
-from dse.report.content.document import Alternative, Document
-from dse.report.content.front import verdict_blocks
+from dse.report.content.front.decide import decide_data, further_metrics, insist_choices
+from dse.report.content.front.decision import banner, cards, designs_data, steps
+from dse.report.content.front.document import Alternative, Document
+from dse.report.content.front.first_screen import Screen
 from dse.report.page import Page, Section, numbered
 from dse.report.plots.deadlines import DEADLINE_ROW, deadline_chart
 from dse.report.plots.design import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
-from dse.report.plots.front import EDGE, axis_title, colour_by, parallel, scatter
+from dse.report.plots.front import EDGE, axis_title, parallel
 from dse.report.words.clocks import TIMELINE_ROW, timeline
-from dse.report.words.contention import contention_words
+from dse.report.words.headline import limits_words
 from dse.report.words.reasons import proof_words
 from dse.support.extras import how_to_install, is_installed
 from dse.support.files.writing import utf8
@@ -42,6 +43,11 @@ MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
 MOST_UNPACKED = 100
 """Alternatives with which the plots' library is in the page as it is; packed it halves the page and starts later."""
+SCRIPTS = ("scatter.js", "first.js", "decide.js", "report.js")
+"""The page of a front: each defines its part, the last begins."""
+FURTHER_PLOTS = "Parallel coordinates and the plots of contributions, use and deadlines below need"
+QUESTION = 120
+"""Letters of the limits beside the title."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -56,18 +62,26 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     drafter = Drafter(result.space)
     fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
     opened = next((item for item in document.alternatives if item.point.id == first), None)
-    script = asset("decide.js") + asset("report.js")
+    script = "".join(map(asset, SCRIPTS))
+    screen = Screen(document)
     studies = [*document.further_sections, *studies]
     specs = [plot.draw() for section in studies for plot in section.plots]
     bundle = libraries() if result.front or specs else ""
     is_long = len(result.front) > MOST_UNPACKED
     data = _data(document, fragments, opened)
+    data["first"] = designs_data(screen, document.alternatives) if result.front else None
     data["specs"]["studies"] = specs
     return templates.get_template("report.html.j2").render(
         document=document,
         result=result,
         proof=proof_words(result),
-        verdict=verdict_blocks(document),
+        screen=screen,
+        question=limits_words(result, QUESTION),
+        banner=banner(screen),
+        cards=cards(screen),
+        short=data["first"]["short"] if result.front else (),
+        steps=steps(screen) if result.front else (),
+        drawing=list(drafter.lines(None)),
         crowded=len(document.varying) > MOST_ON_PAPER,
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
@@ -78,11 +92,10 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         studies=numbered(studies),
         choices=insist_choices(result),
         further=further_metrics(result),
-        contention=contention_words(result),
         bundle="" if is_long else bundle,
         library=packed(bundle) if is_long else "",
         script=script,
-        without_plots=without_plots(bundle) if result.front or specs else "",
+        without_plots=without_plots(bundle, FURTHER_PLOTS) if result.front or specs else "",
         policy=f"{POLICY}; script-src {hashes([bundle, script])}",
     )
 
@@ -182,11 +195,9 @@ def libraries() -> str:
     return script
 
 
-def without_plots(bundle: str) -> str:
-    """What a page says in place of its plots."""
-    return (
-        "" if bundle else f"This page has no plots: they need {how_to_install('plots')}. Every figure is in the tables."
-    )
+def without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
+    """What a page says in place of plots that the library would draw; "" where it is there."""
+    return "" if bundle else f"{what} {how_to_install('plots')}. Every figure is in the tables."
 
 
 def hashes(scripts: Sequence[str]) -> str:
@@ -240,7 +251,6 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "rows": rows.items,
         "details": details,
         "titles": [axis_title(result, axis) for axis in range(len(result.objectives))],
-        "colours": [colour_by(result, axis) for axis in range(len(result.objectives))] if result.front else [],
         "methods": {"names": METHODS, "colours": HUES},
         "bar": BAR,
         "heights": {"flow": FLOW_ROW, "timeline": TIMELINE_ROW, "deadlines": DEADLINE_ROW},
@@ -251,10 +261,7 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
         "specs": {},
     }
     if opened is not None:
-        points = scatter(result, document.records, opened.point.id, document.baseline_record)
-        points["data"]["values"] = []  # they are the records of `front`
         data["specs"] = {
-            "scatter": points,
             "parallel": parallel(result, document.records, opened.point.id),
             "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
             "timeline": timeline(()) if any(item.clocks for item in document.alternatives) else None,

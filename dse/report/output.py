@@ -17,8 +17,8 @@ from dse.answers.robust import RobustResult
 from dse.answers.studies.sensitivity import SensitivityResult
 from dse.answers.studies.sweep import SweepResult
 from dse.fitting.fitted import Fit
-from dse.report.content.document import Document
-from dse.report.content.front import written_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import written_page
 from dse.report.content.study import sections_of, study_page
 from dse.report.dispatch import Told, page_of
 from dse.report.html import html_page, html_report

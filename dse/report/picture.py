@@ -12,7 +12,7 @@ from pathlib import Path
 
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.dispatch import Told, page_of
 from dse.report.output import check_alternative, drawings, png_of, svg_of
 from dse.report.page import Plot

@@ -87,7 +87,7 @@ def _cut_to(console: Console, blocks: Sequence[Block], lines: int) -> list[Block
 
 
 def _smaller(block: Block) -> Block | None:
-    """The same with a row less; None where nothing is left to give up."""
+    """The block with one row less; None for a text, and for a table or list of one row."""
     if not isinstance(block, Listing | Table) or block.brief is None:
         return None
     every = block.items if isinstance(block, Listing) else block.rows

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import wrap
-from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console
-
-from dse.space.model.space import Space
-from dse.space.model.trees import leaves
-from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
 
 GAP = 2
 """Blanks between two columns of a table."""
@@ -133,29 +128,6 @@ def is_ascii(console: Console) -> bool:
     return (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
 
 
-def basis_words(settings: Mapping[str, Any]) -> str:
-    """By which rules the figures count, from settings by name (`dse.space.question.settings`), in a few words.
-
-    >>> basis_words({"profile": "dse", "worst_case": "deadline", "processing": "response_time", "deadlines": "all",
-    ...     "overload": "allowed"})
-    'profile dse, processing by response time, deadlines: all, overload allowed'
-    """
-    found = [f"profile {settings['profile']}"]
-    if settings["profile"] != "dse":
-        found.append(f"worst case by {settings['worst_case'].replace('_', ' ')}")
-        others = [name for name in OSATE_SETTINGS if name != "worst_case"]
-        unusual = [name for name in others if settings.get(name, SETTINGS[name][0]) != SETTINGS[name][0]]
-        found += [f"{name.replace('_', ' ')}: {settings[name].replace('_', ' ')}" for name in unusual]
-    found.append(f"processing by {settings['processing'].replace('_', ' ')}")
-    if settings["deadlines"] != default_deadlines(settings["profile"]):
-        found.append(f"deadlines: {settings['deadlines']}")
-    if settings["overload"] != "forbidden":
-        found.append("overload allowed")
-    if settings.get("robust"):
-        found.append("robust: requirements hold for all stated values")
-    return ", ".join(found)
-
-
 def shown_text(console: Console, text: str) -> str:
     """The text in one line as the console prints it: what steers a terminal as escapes."""
     line = text.replace("\n", r"\n").replace("\t", r"\t")
@@ -175,17 +147,3 @@ def print_hanging(console: Console, text: str, indent: str = "  ", style: str = 
         lines = wrap(part, console.width, initial_indent=indent, subsequent_indent=further, break_on_hyphens=False)
         for line in lines or [""]:
             print_line(console, line, style)
-
-
-PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
-
-
-def scale_words(space: Space) -> str:
-    """What 100 % of utilisation is, where that may be asked: a processor has several cores."""
-    several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
-    return PER_CORE if several else ""
-
-
-def scale_of(names: Iterable[str]) -> str:
-    """The same for a study, whose data do not say how many cores there are: where what is shown names utilisation."""
-    return PER_CORE if any("utilisation" in name for name in names) else ""

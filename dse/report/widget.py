@@ -6,7 +6,7 @@ from html import escape
 from typing import Any
 
 from dse.answers.result import Result
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.html import html_report
 from dse.report.plots.front import scatter
 from dse.support import arguments

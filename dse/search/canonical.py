@@ -2,8 +2,8 @@
 
 It is the first in the order of decisions and options of the file, wherever a short depth-first search finds that one;
 else the one that the solver finds from the canonical design of the point before, which depends on the problem, the seed
-and the solver's version only (decision records 8 and 9). Where threads share cores and neither is found within a
-budget, the design of the search stays, which may depend on its way (decision record 21).
+and the solver's version only (decision record 3). Where threads share cores and neither is found within a
+budget, the design of the search stays, which may depend on its way (decision record 3).
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def any_solution(strategy: Strategy, point: Bound) -> Answer:
 
 
 def _by_digits(strategy: Strategy, known: Found) -> Design | None:
-    """The same where the depth-first search is hopeless: options minimised as the digits of numbers.
+    """The first design of a point by minimising options as digits of numbers, where depth-first search is too slow.
 
     Several decisions go to a call as far as the number stays exact.
     """

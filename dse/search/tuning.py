@@ -170,7 +170,7 @@ class OtherCores:
 class Improving:
     """Where threads wait, a known design is made better by other options for the threads of a few cores at a time.
 
-    A large-neighbourhood search (`dse.search.solver.large_neighbourhood`, decision record 42).
+    A large-neighbourhood search (`dse.search.solver.large_neighbourhood`, decision record 9).
     """
 
     is_on: bool = True
@@ -221,7 +221,7 @@ class FirstDesigns:
         (RELAXED_IN_ORDER, 0.05, 1),
         (CUTTING_IN_ORDER, 0.05, 1),
     )
-    """Settings, work, and the number of misses in a row after which they are given up (decision record 23)."""
+    """Settings, work, and the number of misses in a row after which they are given up (decision record 3)."""
     ways_to_the_end: tuple[Way, ...] = ((BARE_IN_ORDER, 0.01), (CUTTING_IN_ORDER, 2.0))
     """Attempts where the first design alone will do."""
     few_variables: int = 1_000

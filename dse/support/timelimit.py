@@ -76,14 +76,14 @@ class TimeLimit:
             raise OutOfTime
 
     def for_the_last_steps(self) -> TimeLimit:
-        """The same with half of what a limit may be exceeded by, for what makes an answer that is there complete."""
+        """The limit, extended by half of its tolerance, for work that completes an answer that exists."""
         if self.seconds is None or self.deadline is None:
             return self
         more = max(1.0, GRACE * self.seconds) / 2
         return TimeLimit(self.seconds + more, self.deadline + more)
 
     def for_what_is_needed(self) -> TimeLimit:
-        """The same, and a moment from now at least: libraries alone may take longer to load than a short limit."""
+        """The limit, but at least a moment from now: loading libraries may take longer than a short limit."""
         last = self.for_the_last_steps()
         if last.seconds is None or last.deadline is None:
             return last
@@ -91,14 +91,14 @@ class TimeLimit:
         return TimeLimit(last.seconds + more, last.deadline + more)
 
     def sparing(self, seconds: float) -> TimeLimit:
-        """The same, sooner by so many seconds or a quarter of it, for what is written when the answer is there."""
+        """The limit, earlier by `seconds` or by a quarter of it, to leave time for writing the answer."""
         if self.seconds is None or self.deadline is None:
             return self
         less = min(seconds, self.seconds / 4)
         return TimeLimit(self.seconds - less, self.deadline - less)
 
     def sparing_for_the_answer(self) -> TimeLimit:
-        """The same, sooner by half of what is spent so far: what was long to read is long to tell."""
+        """The limit, earlier by half of the time spent so far: what took long to read takes long to report."""
         return self if self.seconds is None else self.sparing((self.seconds - self.left_s) / 2)
 
     def at_most(self, seconds: float) -> TimeLimit:

@@ -1,7 +1,7 @@
 """One question of the second proof, asked again with what its refused solutions have taught.
 
 Each round begins with the way and the limit that answered the last one, and from its solution: of the time of a proof
-on response times nine tenths went into attempts that the round before had made in vain (decision record 41).
+on response times nine tenths went into attempts that the round before had made in vain (decision record 10).
 """
 
 from __future__ import annotations

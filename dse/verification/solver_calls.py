@@ -1,7 +1,7 @@
 """Calls of the solver in the second proof: settings other than those of the search, in turns with limits that double.
 
 No settings are the best for all questions: what one pair of them proves in half a second another does not in half a
-minute (decision record 22). So several take turns, each for a while that is counted in steps, not in seconds.
+minute (decision record 10). So several take turns, each for a while that is counted in steps, not in seconds.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ WAITING: Ways = (
 )
 """Those where threads wait for each other: what a solver does before it branches takes longer than most answers."""
 PACKING: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 0), SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1))
-"""Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 29)."""
+"""Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 10)."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""
@@ -131,7 +131,7 @@ def attempted(
 
 
 def other_solver() -> cp_model.CpSolver:
-    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 9)."""
+    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 6)."""
     solver = cp_model.CpSolver()
     parameters: Any = solver.parameters
     parameters.num_workers = 1

@@ -197,7 +197,7 @@ def test_robust_designs_with_few_changes() -> None:
 def test_explained(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["explain", str(file), "--max-utilisation", "45%", "--max-changes", "1"]) == 4
     said = " ".join(capsys.readouterr().out.split())
-    assert "changes <= 1 (command line): feasible from 3 on (2 more), i.e. `changes <= 3`" in said
+    assert "changes <= 1 (command line): feasible with 3 (+2): `changes <= 3`" in said
 
 
 def test_figures_without_a_unit_have_none_in_headings() -> None:

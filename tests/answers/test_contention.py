@@ -23,7 +23,7 @@ from dse.cli.main import cli
 from dse.questions.problem import loads
 from dse.questions.reopen import reopen
 from dse.questions.verify import contention as referee
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.words.contention import contention_words, placed_words
 from dse.space.question.settings import deadline_requirements
 from dse.support.errors import UsageError
@@ -120,7 +120,7 @@ def test_one_line_says_how_many_designs_hold() -> None:
         only = dse.solve(loads(without), fix=f"p.type = {kind}")
         assert contention_words(only) == f"{begin} the only design {keeps} every requirement.{more}"
     nothing = without.replace("requirements: [latency of f <= 85 ms]\n", "")
-    assert "nothing is required that it could break" in contention_words(dse.solve(loads(nothing)))
+    assert "no requirement is stated that it could violate" in contention_words(dse.solve(loads(nothing)))
 
 
 def test_where_contention_is_counted_nothing_more_is_said() -> None:
@@ -256,7 +256,7 @@ def test_a_result_that_says_otherwise_is_refused(tmp_path: Path) -> None:
     assert reopen_of(data, out).to_dict() == data
     for point in data["front"]:
         point["contention"] = {"status": "kept", "broken": []}
-    with pytest.raises(UsageError, match="keeps and breaks something else with response times"):
+    with pytest.raises(UsageError, match="meets other requirements with response times"):
         reopen_of(data, out)
     assert dse.verify(out).status == "rejected"
 
@@ -276,7 +276,7 @@ def test_every_page_names_cores_and_what_breaks(tmp_path: Path) -> None:
     ]
     shown = CliRunner().invoke(cli, ["solve", str(file), "--explain"], env={"COLUMNS": "200"}).output
     assert contention_words(result) in " ".join(shown.split())
-    assert "Breaks latency of f <= 85 ms (96 ms)." in shown
+    assert "Violates latency of f <= 85 ms (96 ms)." in shown
     assert "p: core 1 (90 %) a, b; core 2 (30 %) c (stated)" in shown
     assert contention_words(result) in Document(result).summary
     drawn = "\n".join(Drafter(result.space).lines(cheap.design))
@@ -334,7 +334,7 @@ def test_the_terminal_says_whether_contention_is_in_a_latency(tmp_path: Path) ->
         return " ".join(CliRunner().invoke(cli, ["analyse", str(file), *design], env={"COLUMNS": "300"}).output.split())
 
     assert "CPU contention is not in the latencies: each thread counts its execution time" in said()
-    assert "first-fit gives: Breaks latency of f <= 85 ms (96 ms)." in said()
+    assert "first-fit gives: Violates latency of f <= 85 ms (96 ms)." in said()
     assert "CPU contention is in the latencies" in said("--processing", "response-time")
     assert "this profile counts no response times" in said("--profile", "osate-2.2")
 
@@ -364,7 +364,7 @@ def test_fronts_of_sweeps_say_what_their_designs_keep(tmp_path: Path, monkeypatc
         assert begin in " ".join(text.split())
     limited = {item["limited"]: item["contention"]["limited"] for item in data["runs"][0]["alternatives"]}
     assert limited[84_000_000] == 96_000_000
-    assert "96 ms, breaks others" in said
+    assert "96 ms, violates others" in said
     solved = {item["decisions"]["p.type"]: item["contention"] for item in dse.solve(loads(SHARED)).to_dict()["front"]}
     swept = dse.sweep(loads(SHARED), "price=5EUR,9EUR")
     for run in swept.runs:

@@ -144,8 +144,8 @@ def test_a_comparison_tells_renumbered_cores_from_changed_ones() -> None:
     assert found.to_dict()["decisions"]["a.core"] == ["1", "2"]
     printed = io.StringIO()
     print_page(Console(file=printed, width=120), comparison_page(found))
-    assert "1 of 7 decisions differ." in printed.getvalue()
-    assert "Cores of other are numbered here like those of one" in printed.getvalue()
+    assert "1 of 7 decisions differs." in printed.getvalue()
+    assert "Cores of B are numbered here like those of A" in printed.getvalue()
 
 
 def test_only_cores_that_one_thread_may_have_change_places() -> None:

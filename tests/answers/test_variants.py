@@ -19,8 +19,8 @@ from dse.answers.ranking.variants import find_variants, is_one_choice
 from dse.answers.result import Result
 from dse.answers.studies.sweep import SweepRun
 from dse.examples.shipped import example_path
-from dse.report.content.document import Document
-from dse.report.content.front import listed_points, printed_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import listed_points, printed_page
 from dse.report.output import markdown_report
 from dse.report.terminal import print_page
 
@@ -55,7 +55,7 @@ def test_nothing_is_hidden_where_there_is_room(robot: Result) -> None:
         assert listed_points(robot, top) == robot.front
         text = terminal(robot, top)
         assert "Not shown" not in text and "Near-identical to one above" not in text
-        assert " like " in text.partition("Stands out")[0]
+        assert " like " in text.partition("Among all designs")[0]
 
 
 def test_what_is_listed_and_what_is_not_make_up_the_front(robot: Result) -> None:
@@ -204,6 +204,6 @@ def test_a_single_design_shows_its_decisions(capsys: pytest.CaptureFixture[str])
         )
     result = dse.solve(example_path("starter"), max_price="100 EUR", minimise=["price"])
     assert len(result.front) == 1
-    text = terminal(result, 10).partition("Stands out")[0]
+    text = terminal(result, 10).partition("Among all designs")[0]
     for name, option in result.front[0].decisions.items():
         assert f"{name.removesuffix('.type')} {option}" in text

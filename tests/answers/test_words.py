@@ -63,7 +63,7 @@ def test_against_the_baseline(result: Result) -> None:
     assert said(result, fast)["Against the baseline"] == (
         "Changes cpu from slow to fast; worker.period from 20 ms to 10 ms. "
         "Gains: jitter of main 11 ms instead of 24 ms (13 ms less). "
-        "Gives up: price 300 EUR instead of 100 EUR (200 EUR more)."
+        "Losses: price 300 EUR instead of 100 EUR (200 EUR more)."
     )
 
 
@@ -75,9 +75,9 @@ def test_against_the_neighbour(result: Result) -> None:
     assert label == "Against #1, ranked above and its neighbour on the front"
     expected = {
         slow: "Changes cpu from fast to slow. Gains: price 100 EUR instead of 300 EUR (200 EUR less). "
-        "Gives up: jitter of main 14 ms instead of 11 ms (3 ms more).",
+        "Losses: jitter of main 14 ms instead of 11 ms (3 ms more).",
         fast: "Changes cpu from slow to fast. Gains: jitter of main 11 ms instead of 14 ms (3 ms less). "
-        "Gives up: price 300 EUR instead of 100 EUR (200 EUR more).",
+        "Losses: price 300 EUR instead of 100 EUR (200 EUR more).",
     }
     assert said(result, 2)[label] == expected[2]
 
@@ -93,7 +93,7 @@ def test_binding_requirement_dominant_and_next_step(result: Result) -> None:
         == "utilisation of cpu <= 50 %: 40 % against 50 %, slack 10 percentage points (20 % of the limit)."
     )
     assert words["Largest part of the latency of main"] == "worker (sampling), 10 ms of 14 ms (71.4 %)."
-    assert words["Stands out"] == "Least price of the front."
+    assert words["Among all designs"] == "Least price of the front."
     assert words["To better price"] == "No feasible design is better: proved."
     assert words["To better jitter of main"] == (
         f"#{fast} has 3 ms less, for price 200 EUR more (66.67 EUR per ms). Changes cpu from slow to fast."
@@ -163,7 +163,7 @@ def test_a_difference_of_shares_is_in_percentage_points() -> None:
 
 def test_what_is_shared_is_said_to_be() -> None:
     found = dse.solve(dse.loads(PROBLEM.replace("minimise price]", "minimise price, minimise utilisation of cpu]")))
-    words = [said(found, point.id)["Stands out"] for point in found.front]
+    words = [said(found, point.id)["Among all designs"] for point in found.front]
     assert "Least price (shared with 1 other) of the front." in words
 
 

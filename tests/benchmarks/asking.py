@@ -19,7 +19,7 @@ class OutOfTime(Exception):
 
 
 def avoid_lost_solutions(parameters: Any) -> None:
-    """Leave out the two steps of OR-tools 9.15 that lose solutions (decision record 9)."""
+    """Leave out the two steps of OR-tools 9.15 that lose solutions (decision record 6)."""
     parameters.presolve_inclusion_work_limit = 0
     parameters.auto_detect_greater_than_at_least_one_of = False
 

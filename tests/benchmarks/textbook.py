@@ -3,8 +3,8 @@
 MiniZinc's solvers run the same loops on the plain model (`minizinc.py`).
 
 The plain model is what a textbook would write for the same problem: a literal for every case of a table and for every
-pair of a coefficient and a rate (our encoder with the reductions of decision record 8 off). Neither model has the
-switches for several regions (decision record 9). Only the two steps that lose solutions are off for the peer too, or
+pair of a coefficient and a rate (our encoder with the reductions of decision record 6 off). Neither model has the
+switches for several regions (decision record 4). Only the two steps that lose solutions are off for the peer too, or
 its fronts would be wrong.
 
 * One objective: minimise it.

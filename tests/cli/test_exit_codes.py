@@ -1,4 +1,4 @@
-"""Each exit code means one thing, whichever command answers with it; README.md has the table."""
+"""Each exit code means one thing, whichever command answers with it; docs/commands.md has the table."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def test_each_code_means_one_thing(code: int, line: str, folder: Path, monkeypat
     assert run([STARTER if word == "STARTER" else word for word in line.split()]) == code
 
 
-def test_the_table_of_the_readme_is_that_of_the_code() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_table_of_the_documents_is_that_of_the_code() -> None:
+    text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| (\d+) \| ([^|:]+?)(?::[^|]*)? \|$", text, re.M))
     assert {int(code): meaning for code, meaning in rows.items()} == EXIT_MEANINGS
     codes = {
@@ -95,7 +95,7 @@ def test_the_table_of_the_readme_is_that_of_the_code() -> None:
 
 def test_every_code_of_a_help_is_said_to_mean_what_the_table_says(capsys: pytest.CaptureFixture[str]) -> None:
     """Commands say what a code means for them; which commands have it is in the table, too."""
-    table = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
     [no] = re.findall(r"^\| 4 \|.*$", table, re.M)
     for name in COMMANDS:
         command = cli.get_command(click.Context(cli), name)

@@ -20,7 +20,7 @@ ROOMS = (
     "dse.questions.robust",
     "dse.fitting",
     "dse.importers.aadl",
-    "dse.report.content.document",
+    "dse.report.content.front.document",
 )
 NEVER = {
     "--help": (*SOLVER, "networkx", "pydantic", "yaml", "rich", "dse.spec", "dse.space", "dse.analysis"),

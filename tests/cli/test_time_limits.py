@@ -20,7 +20,7 @@ import dse
 from dse.analysis.scheduling.policies import preemptive
 from dse.cli.main import COMMANDS, cli, run
 from dse.cli.pages import print_front
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.support import timelimit
 from dse.support.timelimit import OutOfTime, TimeLimit, Work, in_force, look_at_the_clock, until
 

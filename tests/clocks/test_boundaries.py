@@ -63,7 +63,7 @@ def test_what_some_data_meet_and_others_miss() -> None:
 
 def test_unknown_offsets_of_one_clock() -> None:
     assert boundary_words(dse.analyse(chain("0 ms", "unknown"), {}).boundaries) == [
-        "chain: nobody states when t1 reads t0: offset 3.5 ms instead of unknown saves 20 ms of latency."
+        "chain: it is not stated when t1 reads t0: offset 3.5 ms instead of unknown saves 20 ms of latency."
     ]
     assert boundary_words(dse.analyse(chain("unknown", "unknown") | {"clocks": {"k": {}}}, {}).boundaries) == [
         "chain: t1 waits up to 20 ms for t0, whose clock it shares: known offsets of both save up to 20 ms."

@@ -140,7 +140,7 @@ def test_they_are_proved_again(seed: int, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_the_robot_holds_its_limit_on_the_cheap_computer_where_offsets_are_chosen() -> None:
-    """What the README says of `inmark_clock.yaml`: with waiting for the core 17.774 ms at 86.57 % of the RT101."""
+    """What docs/recipes.md says of `inmark_clock.yaml`: with waiting for the core 17.774 ms at 86.57 % of the RT101."""
     chosen = {
         "computer.type": "RT101",
         "canbus0.type": "can_125k",

@@ -192,7 +192,7 @@ def test_sums_beyond_exact_arithmetic_are_refused_by_name() -> None:
     processor_types: {a: {price: [90000000000000 EUR, 1 EUR]}}
     processors: {p: {type: a}, q: {type: a}}
     """
-    with pytest.raises(TooLargeError, match=r"price <= 10 EUR: a sum may reach \d+, beyond exact arithmetic"):
-        encode(Evaluator(space_of(text + "requirements: [price <= 10 EUR]\n")))
+    with pytest.raises(TooLargeError, match=r"price >= 10 EUR: a sum may reach \d+, beyond exact arithmetic"):
+        encode(Evaluator(space_of(text + "requirements: [price >= 10 EUR]\n")))
     with pytest.raises(TooLargeError, match=r"minimise price: a sum may reach"):
         encode(Evaluator(space_of(text + "objectives: [minimise price]\n")))

@@ -172,7 +172,7 @@ def test_a_flow_that_cannot_be_followed_is_no_requirement_that_holds(
     path = str(written(tmp_path, HOLLOW % ""))
     assert run(["analyse", path, "--json", str(tmp_path / "a.json")]) == 4
     said = capsys.readouterr()
-    assert "Verdict: unknown. 1 of 2 requirements cannot be checked: latency of e <= 100 ms." in said.out
+    assert "UNKNOWN  1 of 2 requirements cannot be checked: latency of e <= 100 ms." in said.out
     assert "meets every requirement" not in said.out and REASON in said.out and REASON in said.err
     found = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert not found["feasible"] and found["flows"]["g"]["max_ns"] == 8_000_000

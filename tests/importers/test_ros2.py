@@ -308,3 +308,47 @@ def test_names_of_what_is_not_there_are_told(name: str) -> None:
     with pytest.raises(dse.ProblemError) as raised:
         dse.load(text)
     assert words in str(raised.value)
+
+
+SYNCHRONISED = (
+    ARCHITECTURE.replace(
+        """  - context_type: callback_chain
+    subscription_topic_name: /image
+    publisher_topic_name: /lane
+""",
+        """  - context_type: inherit_unique_stamp
+    subscription_topic_name: /image
+    publisher_topic_name: /lane
+  - context_type: inherit_unique_stamp
+    subscription_topic_name: /depth
+    publisher_topic_name: /lane
+""",
+    )
+    .replace("names: [on_image, tick]", "names: [on_image, on_depth, tick]")
+    .replace(
+        """    symbol: image
+""",
+        """    symbol: image
+  - callback_name: on_depth
+    callback_type: subscription_callback
+    topic_name: /depth
+    symbol: depth
+""",
+    )
+)
+
+
+@pytest.mark.parametrize("publisher", ["tick", "on_depth"])
+def test_messages_with_the_stamps_of_several_topics_wait_for_each(tmp_path: Path, publisher: str) -> None:
+    """By the callback of the last message, or a timer that goes on when all have come."""
+    text = SYNCHRONISED.replace("callback_names: [UNDEFINED]", f"callback_names: [{publisher}]")
+    if publisher == "on_depth":
+        text = text.replace("callback_name_read: tick", "callback_name_read: on_depth")
+    found = dse.import_file(put(tmp_path, text), rate="10 Hz")
+    thread = document(found.text)["threads"][f"ns.track.{publisher}"]
+    protocol = {"tick": "hybrid", "on_depth": "aperiodic"}[publisher]
+    assert (thread["join"], thread["dispatch_protocol"]) == ("all", protocol)
+    kept = document(found.text)["connections"][f"ns.track.on_image.to.{publisher}"]
+    assert "port" not in kept
+    assert any("waits for a message of each of /image, /depth" in remark for remark in map(str, found.remarks))
+    dse.loads(found.text)

@@ -442,6 +442,8 @@ class Architecture:
         usable = [bus for bus in (*slots, *direct) if machine is not None or not self._is_per_type(bus)]
         if self.chance(0.88):
             body["bus"] = self.some(usable, "bus_choice")
+            if self.chance(0.15):
+                body["bus"] = ["local", *as_list(body["bus"])]
 
     def _add_triggers_and_queues(self) -> None:
         for name, body in (*self.threads.items(), *self.document["devices"].items()):
@@ -561,6 +563,22 @@ def state_clocks(rng: random.Random, document: dict[str, Any]) -> None:
             if choices and rng.random() < 0.3:
                 choices -= 1
                 body["communication"] = rng.sample(["let", "implicit", "at_dispatch"], 2)
+
+
+def state_joins(rng: random.Random, document: dict[str, Any]) -> None:
+    """Some threads with several triggers need a message of each, as a decision or not; what waits has a bound."""
+    for name, body in document["threads"].items():
+        ways = as_list(body.get("dispatch_protocol") or ("periodic" if "period" in body else "aperiodic"))
+        coming = [key for key, wire in document["connections"].items() if wire.get("to") == name]
+        triggers = body.get("dispatch_trigger") or [
+            key for key in coming if document["connections"][key].get("port") != "data"
+        ]
+        if len(as_list(triggers)) < 2 or "type" in body or ways == ["periodic"] or rng.random() < 0.5:
+            continue
+        body["join"] = rng.choice(["all", "all", ["any", "all"]])
+        body["pairing"] = rng.choice(["latest", "fifo", ["fifo", "latest"]])
+        if body["pairing"] != "latest":
+            body["queue_size"] = rng.choice(["1", "2"])
 
 
 def state_overload(rng: random.Random, document: dict[str, Any]) -> None:

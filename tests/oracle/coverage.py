@@ -93,6 +93,10 @@ def _connection_features(problem: Problem) -> Iterator[str]:
             processes = {problem.component(end).get("process") for end in (body["from"], body["to"])}
             if None not in processes and len(processes) == 1:
                 yield "connection inside a process"
+            elif problem.need_not_travel(body):
+                homes = [set(as_list(problem.component(end).get("processor"))) for end in (body["from"], body["to"])]
+                if homes[0] & homes[1]:
+                    yield "connection on one processor" if len(homes[0] | homes[1]) == 1 else "perhaps on one processor"
         if body.get("port") == "data":
             yield "data port"
         if "bus" not in body:

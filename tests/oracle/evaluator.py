@@ -80,7 +80,9 @@ Where the documents leave something open, this is how they are read here:
     sizes, and identifiers where these decide. Where latencies count no response times senders end within what these
     count of them; else threads and messages are found together. A message is late where all that its connection adds to
     a latency is longer than its deadline.
-31. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+31. A connection between threads of one processor is on no bus where it states ``local``, or offers physical buses
+    alone; its own latency counts all the same, unlike within a process. Its ``bus`` is then no decision.
+32. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

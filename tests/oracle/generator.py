@@ -26,6 +26,7 @@ from .architecture import (
     state_cores,
     state_equal_times,
     state_executors,
+    state_joins,
     state_overload,
     state_reservations,
     state_segments,
@@ -84,7 +85,9 @@ def draw(seed: int, size: str) -> str:
     rng = random.Random(f"{size} {seed}")
     document = Architecture(rng, size if size == "small" else "tiny").document
     document["name"] = f"random {size} {seed}"
+    state_joins(random.Random(f"joins {size} {seed}"), document)
     _thin_out(rng, document, CAPS[size])
+    _mend_joins(document)
     state_cores(random.Random(f"cores {size} {seed}"), document)  # drawn apart from all else
     state_overload(random.Random(f"overload {size} {seed}"), document)
     if size == "segmented":
@@ -132,7 +135,9 @@ def _thin_out(rng: random.Random, document: dict[str, Any], cap: int) -> None:
     while _is_too_large(Problem(document), cap):
         holder, key = rng.choice(list(_lists(document)))
         options = holder[key]
-        options.pop(rng.randrange(len(options)))
+        gone = options.pop(rng.randrange(len(options)))
+        if options == ["local"]:  # which is no bus
+            options[0] = gone
         if len(options) == 1:
             holder[key] = options[0]
         _mend_processes(document)
@@ -146,6 +151,15 @@ def _mend_processes(document: dict[str, Any]) -> None:
             home = first.setdefault(body["process"], body["processor"])
             if not set(as_list(home)) & set(as_list(body["processor"])):
                 body["processor"] = list(home) if isinstance(home, list) else home
+
+
+def _mend_joins(document: dict[str, Any]) -> None:
+    """No thread that a timer alone releases states a join, and none pairs what is not joined."""
+    for body in document["threads"].values():
+        if as_list(body.get("dispatch_protocol")) == ["periodic"]:
+            body.pop("join", None)
+        if "all" not in as_list(body.get("join")):
+            body.pop("pairing", None)
 
 
 _PLAIN = re.compile(r"[A-Za-z0-9(][A-Za-z0-9_ ./%()<>=!*+-]*")

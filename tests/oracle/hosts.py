@@ -79,7 +79,7 @@ def _link(rng: random.Random, document: dict[str, Any]) -> list[dict[str, Any]]:
     if len(found) < 2 or any("from" not in way for way in sent_to_first) or rng.random() < 0.3:
         return []
     for name in found:
-        for field in ("dispatch_trigger", "callback_execution_time", "queue_size"):
+        for field in ("dispatch_trigger", "callback_execution_time", "queue_size", "join", "pairing"):
             threads[name].pop(field, None)
         for way in connections.values():
             if way.get("to") == name:

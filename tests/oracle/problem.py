@@ -80,6 +80,15 @@ class Problem:
                 if homes:
                     slots = [slot for home in homes for slot in as_list(home["processor"])]
                     self.sections[section][name] = {**body, "processor": list(dict.fromkeys(slots))}
+        self.says_local: set[str] = set()
+        """Connections that state `local` beside the buses that they may take."""
+        for name, body in self.sections["connections"].items():
+            if "local" in as_list(body.get("bus")) and "local" not in self.sections["buses"]:
+                self.says_local.add(name)
+                self.sections["connections"][name] = {
+                    **body,
+                    "bus": [bus for bus in as_list(body["bus"]) if bus != "local"],
+                }
         self.in_common: dict[tuple[str, Any], dict[tuple[str, ...], dict[tuple[str | None, ...], Any]]] = {}
         """What was worked out for one design and holds for others, by the decisions that were looked at (`reading`)."""
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
@@ -335,9 +344,23 @@ class Problem:
         return found
 
     def _stays_inside(self, body: dict[str, Any]) -> bool:
-        """Whether both ends of a connection are always in one process: it is on no bus then."""
-        ends = [self.sections["threads"].get(body.get(end, ""), {}).get("process") for end in ("from", "to")]
-        return ends[0] is not None and ends[0] == ends[1]
+        """Whether both ends of a connection are always in one process, or on one processor: it is on no bus then."""
+        ends = [self.sections["threads"].get(body.get(end, ""), {}) for end in ("from", "to")]
+        if ends[0].get("process") is not None and ends[0].get("process") == ends[1].get("process"):
+            return True
+        homes = [as_list(end.get("processor")) for end in ends]
+        return self.need_not_travel(body) and len(homes[0]) == 1 and homes[0] == homes[1]
+
+    def need_not_travel(self, body: dict[str, Any]) -> bool:
+        """Whether a connection takes no bus between threads of one processor: by `local`, or with physical buses."""
+        if self.document.get("profile", "dse") != "dse":
+            return False
+        name = next((key for key, item in self.sections["connections"].items() if item is body), "")
+        if name in self.says_local:
+            return True
+        options = as_list(body.get("bus"))
+        kinds = [kind for bus in options for kind in as_list(self.sections["buses"].get(bus, {}).get("type", bus))]
+        return bool(options) and not any("virtual" in self.sections["bus_types"].get(kind, {}) for kind in kinds)
 
     def reached(self, body: dict[str, Any]) -> set[str]:
         """Every bus that an entry with a `bus` may end up on, directly or under a virtual one."""

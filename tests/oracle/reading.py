@@ -162,7 +162,7 @@ class Reading:
         if field == "bus":
             if section == "buses":
                 return "bus" in self.problem.component(name) and self.type_of(name) != NONE
-            return "bus" in self.problem.component(name) and not self.is_local(name)
+            return "bus" in self.problem.component(name) and not self.stays(name)
         if section in ("processors", "buses") and self.type_of(name) == NONE:
             return False
         if field in ("offset", "communication") and self.protocol(name) not in ("periodic", "hybrid"):
@@ -242,6 +242,14 @@ class Reading:
         processes = [self._process(ends.get("from")), self._process(ends.get("to"))]
         return processes[0] is not None and processes[0] == processes[1]
 
+    def stays(self, connection: str) -> bool:
+        """Whether a connection takes no bus: its ends are in one process, or on one processor where that suffices."""
+        if self.is_local(connection):
+            return True
+        ends = self.problem.component(connection)
+        homes = [self.processor_of(ends.get(end)) for end in ("from", "to")]
+        return homes[0] is not None and homes[0] == homes[1] and self.problem.need_not_travel(ends)
+
     def _process(self, name: str | None) -> str | None:
         return self.get(name, "process") if name is not None and self.problem.section_of[name] == "threads" else None
 
@@ -249,7 +257,7 @@ class Reading:
     def stack(self, connection: str) -> list[str]:
         """The buses that carry a connection, from the one that it is bound to down to the wire."""
         members: list[str] = []
-        bus = None if self.is_local(connection) else self.get(connection, "bus")
+        bus = None if self.stays(connection) else self.get(connection, "bus")
         while bus is not None:
             if bus in members:
                 raise InvalidDesign(f"{bus} carries itself")
@@ -263,7 +271,7 @@ class Reading:
         """The buses that carry a connection, as far as the bindings are decided."""
         found: set[str] = set()
         for connection in self.problem.sections["connections"]:
-            if not self.is_local(connection):
+            if not self.stays(connection):
                 found.update(as_list(self.get(connection, "bus")))
         for name in self.problem.virtual_slots:
             if name in found and (len(self.offered(name, "bus")) == 1 or self.chosen(f"{name}.bus") is not None):
@@ -553,7 +561,7 @@ class Reading:
         """
         period, error = self.period_ns(name), self.error_ns(sender, name)
         assert period is not None, name
-        if error is None:
+        if error is None or most >= NO_BOUND_NS:
             return 0, period, period
         step = gcd(period, self.period_ns(sender) or 0)
         offsets = [self.get(each, "offset") if self.is_active(each, "offset") else None for each in (sender, name)]

@@ -583,6 +583,8 @@ KINDS = {
     "threads.process",
     "threads.core",
     "connection inside a process",
+    "connection on one processor",
+    "perhaps on one processor",
     "threads.callback_execution_time",
     "threads.dispatch_trigger",
     "thread without processor",

@@ -79,7 +79,7 @@ def test_exit_codes_of_the_command(
     assert run(["sweep", file, "--vary", "threads.controler.period=1ms"]) == 2
     assert "did you mean" in capsys.readouterr().err
     assert run(["sweep", file, "--vary", "price=50EUR..300EUR", "--no-store", "--workers", "1"]) == 0
-    assert "break-points of the front, proved" in capsys.readouterr().out
+    assert "Front    complete, proved" in capsys.readouterr().out
     assert run(["sweep", file, "--vary", "price=1EUR..2EUR", "--no-store", "--workers", "1"]) == 4
     assert run(["sweep", file, "--vary", "price=1EUR,2EUR", "--store", str(tmp_path / "no" / "s")]) == 2
     assert not list(tmp_path.glob("*.sqlite"))

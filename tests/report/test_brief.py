@@ -17,8 +17,8 @@ import dse
 from dse.cli.main import run
 from dse.examples.shipped import example_files, example_path
 from dse.report import terminal
-from dse.report.content.document import Document
-from dse.report.content.front import TOP, first_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.first_screen import TOP, first_page
 from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page
@@ -64,8 +64,8 @@ MIDDLE = {
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],
 }
-FIRST = ("Verdict: ", "47 decisions", "remark: ", "Infeasible, proved", "Of 6 points", "Verified: ", "No observation",
-         "Outside the analysed", "Design: ", "No design below")  # fmt: skip
+FIRST = ("MEETS EVERY", "VIOLATED  ", "47 decisions", "INFEASIBLE  ", "Of 6 points", "VERIFIED", "WITHIN BOUNDS",
+         "Front  ", "OUTSIDE BOUNDS", "Design: ", "No design below")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +220,7 @@ def test_an_infeasible_one_says_why() -> None:
 def test_the_verdict_on_a_design_comes_before_its_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["analyse", str(example_path("inmark")), "--max-jitter", "20ms"]) == 4
     lines = capsys.readouterr().out.splitlines()
-    first = next(at for at, line in enumerate(lines) if line.startswith("Verdict: violates "))
+    first = next(at for at, line in enumerate(lines) if line.startswith("VIOLATED  "))
     assert first < next(at for at, line in enumerate(lines) if line.startswith("Requirements"))
     assert "jitter of gnss_to_sprayer <= 20 ms" in "".join(lines[first : first + 2])
 

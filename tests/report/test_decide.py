@@ -15,8 +15,8 @@ import pytest
 
 import dse
 from dse.questions.verbs.feasible_designs import feasible_designs
-from dse.report.content.decide import decide_data
-from dse.report.content.document import Document
+from dse.report.content.front.decide import decide_data
+from dse.report.content.front.document import Document
 from dse.report.html import html_report
 from tests.helpers.effort import count
 from tests.report.browser import Browser, needs_browser
@@ -168,7 +168,7 @@ def test_each_option_shows_its_front(page: Browser, result: dse.Result) -> None:
             continue
         page.run(f"document.querySelector('#insist button[data-option=\"{number}\"]').click()")
         page.wait(f"document.querySelectorAll('#insist-answer tbody tr').length === {len(item.front)}")
-        page.wait(f"(dseReport.state.views.scatter.data('insisted') || []).length === {len(item.front)}")
+        page.wait(f"document.querySelectorAll('#scatter .diamond').length === {len(item.front)}")
         assert page.run("document.querySelectorAll('#insist [aria-pressed=true]').length") == 1
         assert f"{item.decision} {item.option}" in page.run("document.getElementById('insist-answer').textContent")
     page.run("document.querySelector('#insist [aria-pressed=true]').click()")
@@ -215,12 +215,12 @@ def saved(page: Browser) -> list[list[str]]:
 
 
 def test_zoom_fits_the_axes_to_what_is_shown(page: Browser) -> None:
-    wide = page.run("dseReport.state.views.scatter.scale('x').domain()")
+    wide = page.run("dseReport.scatterEnds()")
     require(page, "price", "<=", "200")
     page.run("document.getElementById('zoom').click()")
-    page.wait(f"String(dseReport.state.views.scatter.scale('x').domain()) !== '{','.join(map(str, wide))}'")
+    page.wait(f"String(dseReport.scatterEnds()) !== '{','.join(map(str, wide))}'")
     kept = page.run("dseReport.data.front.filter((r) => dseReport.state.kept.includes(r.id)).map((r) => r.o0)")
-    low, high = page.run("dseReport.state.views.scatter.scale('x').domain()")
+    low, high = page.run("dseReport.scatterEnds()")
     assert low <= min(kept) and max(kept) <= high
 
 

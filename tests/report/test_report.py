@@ -19,8 +19,8 @@ from dse.answers.tables.display import counted
 from dse.cli.main import run
 from dse.examples.shipped import example_path
 from dse.report.content.analyse import tightest_limits
-from dse.report.content.document import Document
-from dse.report.content.front import printed_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import printed_page
 from dse.report.html import html_report
 from dse.report.markdown import escaped
 from dse.report.output import figure_files, markdown_report, report_files
@@ -218,12 +218,12 @@ def test_figures_are_made_without_a_browser(robot: Result) -> None:
 def test_an_infeasible_result_has_a_report_too() -> None:
     result = dse.solve(example_path("inmark"), max_jitter="1us")
     text = html_report(Document(result))
-    assert "Infeasible, proved" in text
+    assert "Infeasible: no design meets every requirement and rule" in text
     assert "vegaEmbed" not in Reader(text).texts
     markdown = markdown_report(Document(result))
     assert markdown.startswith("# Intelligent Marking")
     for said in (" ".join(Reader(text).texts), markdown):  # what the terminal says
-        assert "This cannot be met by any design:" in said
+        assert "No design meets this:" in said
         assert "(caller): the closest is" in said or "(command line): the closest is" in said
     assert list(figure_files(Document(result), ["svg"])) == []
 

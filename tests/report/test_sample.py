@@ -10,7 +10,7 @@ import pytest
 
 import dse
 from dse.examples.shipped import example_path
-from dse.report.content.document import Document
+from dse.report.content.front.document import Document
 from dse.report.output import report_files
 
 FOLDER = Path(__file__).parents[2] / "reports"
@@ -20,9 +20,14 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def test_the_sample_is_of_the_problem_as_it_is() -> None:
+def test_the_sample_is_of_the_problem_as_it_is_and_answers_the_question_of_the_readme() -> None:
+    asked = "dse solve problems/inmark.yaml --max-jitter 20ms"
+    for text in (FOLDER / "README.md", FOLDER.parent / "README.md"):
+        assert asked in text.read_text(encoding="utf-8")
     sample = dse.reopen(FOLDER / "inmark.json", example_path("inmark"))  # a changed file or figure is refused
-    fresh = dse.solve(example_path("inmark"))
+    fresh = dse.solve(example_path("inmark"), max_jitter="20ms")
+    shown = (FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    assert f"complete, proved: {len(sample.front)} designs" in shown
     assert [point.objectives for point in sample.front] == [point.objectives for point in fresh.front]
     assert sample.status == "complete"
     assert sample.others

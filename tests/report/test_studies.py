@@ -111,8 +111,8 @@ def test_what_robustness_costs(studies: dict[str, dict[str, Any]]) -> None:
 def test_exact_factors_are_said_exactly() -> None:
     found = {"factor": "70/17", "exact": True, "requirement": "r", "thread": "t", "utilisations_ppm": {"cpu": 700000}}
     assert scaling_words(found) == (
-        "All execution times together: up to 70/17 = 4.11764706… times as long; beyond that breaks r (by t alone). "
-        "Breakdown utilisation there: cpu 70 % of one core."
+        "All execution times together: up to 70/17 = 4.11764706… times; beyond, a design violates r (by t alone). "
+        "Breakdown utilisation: cpu 70 % of one core."
     )
     assert "up to 2.5 times" in scaling_words({**found, "factor": "5/2"})
 
@@ -154,7 +154,7 @@ def test_reports_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
     assert run(["solve", file, "-q", "--json", solved]) == 0
     assert run(["report", solved, "-o", str(again), "--study", study]) == 0
     page = (again / "starter.html").read_text()
-    assert "Limit on jitter of sensor_to_actuator" in page and "Decision summary" in page
+    assert "Limit on jitter of sensor_to_actuator" in page and "How designs were ranked" in page
     capsys.readouterr()
 
 

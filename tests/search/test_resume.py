@@ -21,8 +21,8 @@ from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.cli.main import run
 from dse.examples.random import random_problem
-from dse.report.content.document import Document
-from dse.report.content.front import printed_page
+from dse.report.content.front.document import Document
+from dse.report.content.front.pages import printed_page
 from dse.report.terminal import print_page
 from dse.report.words.missing import missing_words
 from dse.search import front

@@ -204,7 +204,7 @@ def test_command(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch:
     Path("p.yaml").write_text(STARTER.read_text())
     assert run(["solve", "p.yaml", "--json", "r.json", "-q"]) == 0
     assert run(["verify", "r.json"]) == 0
-    assert "Verified" in capfd.readouterr().out
+    assert "VERIFIED" in capfd.readouterr().out
     assert run(["verify", "r.json", "--method", "model", "--json", "-"]) == 0
     assert json.loads(capfd.readouterr().out)["status"] == "verified"
     Path("elsewhere").mkdir()

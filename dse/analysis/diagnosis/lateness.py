@@ -42,7 +42,9 @@ class Full:
     processor: Annotated[str, "The processor or accelerator."]
     core: Annotated[int, "The core, from 1."]
     is_served: bool
-    share_ppm: Annotated[Exact, "The share that a thread and what goes before it need together, in ppm."]
+    share_ppm: Annotated[
+        Exact, "The share that a thread and all with higher priority on its core need together, in ppm."
+    ]
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,8 @@ class Late:
     blocked_ns: Annotated[Exact, "What less urgent work takes that has begun before."]
     executor: Annotated[str, "The executor or accelerator in which it waits for others; empty where there is none."]
     delays: Annotated[
-        tuple[Delay, ...], "What goes before it, the most urgent first; empty without a bound, and of segments."
+        tuple[Delay, ...],
+        "The threads of higher priority that it waits for, highest first; empty without a bound, and of segments.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Each of these is enough by itself."]
     has_segments: bool = False
@@ -86,7 +89,7 @@ class Late:
     ] = ()
     full: Annotated[
         Full | None,
-        "Of one without a bound, where it and what goes before it need more than there is; null where they do not.",
+        "Of one without a bound, where it and the threads of higher priority need more than there is; else null.",
     ] = None
     apart_ns: Annotated[
         Exact | None,

@@ -146,7 +146,7 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
 
 
 def problem_remarks(space: Space) -> Iterator[str]:
-    """The same of every bus that a design may have, and of every flow."""
+    """Remarks on every bus that a design may have and on every flow: busy times, and transfers that take no time."""
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
     yield from _late_offsets(space)
@@ -351,7 +351,10 @@ def outside_sizes(space: Space, view: View) -> Iterator[Outside]:
 
 
 def possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
-    """The same of all designs; a connection with more than `limit` cases is not looked at."""
+    """Messages that in some design are smaller or larger than their transmission times hold for.
+
+    A connection with more than `limit` cases is left out.
+    """
     found: dict[Outside, None] = {}
     for item in space.connections:
         if any(space.buses[number].sizes_bytes is not None for number in reachable_buses(space, item)):

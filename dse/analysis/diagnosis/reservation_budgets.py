@@ -1,7 +1,8 @@
 """What the budget of a reservation has to do with a thread in it that is late, and which budget would do.
 
 Two things go wrong with a budget: it is too small for what its threads need in time, or so large that it is not there
-in each period behind what goes before the reservation; then nothing in it has a bound (docs/semantics.md, section 4.8).
+in each period behind what has priority over the reservation; then nothing in it has a bound (docs/semantics.md,
+section 4.8).
 Between the two a larger budget never makes a response time longer, so that the least that is enough is found by halves,
 and the analysis is asked again with each.
 """
@@ -28,7 +29,9 @@ class ReservationBudget:
     reservation: Annotated[str, "The reservation."]
     budget_ns: Annotated[int, FIGURE, "Its budget."]
     period_ns: Annotated[int, FIGURE, "The period in which it has that."]
-    is_served: Annotated[bool, "Whether the budget is there in each period behind what goes before the reservation."]
+    is_served: Annotated[
+        bool, "Whether the budget is there in each period after the threads of higher priority than the reservation."
+    ]
     enough_ns: Annotated[
         int | None, FIGURE, "The least budget with which the thread is in time; null where none is enough."
     ]

@@ -50,7 +50,7 @@ def unbounded_in(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
 
 
 def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, ...]:
-    """The same of the greatest or least of several sums: one that has no bound the other way is not what is picked."""
+    """The threads without a bound in the greatest or least of several sums; a sum that is not picked has none."""
     wanted = 1 if metric.kind == "max" else -1
     picked: list[tuple[list[str], set[int]]] = []
     others: list[tuple[list[str], set[int]]] = []

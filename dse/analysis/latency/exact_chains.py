@@ -149,7 +149,7 @@ def longest_and_shortest_ns(run: ClockSegment) -> tuple[Exact, Exact] | None:
 
 @lru_cache(maxsize=4096)
 def _followed(count: int, period: int, offset: int, first: int, hops: tuple[_Whole, ...]) -> Ends:
-    """The same in whole numbers, which many designs have in common."""
+    """The shortest and the longest time of a chain in whole numbers, which many designs share."""
     starts = range(offset, offset + count * period, period)
     error = max(hop[4] for hop in hops)
     high = max(_read([(each, start, most + gap) for each, start, _, most, gap, _ in hops], at) - at for at in starts)

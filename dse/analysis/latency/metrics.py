@@ -19,7 +19,7 @@ from dse.analysis.latency.contributors import (
     step_rows,
 )
 from dse.analysis.latency.exact_chains import exact_range_ns
-from dse.analysis.latency.joined_inputs import Join, may_wait_for_inputs
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
 from dse.analysis.latency.sampling import LET
@@ -174,15 +174,14 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             What waits for other inputs waits less where it comes later itself.
             """
             least = value(view, step, alone)
-            if has_others and kind != "min latency":
-                room = _room(space, step, view)
-                most = least + (2 + room * (2 + 2 * len(dispatchers(space, step.index)))) * UNBOUNDED_NS
-                rows = step_rows(alone, step, view)
-                return least - sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD)), most
             period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
             if kind == "min latency":
                 return least - period, least
             jobs = 2 + _queue_size(space, step, view)
+            if has_others:  # which counts no more than a time without a bound, in place of a queue
+                rows = step_rows(alone, step, view)
+                least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
+                jobs = 3 if is_joined(space.components[step.index], view) else jobs
             if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
                 jobs += 1 + 2 * len(dispatchers(space, step.index))
             most = least + jobs * UNBOUNDED_NS
@@ -403,13 +402,6 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
     return max(1, *(int(size or 0) for size in sizes))
 
 
-def _room(space: Space, step: Step, view: View) -> int:
-    """How many messages of a step's input wait at most for those of others, as far as that lengthens their wait."""
-    if step.via is None or not is_joined(space.components[step.index], view):
-        return 1
-    return Join(space, step.index, view).room(step.via) or 1
-
-
 def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
     key = ("element", element, space.processing, space.bus_queuing)
@@ -441,7 +433,7 @@ def _may_hang_on_buses(space: Space, element: Step | FlowPosition) -> bool:
 
 
 def _waiting_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
-    """The same where response times count: of a whole design they are found together, and the rows by them."""
+    """The least and greatest time of an element with response times, which are computed for a whole design at once."""
     if type(view) is not View:
         return _rows_range_ns(space, element, view)
     answering: Answering | None = view.memo.get("answering")

@@ -160,7 +160,7 @@ class Admission:
         return found
 
     def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
-        """The same with one thread more, the last of them."""
+        """What is known of threads that are in time, with the last of `numbers` added; None where one is late then."""
         order = sorted((self._simple_of(number).turn, number) for number in numbers)
         passed_on = {key for number in numbers for key in self._simple_of(number).upstream}
         known: Known = {}

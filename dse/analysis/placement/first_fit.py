@@ -42,7 +42,7 @@ def placement(space: Space, processor: int, view: View) -> Spread:
 
 
 def even_core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
-    """The same with the fullest core used least, as far as that is found with some effort."""
+    """A core for each thread of a processor with the fullest core used little, as limited effort finds it."""
     here = members(space, processor, view)
     found = even_spread(space, processor, _used(space, here, view), view)
     return {number: found.cores[space.unit(number, view)] for number in here}

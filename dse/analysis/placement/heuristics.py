@@ -64,7 +64,7 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
 
 
 def evenly(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design | None:
-    """The same with the fullest core used as little as is found soon."""
+    """The design with the threads of `open_` spread over cores, the fullest used as little as is found soon."""
     return _with_cores(space, design, open_, even_core_of_each)
 
 
@@ -214,7 +214,7 @@ def _owner(space: Space, number: int, view: View) -> str:
 
 
 def _relabelled(space: Space, view: View, design: Design, open_: Sequence[OpenCore]) -> Design:
-    """The same with the cores of each processor numbered as they come first in the file, where nothing names a core."""
+    """The design with the cores of each processor numbered in the order of their first threads, where none is named."""
     result = list(design)
     named = {number for item in open_ for number in item.threads}
     for processor, slot in enumerate(space.processors):

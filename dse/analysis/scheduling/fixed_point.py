@@ -239,7 +239,7 @@ _KEPT: dict[tuple[int, ...], tuple[Resource, Sequence[Task | None], list[Exact |
 def _remembered(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None] | None:
     """The response times of a resource where priorities alone decide them, or which is a bus; None of others.
 
-    Designs share resources and tasks, so that the same objects tell that they agree (decision record 28).
+    Designs share resources and tasks, so that the same objects tell that they agree (decision record 1).
     """
     key = (id(resource), *map(id, tasks))
     if (kept := _KEPT.get(key)) is not None:  # once: another thread may empty it

@@ -131,7 +131,7 @@ def mistakes_in(name: str, data: object) -> Iterator[FormMistake]:
 
 
 def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[FormMistake]:
-    """The same of data that are a part of ``dse-NAME/1``, of the type `kind`."""
+    """The mistakes in a part of ``dse-NAME/1``, of the type `kind`, in the order of the data."""
     yield from _mistakes(_adapter(kind).validate_python, name, data)
 
 

@@ -30,7 +30,7 @@ class Change:
 
 
 class LimitedContention(Data):
-    """The same of a design whose limit varies."""
+    """What a design whose limit varies meets when threads wait for the CPU."""
 
     WRITTEN = (Contended, "limited")
 
@@ -79,7 +79,7 @@ class LimitedDesign(_Design):
     limited: Annotated[Fraction, "The tightest limit that it keeps, in the `unit` of the limit."]
     contention: Annotated[
         LimitedContention,
-        "What it keeps when response times count, beside the limit that varies.",
+        "The requirements that it meets when response times count, apart from the limit that varies.",
         Json(default=None),
     ]
 
@@ -138,7 +138,7 @@ class FoundFront(Data):
 
 
 class FoundBreaks(Data):
-    """The same of the break-points of a limit."""
+    """The break-points of a limit as a run finds them and the store keeps them, not ranked yet."""
 
     kind: Annotated[Literal["breaks"], "What was found."]
     status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]

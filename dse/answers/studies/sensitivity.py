@@ -26,9 +26,11 @@ class Break:
     """Where a requirement breaks in one direction."""
 
     last: Annotated[Fraction, "The last value that holds."]
-    first: Annotated[Fraction | None, "The first whole one that breaks; null where every value beyond `last` does."]
-    requirement: Annotated[str, "The requirement that breaks."]
-    thread: Annotated[str, NULL, "The thread by which it breaks, where that is told."] = ""
+    first: Annotated[
+        Fraction | None, "The first whole value that violates a requirement; null where every value beyond `last` does."
+    ]
+    requirement: Annotated[str, "The requirement that is violated."]
+    thread: Annotated[str, NULL, "The thread whose share violates it, where one does."] = ""
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,8 @@ class Margin:
     path: Annotated[str, "The input, as a path of the problem file."]
     unit: Annotated[Unit, "What its figures count."]
     nominal: Annotated[Fraction, "Its value in the problem."]
-    below: Annotated[Break | None, "What breaks when it decreases; null where nothing does."]
-    above: Annotated[Break | None, "What breaks when it increases; null where nothing does."]
+    below: Annotated[Break | None, "What is violated when it decreases; null where nothing is."]
+    above: Annotated[Break | None, "What is violated when it increases; null where nothing is."]
     searched: Annotated[tuple[Fraction, Fraction], "How far down and up it was looked for."]
 
 
@@ -47,9 +49,9 @@ class Margin:
 class Scaling:
     """All execution times multiplied by one factor."""
 
-    factor: Annotated[Fraction | None, "The greatest with which all requirements hold; null where none breaks any."]
-    requirement: Annotated[str, NULL, "The requirement that breaks beyond it."]
-    thread: Annotated[str, NULL, "The thread by which it breaks, where that is told."]
+    factor: Annotated[Fraction | None, "The greatest with which all requirements hold; null where none violates any."]
+    requirement: Annotated[str, NULL, "The requirement that is violated beyond it."]
+    thread: Annotated[str, NULL, "The thread whose share violates it, where one does."]
     is_exact: Annotated[bool, "Whether the factor is the exact border; else it is found to 1e-9.", Json("exact")]
     by_requirement: Annotated[Mapping[str, Fraction | None], "The factor of each requirement alone."]
     utilisations: Annotated[
@@ -149,7 +151,7 @@ class SensitivityResult(DataAnswer):
 
     problem: Annotated[Mapping[str, Any], "Which problem was studied.", Json(kind=StudiedProblem)]
     decisions: Annotated[Mapping[str, str], "The studied design."]
-    broken: Annotated[tuple[str, ...], "The requirements that it breaks as it is; margins look at the others."]
+    broken: Annotated[tuple[str, ...], "The requirements that it violates; margins concern the others."]
     margins: Annotated[tuple[Margin, ...], "How far each input may move, alone."]
     scaling: Annotated[
         Scaling | None, "All execution times together; null where time was too short.", Json("execution_times")

@@ -46,7 +46,7 @@ def command(
     """One design (the baseline, unless told otherwise): its verdict, what is tightest, its latencies.
 
     With --all also each contribution to each latency, who uses processors and buses, and every metric.
-    Exit code 4 when the design breaks a requirement, or cannot be compared with one, or is not valid.
+    Exit code 4 when the design violates a requirement, or cannot be compared with one, or is not valid.
     """
     check_writable(json_path, report)
     from dse.questions.verbs.analyse import analyse

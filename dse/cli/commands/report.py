@@ -70,7 +70,7 @@ def command(
     sections = [section for path in studies for section in sections_in(path)]
     from dse.answers.ranking.order import ranked_by
     from dse.questions.reopen import reopen
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
     from dse.report.output import check_alternative, report_files
     from dse.support.errors import UsageError
 

@@ -55,7 +55,7 @@ def show_robust(
     """
     json_path, csv_path, folder, page = paths
     from dse.answers.ranking.order import ranked_by
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
     from dse.report.content.sensitivity import robust_section
 
     study = replace(study, robust=ranked_by(study.robust, rank_by))
@@ -78,7 +78,7 @@ def show_robust(
 
 def _write_report(study: RobustResult, folder: Path, top: int | None, *, quiet: bool) -> None:
     """The report of the robust front, with a section of what it costs."""
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
     from dse.report.content.study import sections_of
     from dse.report.output import report_files
 

@@ -104,7 +104,7 @@ def command(
 ) -> int:
     """How far each input of a design may move before a requirement breaks; which inputs matter; how sure one can be.
 
-    Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design breaks a
+    Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design violates a
     requirement as it is.
     """
     if json_path == "-" and csv_path == "-":

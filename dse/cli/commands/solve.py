@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from dse.answers.robust import RobustResult
     from dse.questions.problem import Problem
     from dse.questions.question import Question
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
     from dse.search.front import FrontSearch, Progress
 
 PLAIN_STEP_S = 2.0
@@ -197,7 +197,7 @@ def command(
     if insist and not result.interrupted:
         result = _insisted(result, workers, scheduler, time_limit, quiet=quiet)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
-    from dse.report.content.document import Document
+    from dse.report.content.front.document import Document
 
     document = Document(result)
     if not quiet and "-" not in (json_path, csv_path):

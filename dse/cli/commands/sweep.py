@@ -65,8 +65,8 @@ PLAIN_STEP_S = 5.0
 @click.option(
     "--store",
     metavar="PATH",
-    help="Where finished runs are kept; else NAME.runs.sqlite beside the result (--json, --csv, --report), and nowhere "
-    "where none is written.",
+    help="Where finished runs are kept; else NAME.runs.sqlite next to the result (--json, --csv, --report), and "
+    "nowhere where none is written.",
 )
 @click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
 @time_limit_option("with the runs that are finished")

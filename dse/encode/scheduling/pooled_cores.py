@@ -1,4 +1,4 @@
-"""Interchangeable cores counted together: a smaller model without the symmetry of cores (decision record 32).
+"""Interchangeable cores counted together: a smaller model without the symmetry of cores (decision record 8).
 
 Whether a core is in time depends on times: for each level some time up to it has room for the work of the core (see
 `dse.encode.scheduling.core_demand`). Cores for which the same times have room form a pool. For a pool the rows of its
@@ -221,7 +221,7 @@ def _literal(model: cp_model.CpModel, index: int) -> Any:
     return found if index >= 0 else found.negated()
 
 
-# The kinds of cores by what they have room for: until which time, for each level (decision record 32).
+# The kinds of cores by what they have room for: until which time, for each level (decision record 8).
 #
 # A core keeps one row of each list of alternatives. Rows that follow from others are left out, and so are kinds that
 # are nowhere better than another one. All combinations would be too many kinds; those that there are can be split where

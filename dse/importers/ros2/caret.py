@@ -15,6 +15,8 @@ from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 UNDEFINED = "UNDEFINED"
 WHAT = "an architecture file of CARET"
+SAME_STAMP = "inherit_unique_stamp"
+"""The context of a message that has the stamp of one that was subscribed to."""
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -237,16 +239,37 @@ class _Reader:
                     self.file.remark(target.place, f"nothing in the file publishes {topic}", hint)
 
     def _contexts(self, node: LocatedValue) -> None:
-        """What a message context connects: the callback of a topic leaves its data for that which publishes another."""
+        """What a message context connects: the callback of a topic leaves its data for that which publishes another.
+
+        Where what is published has the stamps of messages of several topics, one of each, they wait for each other.
+        """
         name = node["node_name"].text
+        together: dict[str, list[str]] = {}
+        for item in node["message_contexts"]:
+            if item["context_type"].text == SAME_STAMP:
+                topics = together.setdefault(item["publisher_topic_name"].text, [])
+                topics.append(item["subscription_topic_name"].text)
         for item in node["message_contexts"]:
             topics = [item[key].text for key in ("subscription_topic_name", "publisher_topic_name")]
             if item["context_type"].text in ("", UNDEFINED) or not all(topics):
                 continue
-            for write in self.subscribed.get((name, topics[0]), []):
-                for read in self.published.get((name, topics[1]), []):
-                    if write is not read and not self._leads(write, read):
-                        self._keep(write, read, item, f"message context {item['context_type'].text}")
+            for read in self.published.get((name, topics[1]), []):
+                joined = dict.fromkeys(together.get(topics[1], ()))
+                joins = len(joined) > 1 and (read.period_ns is not None or read.topic in joined)
+                if joins and not read.joins:
+                    read.joins = True
+                    words = f"{read.name} waits for a message of each of {', '.join(joined)}, whose stamps it passes on"
+                    self.file.remark(item, words, "leave `join` out where any of them is enough")
+                for write in self.subscribed.get((name, topics[0]), []):
+                    if write is read:
+                        continue
+                    way = self._leads(write, read)
+                    wire = (
+                        way[-1]
+                        if way
+                        else self._keep(write, read, item, f"message context {item['context_type'].text}")
+                    )
+                    wire.dispatches = wire.dispatches or (joins and topics[0] in joined)
 
     def _leads(self, write: Callback, read: Callback) -> list[Wire]:
         """The variable passings that lead from one callback to another of its node; none where nothing does."""

@@ -29,7 +29,8 @@ class Callback:
 
     `durations_ns` are its measured execution times, `starts_ns` when they began, `words` what else is known of it.
     `process` is the container of its node ("": the node is a process of its own), `parameter` what states its period:
-    ``rate`` or ``period``, and the parameter's name with its unit. `is_open`: nothing says what runs it.
+    ``rate`` or ``period``, and the parameter's name with its unit. `is_open`: nothing says what runs it. One that
+    `joins` goes on when a message of each input has come.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Callback:
     process: str = ""
     parameter: tuple[str, str] | None = None
     is_open: bool = False
+    joins: bool = False
 
 
 @dataclass
@@ -64,7 +66,7 @@ class Group:
 
 @dataclass
 class Wire:
-    """A message from callback to callback: of a topic, or within a node (then it waits to be read)."""
+    """A message from callback to callback: of a topic, or within a node, where it waits to be read or `dispatches`."""
 
     name: str
     place: LocatedValue
@@ -73,6 +75,7 @@ class Wire:
     is_kept: bool = False
     words: str = ""
     rate: str = ""
+    dispatches: bool = False
 
 
 @dataclass
@@ -249,6 +252,9 @@ class Writer:
                     body |= {"dispatch_protocol": "periodic", "period": format_duration(one.period_ns)}
                 else:
                     body["dispatch_protocol"] = "periodic" if one.is_open else "aperiodic"
+                if one.joins:
+                    body["join"] = "all"
+                    body["dispatch_protocol"] = "hybrid" if one.period_ns is not None else "aperiodic"
                 what = f"timer of {one.node}" if one.period_ns is not None else f"{one.node}, on {one.topic}"
                 what = f"{one.node}, MISSING: its `period`" if one.is_open else what
                 if one.durations_ns:
@@ -286,7 +292,7 @@ class Writer:
             stated = wire.rate or self.rate
             if wire.source is None and stated is not None:
                 body["rate"] = stated
-            if wire.is_kept:
+            if wire.is_kept and not wire.dispatches:
                 body["port"] = "data"
             how = "rate measured" if wire.rate else "rate stated at the import"
             body["source"] = self._at(wire.place, wire.words, how if "rate" in body else "")

@@ -217,7 +217,7 @@ class Explainer:
         members = self._statements({number for item in found.conflicts for number in item.members})
         give_up = self._give_up(found.smallest)
         if found.smallest is None and (not found.limited or self.designs.unseen):
-            self.left_open.append("the fewest demands that must be given up")
+            self.left_open.append("the fewest demands that must be relaxed")
         if self.designs.unseen:
             return self._told(blank.with_(least=give_up), found)
         return self._told(blank.with_(relaxations=self._relaxations(members), give_up=give_up), found)
@@ -304,7 +304,7 @@ class Explainer:
             found += (self.relaxation(item, frozenset(item)) for item in statements)
         except OutOfTime:
             texts = "; ".join(self.designs.stated(item).text for item in statements[len(found) :])
-            self.left_open.append(f"whether one of these alone mends it, and how far it must move: {texts}")
+            self.left_open.append(f"whether relaxing one of these is enough, and how far: {texts}")
         return tuple(found)
 
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
@@ -316,7 +316,7 @@ class Explainer:
             members = tuple(self.relaxation(item, together) for item in ordered)
         except OutOfTime:
             members = tuple(Relaxation(self.designs.stated(item), True, is_sought=False) for item in ordered)
-            self.left_open.append("how far each of those that must be given up is from its limit")
+            self.left_open.append("the closest limit of each demand that must be relaxed")
         return GiveUp(members, self._example(smallest.witness))
 
     def _example(self, design: Design) -> Example:

@@ -49,7 +49,7 @@ def margins(function: DesignFunction) -> tuple[Margin, ...]:
 
 
 def each_margin(function: DesignFunction) -> Iterator[Margin]:
-    """The same, one by one."""
+    """The margin of each input that reaches a requirement of the design, one by one, in the order of the file."""
     of = reaches(function, _held(function))
     for variable in function.inputs.variables:
         bounds = of(variable)

@@ -316,12 +316,12 @@ def _remarks(space: Space) -> Iterator[str]:
         )
         if loaded and ("utilisation", number) not in limited:
             said = "100 % of each core is implied" if ("utilisation", number) in implied else ADMITTED
-            yield f"nobody limits the utilisation of {slot.name}: {said}"
+            yield f"no limit on the utilisation of {slot.name} is stated: {said}"
     for number, bus in enumerate(space.buses):
         bandwidths = [leaf for leaf in leaves(bus.bandwidth_bps) if leaf is not None]
         if bandwidths and not limited & {("load", number), ("busy", number)}:
             said = "100 % of its bandwidth is implied" if ("load", number) in implied else ADMITTED
-            yield f"nobody limits the load of {bus.name}: {said}"
+            yield f"no limit on the load of {bus.name} is stated: {said}"
         obstacle = busy_obstacle(space, number) if any(leaves(bus.exclusive)) else ""
         if obstacle and space.overload == "forbidden" and not bus.overload:
             yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"

@@ -56,7 +56,7 @@ def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> Non
         return
     if not listed:
         if bench.data.get("give_up"):
-            bench.find("give_up", "is stated without any conflict that it would mend")
+            bench.find("give_up", "is stated without any conflict that it would remove")
         bench.remarks.append(
             "no conflict is listed: why there is no design was not confirmed; there was no time to look for it, or it "
             "was left out (`dse explain` finds it)"
@@ -132,7 +132,7 @@ class _Court:
             others = [other for other in members if not _among(other, statement)]
             kept = self._ask(where, [other for other in self.demands if not _among(other, others)])
             if kept is not None and kept.answer == "design":
-                self.bench.find(where, "need not be given up: there is a design that meets it and all other demands")
+                self.bench.find(where, "need not be relaxed: there is a design that meets it and all other demands")
             self._check_limit(where, statement, item, members)
         rest = self._ask(place, [other for other in self.demands if not _among(other, members)])
         if rest is not None and rest.answer == "none":

@@ -84,7 +84,9 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
             continue
         found[number] = judge(referee, designs[number])
         if written(Contended, found[number]) != stated:
-            raise UsageError(f"{path}: alternative {number} keeps and breaks something else with response times")
+            raise UsageError(
+                f"{path}: alternative {number} meets other requirements with response times than the result says"
+            )
     return found
 
 

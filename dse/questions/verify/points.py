@@ -229,7 +229,7 @@ def recomputed(
     for verdict in evaluation.verdicts:
         if not verdict.holds:
             alone = f", by {verdict.who} alone" if verdict.who else ""
-            text = f"{called} breaks {verdict.requirement.text!r}{alone}"
+            text = f"{called} violates {verdict.requirement.text!r}{alone}"
             bench.find(place, f"{text}: {exact(verdict.value)} {verdict.unit}, the limit is {exact(verdict.limit)}")
     if bench.witness is not None and evaluation.is_feasible:
         _hear(bench, bench.witness, evaluation.design, place, called)

@@ -296,7 +296,7 @@ class RobustWitness:
         """What a design breaks for some of the stated values: by the proof, and at places that are looked at."""
         found = self.question.failures(0, design)
         if found:
-            return [f"breaks {item.requirement!r} for some stated values: {item.value} {item.unit}" for item in found]
+            return [f"violates {item.requirement!r} for some stated values: {item.value} {item.unit}" for item in found]
         self.question.expect(design)
         return self._seen_broken(design)
 
@@ -314,7 +314,7 @@ class RobustWitness:
                 item.set(values, value)
             broken = function.broken(function.compared(values, function.outputs.bounds)[0])
             if broken:
-                return [f"breaks {self.question.space.requirements[broken[0].requirement].text!r} at {_at(place)}"]
+                return [f"violates {self.question.space.requirements[broken[0].requirement].text!r} at {_at(place)}"]
         return []
 
     def check(self, bench: Bench, method: Method, deadline: float | None) -> None:

@@ -1,8 +1,8 @@
 """The pages of answers: one file for each verb.
 
-Read `verify.py` first (the shortest page), then `front.py`.
+Read `verify.py` first (the shortest page), then the folder `front`.
 
-* `front.py`, `document.py`, `decide.py`: the front on a screen; the full report; the data of its filters.
+* `front`: the front on a screen, as pages, and as the data of the HTML page.
 * `analyse.py`, `simulate.py`, `measured.py`: one design, analysed, simulated, against measurements.
 * `explain.py`, `verify.py`, `compare.py`: explanations, verdicts, comparisons.
 * `study.py`, `sweep.py`, `sensitivity.py`: a study as a page; the sections of sweeps and sensitivity.

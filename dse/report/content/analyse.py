@@ -15,7 +15,7 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
     PROCESSING,
@@ -58,7 +58,7 @@ USAGE = (
 
 
 def analysis_page(analysis: Analysis) -> Page:
-    """The verdict and what it hangs on; behind that contributor tables, processor and bus tables, metrics."""
+    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics."""
     lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
@@ -89,17 +89,17 @@ def _every_figure(analysis: Analysis) -> Iterator[Block]:
 
 
 def _verdict_words(analysis: Analysis) -> str:
-    """The verdict, which comes before the tables: what the design breaks, where it breaks something."""
+    """The verdict: the requirements that the design violates, or that it meets every one."""
     broken = [verdict.requirement.shown for verdict in analysis.verdicts if not verdict.holds]
     unchecked = [item.requirement for item in analysis.space.unchecked]
     known = len(analysis.verdicts) + len(unchecked)
     left = f"{len(unchecked)} of {count_words(known, 'requirement')} cannot be checked: {'; '.join(unchecked)}"
     if not broken:
         if unchecked:
-            return f"Verdict: unknown. {left}."
-        return "Verdict: meets every requirement." if analysis.verdicts else ""
-    what = f"violates {len(broken)} of {count_words(known, 'requirement')}"
-    return f"Verdict: {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
+            return f"UNKNOWN  {left}."
+        return "MEETS EVERY REQUIREMENT" if analysis.verdicts else ""
+    what = f"{len(broken)} of {count_words(known, 'requirement')}"
+    return f"VIOLATED  {what}: {'; '.join(broken)}." + (f" {left}." if unchecked else "")
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
@@ -371,7 +371,7 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
     each = f" ({each_core_words(verdict.limit, whole)}{_fullest_words(verdict, digits)})" if whole else ""
     said = f"holds, {verdict.who} is the tightest" if verdict.who else f"holds{each}"
     if not verdict.holds:
-        said = f"BROKEN by {verdict.who} alone" if verdict.who else f"BROKEN{each}"
+        said = f"VIOLATED by {verdict.who} alone" if verdict.who else f"VIOLATED{each}"
     if verdict.who:
         values[0] = f"{values[0]} ({verdict.who})"
     return (text, *values, said)

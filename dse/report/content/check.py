@@ -5,7 +5,7 @@ from __future__ import annotations
 from dse.questions.verbs.check import Description
 from dse.report.content.explain import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
-from dse.report.text_table import basis_words, scale_words
+from dse.report.words.basis import basis_words, scale_words
 from dse.space.question.settings import settings_of
 from dse.support.units.text import count_words
 
@@ -22,7 +22,6 @@ def description_page(description: Description) -> Page:
     space = description.space
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
     blocks: list[Block] = [*listing(impossible, "impossible", 0, "wrong")]
-    blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
     if description.decisions:
         rows = tuple((decision.name, ", ".join(decision.options)) for decision in description.decisions)
         count = count_words(len(rows), "decision")
@@ -48,6 +47,7 @@ def description_page(description: Description) -> Page:
         else:
             blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
     blocks += texts(scale_words(space))
+    blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
     verdict = "too large to search exactly" if description.too_large else "valid"
     lead = f"{space.name}: {verdict} ({basis_words(settings_of(space))})"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))

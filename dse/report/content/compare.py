@@ -28,29 +28,31 @@ def comparison_page(found: DesignComparison | ResultComparison) -> Page:
 def _designs(found: DesignComparison) -> Iterator[Section]:
     blocks: list[Block] = []
     changed = [line for line in found.decisions if line.differs]
-    blocks += texts(f"{len(changed)} of {len(found.decisions)} decisions differ.", tone="strong")
+    names = ("A", "B")
+    blocks += texts(f"A {found.names[0]}    B {found.names[1]}", tone="strong")
+    verb = "differs" if len(changed) == 1 else "differ"
+    blocks += texts(f"{len(changed)} of {count_words(len(found.decisions), 'decision')} {verb}.", tone="strong")
     if any(line.renumbered for line in found.decisions):
-        one, other = found.names
-        blocks += texts(f"Cores of {other} are numbered here like those of {one}: equal cores may change places.")
+        blocks += texts("Cores of B are numbered here like those of A: equal cores may change places.")
     if found.unlike:
         blocks += texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
     moved = [line for line in found.metrics if _moves(line)]
     verdicts = [line for line in found.verdicts if line.differs]
-    blocks += _if_any(_texts("Decisions that differ", "decision", found.names, changed, brief=MOST))
+    blocks += _if_any(_texts("Decisions that differ", "decision", names, changed, brief=MOST))
     blocks += _if_any(_metrics("Metrics that differ", found, moved))
-    blocks += _if_any(_texts("Requirements that differ", "requirement", found.names, verdicts, brief=MOST))
+    blocks += _if_any(_texts("Requirements that differ", "requirement", names, verdicts, brief=MOST))
     yield Section("comparison", "What differs", tuple(blocks))
     same = [line for line in found.decisions if not line.differs]
     equal = [line for line in found.metrics if not _moves(line)]
     agreed = [line for line in found.verdicts if not line.differs]
-    blocks = [*_if_any(_texts("The same decisions", "decision", found.names, same))]
-    blocks += _if_any(_metrics("The same metrics", found, equal))
-    blocks += _if_any(_texts("The same verdicts", "requirement", found.names, agreed))
+    blocks = [*_if_any(_texts("Equal decisions", "decision", names, same))]
+    blocks += _if_any(_metrics("Equal metrics", found, equal))
+    blocks += _if_any(_texts("Equal verdicts", "requirement", names, agreed))
     yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
 
 
 def _moves(line: Line) -> bool:
-    """Whether a metric is not the same in both, as far as it can be told."""
+    """Whether a metric differs, as far as it can be told."""
     return line.difference is None or bool(line.difference)
 
 
@@ -60,7 +62,7 @@ def _metrics(title: str, found: DesignComparison, lines: Sequence[Line]) -> Tabl
         pairs = zip((line.one, line.other), found.currencies, strict=True)
         values = ["-" if value is None else counted(value, line.unit, currency) for value, currency in pairs]
         rows.append((line.name, *values, _difference(line, found.currencies[0])))
-    headings = ("metric", *found.names, "difference")
+    headings = ("metric", "A", "B", "B against A")
     return Table(title, headings, tuple(rows), (1, 2, 3), brief=MOST, rest="and {} more metrics (--all)")
 
 

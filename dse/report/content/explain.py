@@ -14,8 +14,8 @@ from dse.answers.explanation import Demand, Example, Explanation, GiveUp, Offer,
 from dse.answers.result import Clash, Conflict, Result
 from dse.answers.tables.display import each_core_words, readable
 from dse.report.amounts import amount_words, listed
-from dse.report.page import Block, Item, Listing, Page, Section, Text, few, listing, texts
-from dse.report.text_table import basis_words
+from dse.report.page import MINUS, Block, Item, Listing, Page, Section, Text, few, listing, texts
+from dse.report.words.basis import basis_words
 from dse.report.words.clocks import boundary_words
 from dse.report.words.contention import safe_words
 from dse.report.words.lateness import delayed_words, late_words, overload_words, shorter_words
@@ -34,35 +34,35 @@ MOST_UNSEEN = 4
 MOST_REDUCED = 20
 """Maximum number of demands that are listed of a set that may not be minimal."""
 FOLLOWS = (
-    "Threads that may be late because more of a processor is needed than there is, and flows with them, were not "
-    "looked at: mend that first, or ask `dse explain` with --all."
+    "Late threads and flows that follow from an overloaded processor were not searched: relax the overload first, or "
+    "use `dse explain --all`."
 )
 """What is said where threads need more than there is of a processor."""
-REACHED = {"<=": "from {} on", "<": "beyond {}", ">=": "up to {}", ">": "below {}", "==": "at {}"}
+REACHED = {"<=": "with {}", "<": "above {}", ">=": "with {}", ">": "below {}", "==": "with {}"}
 """Where a requirement leaves a design, by its operator: at the closest limit and on which side of it."""
 
 
 def explanation_page(explanation: Explanation) -> Page:
-    """Conflicts, each with the designs that show it minimal; then what would mend the problem."""
+    """The relaxations that make the problem feasible; then conflicts, each with the designs that show it minimal."""
     say = _Teller()
     if explanation.status == "feasible":
-        say.strongly("Feasible: there is a design that meets every requirement and rule; nothing to explain.")
+        say.strongly("FEASIBLE  a design meets every requirement and rule: there is no conflict to explain.")
         say.line(f"For example: {say.example(Example(explanation.design))}")
     elif explanation.status == "no structure":
         say.strongly(
-            "Infeasible, proved: the structure alone has no design, whatever is required (bindings, options that the "
+            "INFEASIBLE  proved: the structure allows no design, without any requirement (bindings, options that the "
             "chosen types do not offer, threads that dispatch each other in a cycle)."
         )
     elif explanation.status == "incomplete":
-        say.strongly("Stopped before it was known whether there is a design.")
+        say.strongly("INCOMPLETE  stopped before it was known whether a design exists.")
     else:
         safe = safe_words(explanation.safe_bounds)
         alone = ", even if no thread waited for another" if explanation.without_waiting else ""
-        say.strongly(f"Infeasible, proved: no design meets every requirement and rule{alone}. {safe}".rstrip())
+        say.strongly(f"INFEASIBLE  proved: no design meets every requirement and rule{alone}. {safe}".rstrip())
         for text in explanation.excluded:
-            say.line(f"Beside, {text}.")
-        _tell_conflict_sets(say, explanation)
+            say.line(f"Also: {text}.")
         _tell_relaxations(say, explanation)
+        _tell_conflict_sets(say, explanation)
     _tell_offers(say, explanation)
     _tell_designs(say, explanation)
     if explanation.status != "incomplete" and explanation.left_open:
@@ -72,7 +72,7 @@ def explanation_page(explanation: Explanation) -> Page:
     spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
     say.line(f"{spent}; every design recomputed without the solver.")
     name = explanation.problem.name
-    section = Section("explanation", "What clashes, and what would mend it", tuple(say.blocks))
+    section = Section("explanation", "Conflicts and relaxations", tuple(say.blocks))
     return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
 
 
@@ -130,28 +130,28 @@ def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
     if explanation.reduced:
         count = len(explanation.reduced)
         shown = "" if count <= MOST_REDUCED else f", the first {MOST_REDUCED} of them"
-        say.line(f"No design meets these {count} together; fewer of them may be enough for that{shown}:")
+        say.line(f"No design meets these {count} together; a part of them may already conflict{shown}:")
         for demand in explanation.reduced[:MOST_REDUCED]:
             say.item(_demand(demand))
     if explanation.every:
-        say.line("These are all minimal conflicts." if count > 1 else "There is no other minimal conflict.")
+        say.line("All minimal conflicts are listed." if count > 1 else "This is the only minimal conflict.")
     elif explanation.least is not None:
         say.line(FOLLOWS)
     elif explanation.limited:
         say.line(f"Stopped at the limit of {count} conflicts; there are more (--limit).")
     else:
-        say.line("There may be further conflicts: --all lists them.")
+        say.line("Further conflicts are possible (--all).")
 
 
 def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
     currency = explanation.currency
     helping = [item for item in explanation.relaxations if item.helps]
     if helping:
-        say.line("One of these changes is enough, each the smallest of its kind:")
+        say.line("Relaxing one of these is enough; each change is the smallest:")
         for item in helping:
             say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
     elif explanation.relaxations:
-        say.line("No single requirement or rule mends it, however far it moves.")
+        say.line("Relaxing one requirement or rule is not enough.")
     if explanation.give_up is not None and not helping:
         _tell_give_up(say, explanation.give_up, currency)
     several = any(len(item.members) > 1 for item in explanation.conflicts)
@@ -160,8 +160,8 @@ def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
 
 
 def _tell_least(say: _Teller, least: GiveUp, bounds: Bounds, currency: str) -> None:
-    """What has to give whatever follows from it."""
-    say.line(f"At least {len(least.members)} must give, for example with these it is at least so far:")
+    """The least number of demands that must be relaxed."""
+    say.line(f"At least {len(least.members)} must be relaxed, for example these, each at least to:")
     for item in least.members:
         say.item(f"{_demand(item.demand)}{_least(item, currency, bounds)}")
 
@@ -181,8 +181,8 @@ def _least(item: Relaxation, currency: str, bounds: Bounds) -> str:
 def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
     count = len(give_up.members)
     say.line(
-        f"At least {count} must give; giving up all of these is enough, e.g. in {say.example(give_up.example)}. "
-        "How far each has to move while the others are given up:"
+        f"At least {count} must be relaxed; relaxing these is enough, for example in {say.example(give_up.example)}. "
+        "The limit that each needs if the others are dropped:"
     )
     for item in give_up.members:
         if item.closest is None:  # a design without it alone is none without the others
@@ -194,24 +194,25 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
 
 def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
-        named = f"given up, there are designs, e.g. {say.example(item.example)}"
+        named = f"feasible without it, for example {say.example(item.example)}"
         return f"{no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
         return (
-            f"feasible when it may end {closest} after its deadline{_deadline(item)}, e.g. {say.example(item.example)}"
+            f"feasible if it may end {closest} after its deadline{_deadline(item)}, "
+            f"for example {say.example(item.example)}"
         )
     where = REACHED[item.operator].format(closest)
     said = []
     if item.closest != item.limit:
         miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
-        said.append(f"{miss} {'more' if item.closest > item.limit else 'less'}")
+        said.append(f"{'+' if item.closest > item.limit else MINUS}{miss}")
     if item.thread:
-        said.append(f"{item.thread} alone needs so much{of_core(item.thread)}")
+        said.append(f"{item.thread} alone needs that much{of_core(item.thread)}")
     aside = f" ({'; '.join(said)})" if said else ""
     lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
     written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
-    return f"feasible {where}{aside}, i.e. {written}, e.g. {say.example(item.example)}"
+    return f"feasible {where}{aside}: {written}, for example {say.example(item.example)}"
 
 
 def _deadline(item: Relaxation) -> str:
@@ -226,9 +227,13 @@ def _tell_offers(say: _Teller, explanation: Explanation) -> None:
         return
     mended = [offer for offer in explanation.offers if offer.price is not None]
     if mended:
-        say.line("What the offered options would change, cheapest first:")
+        say.line("Effect of the offered options, cheapest first:")
     else:
-        say.line("The offered options do not mend it, alone or together." if explanation.complete else "Offers:")
+        say.line(
+            "The problem stays infeasible with the offered options, alone or together."
+            if explanation.complete
+            else "Offers:"
+        )
     for offer in explanation.offers:
         say.item(_offer(say, offer, explanation.currency))
 
@@ -238,7 +243,7 @@ def _offer(say: _Teller, offer: Offer, currency: str) -> str:
     if offer.price is None:
         return f"{name}: still infeasible, proved"
     price = readable(Fraction(offer.price), offer.unit, currency)
-    return f"{name}: feasible, from {price} on: {say.example(Example(offer.design))}"
+    return f"{name}: feasible, price at least {price}: {say.example(Example(offer.design))}"
 
 
 def _demand(demand: Demand) -> str:
@@ -255,16 +260,16 @@ def _without(say: _Teller, demand: Demand, example: Example, *, alone: bool) -> 
     """A design without a member of a conflict, and what else it breaks."""
     named = say.example(example)
     if not example.besides(demand):
-        return f"everything else holds without it, e.g. in {named}"
+        return f"without it {named} meets everything else"
     if alone:
-        return f"{named} breaks it, and not this alone"
-    return f"the others here hold without it, e.g. in {named}, which breaks more than this"
+        return f"{named} violates it and further requirements"
+    return f"without it {named} meets the others listed here, but violates further requirements"
 
 
 def no_limit(threads: Sequence[str]) -> str:
     """Why no limit of a requirement helps."""
     times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
-    return f"no limit helps, for even at best the {times} unbounded"
+    return f"no limit helps: at best the {times} unbounded"
 
 
 def _because(item: Relaxation) -> str:
@@ -292,12 +297,12 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
         say.line("The designs, by the decisions in which they differ:")
     for number, example in enumerate(say.examples):
         broken = say.demands([item for item in example.breaks if item in named or not named])
-        what = f"breaks {broken}" if broken else "keeps everything that is asked"
+        what = f"violates {broken}" if broken else "meets every requirement"
         shown = _decisions(example.design, differing if several else names) or "the only one that the file describes"
         say.item(f"{_letters(number)} {what}: {shown}", int(several), ROOM)
         unseen = [item.text for item in example.besides(*named)] if named else []
         if unseen:
-            say.item(f"also broken, not looked at: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))
+            say.item(f"also violated, causes not searched: {few(unseen, MOST_UNSEEN, 'demands')}", 1 + int(several))
         for overload in example.overloads:
             say.item(overload_words(overload), 1 + int(several))
         for late in example.late:
@@ -307,10 +312,10 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
         for text in boundary_words(example.boundaries):
             say.item(f"on one clock, {text.removesuffix('.')}", 1 + int(several))
         if example.shorter:
-            say.item(f"all that is asked holds in it with {shorter_words(example.shorter)}", 1 + int(several))
+            say.item(f"it meets every requirement with {shorter_words(example.shorter)}", 1 + int(several))
     if several and len(differing) < len(names):
         shared = _decisions(designs[0], [name for name in names if name not in differing])
-        say.item(f"all of them: {shared}", told=ROOM)
+        say.item(f"same in all of them: {shared}", told=ROOM)
 
 
 def _decisions(design: Mapping[str, str], names: Sequence[str]) -> str:
@@ -405,7 +410,7 @@ def _exact(value: Fraction, unit: str, currency: str) -> str:
 
 
 def conflict_blocks(result: Result) -> Iterator[Block]:
-    """The short form of it after an infeasible solve."""
+    """Why an infeasible result has no design, in short."""
     for text, items in _conflict_words(result):
         yield from texts(text)
         yield from listing(items)
@@ -419,14 +424,16 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
     bounds = _bounds(result)
     for conflict in result.conflicts:
         alone = len(conflict.members) == 1
-        together = "These cannot hold together, but without any one of them the others can:"
-        text = "This cannot be met by any design:" if alone else together
+        together = "No design meets these together; without any one of them, some design meets the others:"
+        text = "No design meets this:" if alone else together
         yield text, tuple(_clash(clash, result.space.currency, bounds) for clash in conflict.members)
     if result.give_up:
         count = len(result.give_up)
-        together = f"No single change is enough. These {count} together are; each at best, without the others:"
+        together = (
+            f"Relaxing one is not enough; relaxing these {count} is. The closest value of each, without the others:"
+        )
         yield (
-            "One change is enough, to a limit that is stated once for several:" if count == 1 else together,
+            "Relaxing one limit is enough; it is stated once for several:" if count == 1 else together,
             tuple(_clash(clash, result.space.currency, {}) for clash in result.give_up),
         )
     limits = (item for item in result.space.requirements if item.metric.kind in KINDS and item.limit.value >= 1)
@@ -435,7 +442,7 @@ def _conflict_words(result: Result) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield FOLLOWS, ()
     if excluded := exclusion_words(result.space):
         yield excluded, ()
-    more = "shows all conflicts and the smallest changes that mend them" if result.conflicts else "says why"
+    more = "lists all conflicts and the smallest relaxations" if result.conflicts else "says why"
     yield f"`dse explain` with the same options {more}.", ()
 
 
@@ -464,12 +471,12 @@ def _clash(clash: Clash, currency: str, bounds: Bounds) -> str:
     if clash.unbounded:
         return f"{text}: {no_limit(clash.unbounded)}"
     if clash.closest is None or clash.limit is None or clash.miss is None:
-        return text if clash.is_sought else f"{text}: how far it is from its limit was not looked at"
+        return text if clash.is_sought else f"{text}: the distance to its limit was not searched"
     closest = readable(clash.closest, clash.unit, currency, DIGITS)
     if clash.text.endswith("<= its deadline"):
         return f"{text}: at best {closest} after it"
     miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
-    by_thread = f"; {clash.thread} alone needs so much{of_core(clash.thread)}" if clash.thread else ""
+    by_thread = f"; {clash.thread} alone needs that much{of_core(clash.thread)}" if clash.thread else ""
     if clash.overload:
         by_thread += f"; it takes `overload: allowed` for {clash.overload}"
     if not clash.miss:

@@ -12,7 +12,7 @@ from dse.answers.tables.display import counted, display_unit
 from dse.report.amounts import amount_words
 from dse.report.page import Block, Page, Plot, Section, Table, Tone, listing, texts
 from dse.report.plots.front import Spec, whole_spec
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.support.units import is_unbounded
 
 DIGITS = 4
@@ -67,7 +67,7 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
                 item.text,
                 *(counted(value, item.unit, currency) for value in item.values),
                 *(_margin(item, at, currency) for at in (0, 1)),
-                "holds" if item.holds[1] else "broken" if item.holds[0] else "broken, as before",
+                "holds" if item.holds[1] else "VIOLATED" if item.holds[0] else "VIOLATED, also as stated",
             )
             for item in found.requirements
         )
@@ -89,17 +89,19 @@ def _verdict(found: MeasuredComparison, drifted: int) -> str:
         parts.append(f"{drifted} of {len(found.inputs)} figures lie beyond what the file states.")
     if drifted:
         broken = [item.text for item in found.requirements if not item.holds[1]]
-        said = "With them the design meets every requirement." if not broken else f"It then breaks {'; '.join(broken)}."
+        said = (
+            "With them the design meets every requirement." if not broken else f"It then violates {'; '.join(broken)}."
+        )
         parts.append(said)
     overstepped = [item.text for item in found.requirements if item.observed_holds is False]
     if overstepped:
-        parts.append(f"What was measured does not keep {'; '.join(overstepped)}.")
+        parts.append(f"The measured values violate {'; '.join(overstepped)}.")
     return " ".join(parts)
 
 
 def _overstepped(item: Kept, currency: str) -> str:
     value = amount_words(item.observed or 0, item.unit, currency, DIGITS)
-    return f"{item.text}: {value} was measured{'' if item.holds[0] else ', and predicted to break it'}"
+    return f"{item.text}: {value} was measured{'' if item.holds[0] else ', and predicted to violate it'}"
 
 
 def _prediction(item: Prediction, currency: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from dse.report.amounts import MOST_ROWS, Data, decisions_text, figure_text, num
 from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import shares, tornado
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_waiting_words
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
@@ -35,10 +35,10 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     """The sections of what ``dse-sensitivity/1`` holds."""
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
-    broken = (f"{text}; left out of what follows" for text in data["broken"])
+    broken = (f"{text}; it has no margin below" for text in data["broken"])
     told = few(chosen.split(", "), FEW, "decisions")
     margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {told}" if chosen else "")]
-    margins += listing(broken, "broken as it is", 0, "wrong")
+    margins += listing(broken, "VIOLATED", 0, "wrong")
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
@@ -52,7 +52,7 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
 
 
 def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
-    """What moves each metric most, and all that moves it."""
+    """The most influential input of each metric, and all inputs that move it."""
     swings: list[Block] = []
     most: list[tuple[str, ...]] = []
     for metric in dict.fromkeys(bar["metric"] for bar in data["tornado"]):
@@ -63,28 +63,32 @@ def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
         most.append((metric, moved[0], bars[0]["path"], *moved[1:]))
     if swings:
         swing = texts(f"Each input alone, over: {data['swing']}.")
-        headings = ("metric", "now", "moved most by", "from", "to")
-        caption, rest = "What each metric hangs on most", "and {} more metrics (--all)"
+        headings = ("metric", "value", "most influential input", "from", "to")
+        caption, rest = "Most influential input of each metric", "and {} more metrics (--all)"
         table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
         is_beside = data["uncertainty"] is not None  # no room on a screen that also says how sure one can be
         yield Section("hangs", caption, (*swing, table), is_detail=is_beside)
-        yield Section("tornado", "What each metric hangs on", tuple(swings), is_detail=True)
+        yield Section("tornado", "Influence of every input on each metric", tuple(swings), is_detail=True)
 
 
 def _free_words(data: Data) -> str:
-    """How many inputs break nothing, however far they move."""
+    """The number of inputs that cannot violate a requirement."""
     free = sum(not item["below"] and not item["above"] for item in data["margins"])
     one = free == 1
-    return f"{free} reach{'es' if one else ''} a requirement but break{'s' if one else ''} none." if free else ""
+    return (
+        f"{free} more input{'' if one else 's'} affect{'s' if one else ''} a requirement but cannot violate it."
+        if free
+        else ""
+    )
 
 
 def left_out_words(parts: Sequence[str]) -> str:
     """What there was no time for.
 
     >>> left_out_words(["margins of further inputs", "uncertain inputs"])
-    'Stopped by the time limit; not looked at: margins of further inputs, uncertain inputs.'
+    'Stopped by the time limit; not computed: margins of further inputs, uncertain inputs.'
     """
-    return f"Stopped by the time limit; not looked at: {', '.join(parts)}."
+    return f"Stopped by the time limit; not computed: {', '.join(parts)}."
 
 
 def unbounded_words(metrics: Sequence[str]) -> str:
@@ -100,17 +104,15 @@ def unbounded_words(metrics: Sequence[str]) -> str:
 def scaling_words(found: Data) -> str:
     """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data."""
     if found["factor"] is None:
-        return f"All execution times together: no requirement breaks up to {found['searched_to']} times as long."
+        return f"All execution times together: no requirement is violated up to {found['searched_to']} times."
     factor = Fraction(found["factor"])
     text = f"{float(factor):.9g}"
     if found["exact"] and Fraction(text) != factor:
         text = f"{factor} = {text}…" if factor.denominator < 10**4 else f"{text}… (an exact fraction, rounded here)"
     alone = f" (by {found['thread']} alone)" if found["thread"] else ""
-    said = (
-        f"All execution times together: up to {text} times as long; beyond that breaks {found['requirement']}{alone}."
-    )
+    said = f"All execution times together: up to {text} times; beyond, a design violates {found['requirement']}{alone}."
     used = ", ".join(f"{name} {readable(Fraction(v), 'ppm')}" for name, v in found["utilisations_ppm"].items())
-    return f"{said} Breakdown utilisation there: {used} of one core." if used else said
+    return f"{said} Breakdown utilisation: {used} of one core." if used else said
 
 
 def _margin_table(data: Data, currency: str) -> Table:
@@ -126,11 +128,13 @@ def _margin_table(data: Data, currency: str) -> Table:
             for word, side in (("below", item["below"]), ("above", item["above"]))
             if side
         )
-        rows.append((item["path"], figure_text(item["nominal"], item["unit"], currency), *ends, words))
-    caption = "Margins: each input alone, the values up to which every requirement holds; the closest first"
-    rest = "{} further inputs have a margin (--all shows them)."
-    headings = ("input", "value", "least", "greatest", "breaks")
-    return Table(caption, headings, tuple(rows), (1, 2, 3), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
+        low, high = ends
+        room = f"{low} .. {high}" if NOTHING not in ends else f"from {low}" if high == NOTHING else f"up to {high}"
+        rows.append((item["path"], figure_text(item["nominal"], item["unit"], currency), room, words))
+    caption = "Margins: how far one input may move before a requirement is violated, the closest first"
+    rest = "and {} more inputs with a margin (--all)"
+    headings = ("input", "value", "may be", "violates")
+    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
 
 
 def _closeness(item: Data) -> tuple[bool, Fraction]:
@@ -306,7 +310,7 @@ def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
         f"{alike}{len(found['entered']) - same} take the place of better ones that are not robust."
     )
     reasons = Counter(item["requirement"] for item in found["lost"])
-    yield from listing(f"{number} break {text}" for text, number in reasons.most_common())
+    yield from listing(f"{number} violate {text}" for text, number in reasons.most_common())
     rows = []
     for item in found["lost"]:
         objectives = front[item["nominal_id"]]["objectives"]

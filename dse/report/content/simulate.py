@@ -11,7 +11,7 @@ from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_words
 from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
@@ -71,19 +71,19 @@ def _histograms(simulation: Simulation) -> Iterator[Block]:
 def _said(simulation: Simulation) -> tuple[str, str]:
     """Whether the analysis holds; where bounds were exceeded that need not hold, this first. In full, and in brief."""
     if simulation.contradictions:
-        return "The analysis is contradicted.", ""
+        return "CONTRADICTED  an observation exceeds a bound that must hold.", ""
     if not simulation.outside:
-        return "No observation contradicts the analysis.", ""
+        return "WITHIN BOUNDS  no observation exceeds its analysed bound.", ""
     beyond = [flow for flow in simulation.flows if flow.outside]
     tasks = (*simulation.tasks, *simulation.messages)
     if any(task.is_outside for task in tasks) or any(item.is_outside for item in simulation.disparities):
-        return f"Outside the analysed bounds: {'; '.join(simulation.outside)}.", ""
+        return f"OUTSIDE BOUNDS  {'; '.join(simulation.outside)}.", ""
     counts = [f"{flow.outside} of {flow.count} latencies of {flow.name}" for flow in beyond]
     excuses = list(dict.fromkeys(flow.excuse or CONTENTION for flow in beyond))
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
     words = [
-        f"Outside the analysed bounds: {told} ({why}); {rest}."
+        f"OUTSIDE BOUNDS  {told} ({why}); {rest}."
         for told, why in (
             ("; ".join(counts), "; ".join(excuses)),
             (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),

@@ -12,7 +12,7 @@ from dse.report.amounts import Data
 from dse.report.content.sensitivity import robust_section, sensitivity_sections
 from dse.report.content.sweep import sweep_sections
 from dse.report.page import Page, Section, labelled, listing, texts
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_words
 from dse.report.words.contention import processing_words
 from dse.report.words.reasons import GAPS, REDUCED
 from dse.space.question.settings import SETTINGS

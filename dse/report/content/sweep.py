@@ -13,7 +13,7 @@ from dse.report.amounts import MOST_ROWS, Data, decisions_text, number_of
 from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import lines_chart
-from dse.report.text_table import scale_of
+from dse.report.words.basis import scale_of
 from dse.report.words.contention import study_contention_words, study_waiting_words
 from dse.support.units import UnitError, parse_quantity
 from dse.support.units.text import count_words
@@ -22,6 +22,8 @@ SHOWN_DESIGNS = 3
 """How many designs of each front are told."""
 SCREEN: dict[str, Any] = {"brief": 10, "rest": "and {} more (--all)"}
 """The part of a table that is printed."""
+BEST = "Best choice: the first of the front under that limit, closest to the ideal point of all fronts of the sweep."
+"""The definition of the best choice, in short."""
 TOLD = 180
 """Letters of a design below a table: two lines."""
 KEPT: Data = {"status": "kept"}
@@ -87,18 +89,18 @@ def _breaks(run: Data, currency: str) -> Iterator[Block]:
     low, high = (readable(Fraction(run[end]), unit, currency, 6) for end in ("from", "to"))
     yield from texts(f"{where + ': ' if where else ''}{metric} {run['operator']} {low} .. {high}")
     if run["status"] == "infeasible":
-        yield Text("Infeasible, proved: no design under any limit of this interval.", "strong")
+        yield Text("INFEASIBLE  proved: no design under any limit of this interval.", "strong")
         return
+    words = "complete, proved" if run["status"] == "complete" else "INCOMPLETE, stopped early"
+    count = max(0, len(run["stretches"]) - 1)
+    yield Text(f"Front    {words}: {count_words(count, 'break-point')}; nothing changes between them.", "strong")
     if run["infeasible_until"] is not None:
         value = readable(Fraction(run["infeasible_until"]), unit, currency, 6)
         yield from texts(f"No design {'below' if run['operator'] == '<=' else 'above'} {value} (proved).")
     yield _break_table(run, currency)
     for info in run["objectives"]:
         yield from texts(_best_by_limit(run, info, currency))
-    words = "proved" if run["status"] == "complete" else "NOT proved: stopped early"
-    count = max(0, len(run["stretches"]) - 1)
-    yield Text(f"{count_words(count, 'break-point')} of the front, {words}: nothing changes between them.", "strong")
-    yield from texts(f"Definition: {run['definition']}.")
+    yield Text(f"Definition: {run['definition']}.", "quiet", BEST)
 
 
 def _break_table(run: Data, currency: str) -> Table:
@@ -113,7 +115,7 @@ def _break_table(run: Data, currency: str) -> Table:
         cells = (*ends, *_figures(run, best, currency), stretch["sizes"], *shown, f"#{best['id']}")
         rows.append((*cells, decisions_text(best["decisions"], names)))
     objectives = [info["name"] for info in run["objectives"]]
-    judged = ["needs with response times"] if is_judged else []
+    judged = ["needs with waiting"] if is_judged else []
     headings = ("from limit", "to", *objectives, "on the front", *judged, "design", "decisions")
     last = len(headings) - 1
     where = f" at {_where(run)}" if run["values"] else ""
@@ -136,7 +138,7 @@ def _contended(run: Data, item: Data, currency: str) -> str:
     judged = item["contention"]
     limited = judged.get("limited", item["limited"])
     words = readable(figure(limited), run["unit"], currency, 6)
-    return f"{words}, breaks others" if judged["broken"] else words
+    return f"{words}, violates others" if judged["broken"] else words
 
 
 def _best_by_limit(run: Data, info: Data, currency: str) -> str:

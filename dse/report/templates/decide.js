@@ -284,11 +284,10 @@ window.dseDecide = (page) => {
       setTimeout(() => URL.revokeObjectURL(address), 10000);
     });
     for (const kind of ["svg", "png"]) {
-      element(`save-${kind}`).hidden = !page.hasPlots;
-      element(`save-${kind}`).addEventListener("click", async () => save(`${name}.${kind}`, await state.views.scatter.toImageURL(kind, 2)));
+      element(`save-${kind}`).addEventListener("click", async () => save(`${name}.${kind}`, await page.scatterImage(kind)));
     }
     const zoom = element("zoom");
-    zoom.hidden = !page.hasPlots || data.front.length < 2;
+    zoom.hidden = data.front.length < 2;
     zoom.addEventListener("click", async () => {
       state.zoomed = !state.zoomed;
       await page.plotScatter();
@@ -323,6 +322,9 @@ window.dseDecide = (page) => {
     if (restoring) return;
     const parts = new URLSearchParams();
     parts.set("a", state.chosen);
+    if (state.other !== null) parts.set("c", state.other);
+    if (state.weights.some((weight) => weight !== 1)) parts.set("w", state.weights.join(":"));
+    if (element("flow").value !== String(data.first.flow)) parts.set("p", data.first.flows[Number(element("flow").value)]);
     for (const id of ["across", "up"]) if (element(id)) parts.set(id, element(id).value);
     document.querySelectorAll("#limits input").forEach((input) => {
       if (input.value !== input.max) parts.append("l", `${input.dataset.axis}:${input.value}`);
@@ -376,6 +378,13 @@ window.dseDecide = (page) => {
       listWishes();
       const chosen = Number(parts.get("a"));
       if (data.fragments[chosen]) await page.choose(chosen);
+      const other = Number(parts.get("c"));
+      if (parts.has("c") && data.fragments[other] && other !== state.chosen) await page.compare(other);
+      const weights = (parts.get("w") || "").split(":").map(Number);
+      if (weights.length === data.objectives.length && weights.every((one) => one >= 0 && one <= 4)) page.setWeights(weights);
+      const flow = data.first.flows.indexOf(parts.get("p"));
+      if (flow >= 0) element("flow").value = String(flow);
+      page.showSides();
       const stretch = (text, pattern) => {
         const [name, low, high] = text.split(":");
         return pattern.test(name) && Number.isFinite(Number(low)) && Number.isFinite(Number(high)) && high ? [[name, [Number(low), Number(high)]]] : [];

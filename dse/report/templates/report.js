@@ -16,7 +16,7 @@
   const byId = new Map(data.front.map((record) => [record.id, record]));
   const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, views: {}, details: [] };
   const hasPlots = typeof vegaEmbed !== "undefined";
-  const page = { data, state, choose, keep, plotScatter, axisOf, showBands, hasPlots, ready: false };
+  const page = { data, state, choose, keep, axisOf, showBands, hasPlots, ready: false };
   window.dseReport = page;
   const element = (id) => document.getElementById(id);
   const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
@@ -47,9 +47,19 @@
     folded = [...document.querySelectorAll("details:not([open])")];
     folded.forEach((node) => (node.open = true));
     drawn.forEach((view) => view.container() && view.width(paper).run());
+    if (page.ready && page.showSides) {
+      page.printing = true;
+      page.plotScatter(paper);
+      page.showSides(paper);
+    }
   });
   window.addEventListener("afterprint", () => {
     folded.forEach((node) => (node.open = false));
+    if (page.ready && page.showSides) {
+      page.printing = false;
+      page.plotScatter();
+      page.showSides();
+    }
     window.dispatchEvent(new Event("resize"));
   });
 
@@ -154,7 +164,8 @@
   }
 
   async function choose(id, focus) {
-    if (id === state.chosen && state.views.scatter) return;
+    if (id === state.chosen) return;
+    if (id === state.other) state.other = state.chosen; // A and B change places
     state.chosen = id;
     const open = [...document.querySelectorAll("#alternative details")].map((node) => node.open);
     // every line was escaped when the report was written
@@ -166,6 +177,8 @@
       row.querySelector("input").checked = here;
       if (here) reveal(row);
     }
+    page.markScatter();
+    page.showSides();
     const views = Object.values(state.views);
     await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
     await plotDetails();
@@ -200,13 +213,16 @@
       row.classList.toggle("out", out);
       row.querySelector("input").ariaLabel = `alternative ${row.dataset.id}${out ? ", outside the limits" : ""}`;
     }
-    element("count").textContent = `${kept.length} of ${data.front.length} within the limits`;
+    if (element("count")) element("count").textContent = `${kept.length} of ${data.front.length} within the limits`;
+    page.markScatter();
+    page.rank();
     await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
     if (page.kept) page.kept();
   }
 
   function setUpLimits() {
     const form = element("limits");
+    if (!form) return;
     for (const input of form.querySelectorAll("input")) {
       const axis = Number(input.dataset.axis);
       const least = data.objectives[axis].sense === "minimise";
@@ -236,7 +252,7 @@
         state.bands = {};
         if (page.clear) page.clear();
         await showBands();
-        await plotScatter();
+        await page.plotScatter();
         await keep();
       });
     });
@@ -263,93 +279,6 @@
         record["w" + number] = `${text} ${known ? metric.unit : ""}`.trim();
       }
     });
-  }
-
-  function placeBaseline(layer, axes) {
-    // one far away is put at the edge, for the axes fit the front
-    const record = { ...data.baseline };
-    let [far, side] = [false, "center"];
-    for (const [channel, { field }] of Object.entries(axes)) {
-      const values = data.front.map((one) => one[field]).filter((value) => value !== null);
-      if (record[field] === null || record[field] === undefined || !values.length) return false;
-      const [low, high] = [Math.min(...values), Math.max(...values)];
-      const room = data.edge * (high - low || Math.abs(high) || 1);
-      const drawn = Math.min(Math.max(record[field], low - room), high + room);
-      far = far || drawn !== record[field];
-      if (channel === "x" && drawn > high) side = "right";
-      if (channel === "x" && drawn < low) side = "left";
-      record[field] = drawn;
-    }
-    layer.data.values = [record];
-    if (layer.mark.type === "text") {
-      layer.mark.align = side;
-      layer.encoding.text = { value: far ? "baseline, beyond the edge" : "baseline" };
-    }
-    return true;
-  }
-
-  async function plotScatter() {
-    if (!hasPlots) return;
-    const spec = copy(data.specs.scatter);
-    spec.data.values = data.front.map((record) => ({ ...record, label: `#${record.id}` }));
-    const chosen = { x: element("across").value };
-    if (data.objectives.length > 1) chosen.y = element("up").value;
-    const axes = Object.fromEntries(Object.entries(chosen).map(([channel, value]) => [channel, axisOf(value)]));
-    for (const layer of spec.layer) {
-      for (const [channel, axis] of Object.entries(axes)) {
-        layer.encoding[channel].field = axis.field;
-        layer.encoding[channel].title = axis.title;
-      }
-    }
-    const more = Object.values(axes).filter((axis) => axis.field.startsWith("m"));
-    for (const layer of spec.layer) {
-      if (layer.encoding.tooltip) layer.encoding.tooltip.push(...more.map((axis) => ({ field: axis.text, title: axis.name })));
-    }
-    spec.layer = spec.layer.filter((layer) => !layer.data || placeBaseline(layer, axes));
-    const third = data.objectives.findIndex((_, axis) => !Object.values(chosen).includes(String(axis)));
-    const coloured = data.objectives.length > 2 || third < 0 ? third : -1;
-    if (coloured >= 0 && data.colours[coloured]) spec.layer[0].encoding.color = copy(data.colours[coloured]);
-    if (state.brush) {
-      const ends = Object.entries(axes).map(([channel, { field }]) => [channel, state.brush[field]]);
-      spec.layer[0].params[0].value = Object.fromEntries(ends.filter(([, range]) => range));
-    }
-    for (const [channel, axis] of Object.entries(axes)) {
-      const ends = page.zoomed ? page.zoomed(axis.field) : null;
-      if (ends) for (const layer of spec.layer) Object.assign(layer.encoding[channel], { scale: { domain: ends, nice: false, zero: false } });
-    }
-    if (element("among")) {
-      element("among").disabled = more.length > 0; // of the others only the objectives are known
-      if (element("among").checked && !more.length) spec.layer.unshift(feasibleLayer(spec));
-    }
-    const diamonds = page.diamonds ? page.diamonds() : [];
-    if (diamonds.length) spec.layer.push(diamondLayer(spec, diamonds));
-    spec.params[0].value = state.chosen;
-    spec.params[1].value = state.kept;
-    if (state.scatter) state.scatter.finalize();
-    state.scatter = await embed(element("scatter"), spec);
-    state.views.scatter = state.scatter.view;
-    listen(state.views.scatter);
-    state.views.scatter.addSignalListener("brush", (name, value) => {
-      state.brush = Object.keys(value).length ? value : null;
-      keep();
-    });
-  }
-
-  function feasibleLayer(spec) {
-    // what the front is the best of
-    const { x, y } = spec.layer[0].encoding;
-    const values = data.feasible.map((row) => Object.fromEntries(row.map((value, axis) => ["o" + axis, value])));
-    const mark = { type: "point", filled: true, size: 12, color: "var(--soft)", opacity: 0.45, clip: true };
-    return { data: { name: "feasible", values }, mark, encoding: y ? { x, y } : { x } };
-  }
-
-  function diamondLayer(spec, values) {
-    // the front with an option that is insisted on
-    const { x, y } = spec.layer.find((layer) => layer.name === "points").encoding;
-    const tooltip = data.objectives.map((objective, axis) => ({ field: "t" + axis, title: objective.name }));
-    tooltip.push({ field: "differs", title: `differs from #${state.chosen} in` });
-    const mark = { type: "point", shape: "diamond", filled: false, size: 130, strokeWidth: 2, color: "var(--accent)", tooltip: true, clip: true };
-    return { data: { name: "insisted", values }, mark, encoding: y ? { x, y, tooltip } : { x, tooltip } };
   }
 
   function showBands() {
@@ -419,8 +348,10 @@
     }
     addMetrics([...data.front, ...(data.baseline ? [data.baseline] : []), ...(data.decide.insist ? data.decide.insist.points : [])]);
     setUpLimits();
-    if (window.dseDecide) window.dseDecide(page);
-    await plotScatter();
+    window.dseScatter(page);
+    window.dseFirst(page);
+    window.dseDecide(page);
+    await page.plotScatter();
     if (hasPlots && element("parallel")) {
       const lines = await embed(element("parallel"), data.specs.parallel);
       state.views.parallel = lines.view;
@@ -428,25 +359,23 @@
       setUpBands(lines.view, element("parallel"));
     }
     await plotDetails();
+    page.showSides();
     await keep();
     element("front-table").addEventListener("change", (event) => choose(Number(event.target.value)));
     element("front-table").addEventListener("click", (event) => {
       const row = event.target.closest("tbody tr");
       if (row) choose(Number(row.dataset.id));
     });
-    for (const link of document.querySelectorAll("a.pick")) {
-      link.addEventListener("click", () => choose(Number(link.dataset.id), true));
-    }
     for (const id of ["across", "up"]) {
       element(id).addEventListener("change", async () => {
         state.brush = null;
-        await plotScatter();
+        await page.plotScatter();
         await keep();
       });
     }
-    if (element("among")) element("among").addEventListener("change", () => plotScatter().then(keep));
+    if (element("among")) element("among").addEventListener("change", () => page.plotScatter().then(keep));
     if (page.restore) await page.restore();
-    window.dseReport.ready = true;
+    page.ready = true;
   }
 
   start();

@@ -8,6 +8,7 @@ Read `reasons.py` first.
   and overloads.
 * `messages.py`: tables of messages that wait for their bus.
 * `clocks.py`: timers on one clock, and offsets that shorten a wait.
+* `basis.py`: the rules by which figures count.
 * `missing.py`: the gap of an incomplete front.
 * `imported.py`: the block that an import ends with.
 * `resources.py`: budgets of processors and memories (OSATE).

@@ -38,6 +38,7 @@ class Names:
         known = [decision.name for decision in result.space.decisions]
         self.short: Mapping[str, str] = shortest_names(known, known)
         self.types = [f"{slot.name}.type" for slot in result.space.processors]
+        self.naming = kinds.naming
         self.told = [*kinds.naming, *kinds.minor[:MOST_MINOR]]
         types = (item.options for item in result.space.decisions if item.name.endswith(".type"))
         self._slots_of = Counter(option for options in types for option in options)
@@ -51,6 +52,10 @@ class Names:
                 return f"no {self.short[name]}"
             return option if self._slots_of[option] == 1 else f"{self.short[name]} {option}"
         return f"{self.short[name]} {option}"
+
+    def kind(self, point: Point) -> str:
+        """The decisions that tell the kind of a design from others; "" where all are of one kind."""
+        return ", ".join(self.option(name, point.decisions.get(name)) for name in self.naming)
 
     def design(self, point: Point) -> str:
         """What a design is: its computers where they are open, and the decisions that differ on the front."""
@@ -172,6 +177,15 @@ def nearest_words(margins: Sequence[Margin], currency: str, most: int = MOST_LIM
 
 
 def _margin_words(item: Margin, currency: str) -> str:
+    name, _, figures, slack = margin_parts(item, currency)
+    return f"{name} {figures} ({slack})"
+
+
+def margin_parts(item: Margin, currency: str) -> tuple[str, float, str, str]:
+    """What is limited, the share of the limit that is used, value and limit, and the slack as a share of the limit.
+
+    ``("core 2 of computer", 0.727, "50.89 of 70 %", "27.3 % slack")``.
+    """
     unit, factor = item.unit, Fraction(1)
     if item.capacity and unit != "ppm":  # a load: its limit is a share of the bandwidth
         unit, factor = "ppm", item.capacity / PPM
@@ -181,9 +195,10 @@ def _margin_words(item: Margin, currency: str) -> str:
         name = f"{item.thread} of {name.removeprefix('utilisation of ')}"
     same = limit.rpartition(" ")[2]
     value = value.removesuffix(f" {same}")
-    slack = f" ({readable(item.share * PPM, 'ppm', digits=1)} slack)" if item.slack else " (no slack)"
+    slack = f"{readable(item.share * PPM, 'ppm', digits=1)} slack" if item.slack else "no slack"
     relation = "of" if item.requirement.is_upper else "with at least"
-    return f"{name} {value} {relation} {limit}{slack}"
+    used = 1 - item.share if item.requirement.is_upper else item.limit / (item.value or item.limit or 1)
+    return name, 2.0 if is_unbounded(item.value) else float(used), f"{value} {relation} {limit}", slack
 
 
 def minor_words(result: Result, kinds: Kinds, names: Names) -> Iterator[str]:

@@ -79,7 +79,7 @@ def _said(item: Boundary) -> str:
         said = f"{item.receiver} meets some data of {item.sender} and misses others"
         return f"{said}, there {_span(item.there_ns)} after its release: {cure}."
     if None in item.offsets_ns:
-        return f"nobody states when {item.receiver} reads {item.sender}: {cure}."
+        return f"it is not stated when {item.receiver} reads {item.sender}: {cure}."
     return f"{item.receiver} just misses {item.sender}: {cure}." if item.is_just_missed else ""
 
 

@@ -100,7 +100,7 @@ def arbitration_words(space: Space) -> str:
 
 
 def study_waiting_words(data: Mapping[str, Any]) -> str:
-    """The same of a study, from what its format holds."""
+    """That bus arbitration is not counted, from the data of a study; "" where it is, or no flow is asked about."""
     return WAITING if data.get("bus_waiting") else ""
 
 
@@ -124,7 +124,7 @@ def contention_words(result: Result) -> str:
         return ""
     space = result.space
     if all(item.implied for item in space.requirements):
-        return "CPU contention is not in the latencies, and nothing is required that it could break."
+        return "CPU contention is not in the latencies, and no requirement is stated that it could violate."
     found = {point.id: result.contended.get(str(point.id)) for point in result.front}
     checked = {number: item for number, item in found.items() if item is not None}
     kept = [number for number, item in checked.items() if not item.broken]
@@ -156,15 +156,15 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     if found is None or not found.broken:
         return ""
     more = len(found.broken) - 1
-    said = f"But with response times it breaks {broken_words(found.broken[0], result.space.currency)}"
+    said = f"But with response times it violates {broken_words(found.broken[0], result.space.currency)}"
     said += f" and {more} more" if more else ""
     verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
     kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
-    return f"{said}." if kept is None else f"{said}: #{kept} is the first that keeps every requirement."
+    return f"{said}." if kept is None else f"{said}: #{kept} is the first that meets every requirement."
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
-    """The same of all fronts of a sweep, from what ``dse-sweep/1`` holds; empty where they leave out nothing."""
+    """How many designs of a sweep meet the requirements with waiting for the CPU; "" where waiting is counted."""
     basis = data.get("contention")
     judged = [
         item["contention"]
@@ -233,7 +233,7 @@ def core_words(space: Space) -> str:
 
 
 def cores_of_origins(origins: Collection[str]) -> str:
-    """The same, from who chooses them."""
+    """The cores on which response times are counted, in words, from who chooses them."""
     given = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
         return "on the only core of each processor"
@@ -265,10 +265,10 @@ def contended_words(found: Contended | None, currency: str) -> str:
     if found is None:
         return "Not checked: the time was up."
     if not found.broken:
-        return "Keeps every requirement."
+        return "Meets every requirement."
     shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
-    return f"Breaks {shown}" + (f"; and {more} more" if more > 0 else "") + "."
+    return f"Violates {shown}" + (f"; and {more} more" if more > 0 else "") + "."
 
 
 def broken_words(item: Broken, currency: str) -> str:

@@ -17,7 +17,7 @@ from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Tone
-from dse.report.text_table import basis_words
+from dse.report.words.basis import basis_parts
 from dse.report.words.contention import asks_for_responses, core_words, uncounted_words
 from dse.space.model.criteria import Requirement
 from dse.space.model.metric_kinds import KINDS, flows_in
@@ -32,7 +32,13 @@ MOST_IDS = 6
 
 
 def title_words(result: Result) -> str:
-    """The problem's name and the limits that were asked for, as far as a line goes: the caller's, else the file's."""
+    """The problem's name and the limits that were asked for, in a line of a terminal."""
+    limits = limits_words(result, LINE - len(result.problem.name) - 2)
+    return f"{result.problem.name}: {limits}" if limits else result.problem.name
+
+
+def limits_words(result: Result, room: int) -> str:
+    """The limits that were asked for, as far as there is room: the caller's, else those of the file; else how many."""
     stated = [item for item in result.space.requirements if not item.implied]
     asked = [item for item in stated if item.origin == ORIGIN] or stated
     limits = list(dict.fromkeys(_limit_words(item) for item in asked))
@@ -42,10 +48,10 @@ def title_words(result: Result) -> str:
         more = len(limits) - told
         noun = f"{'more ' if told else ''}limit{'s' if more > 1 else ''}"
         rest = [f"{more} {noun}"] if more else []
-        title = f"{result.problem.name}: {', '.join([*limits[:told], *rest])}"
-        if len(title) <= LINE:
+        said = ", ".join([*limits[:told], *rest])
+        if len(said) <= room:
             break
-    return title if limits else result.problem.name
+    return said if limits else ""
 
 
 def _limit_words(item: Requirement) -> str:
@@ -83,12 +89,12 @@ def _stopped(result: Result) -> str:
     return "by Ctrl-C" if result.interrupted else "by the time limit"
 
 
-def counted_words(result: Result) -> tuple[str, str]:
-    """What latencies and response times count, then what they do not; two empty texts where none is asked for."""
+def counted_parts(result: Result) -> tuple[list[str], list[str]]:
+    """What latencies and response times count, and what they leave out; two empty lists where none is asked for."""
     space = result.space
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
-        return "", ""
+        return [], []
     is_counted = counts_responses(space)
     counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
     counted += ["waiting for the bus"] if counted_buses(space) else []
@@ -96,12 +102,19 @@ def counted_words(result: Result) -> tuple[str, str]:
     if leaves_out_buses(space):
         of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
         left += [f"bus arbitration{of}"]
-    said = f"{', '.join(counted)}."
-    if left:
-        said += f" Not {', not '.join(left)}."
-    told = ("profile dse", "processing by execution time", "processing by response time", "overload allowed")
-    rules = ", ".join(part for part in basis_words(result.problem.effective).split(", ") if part not in told)
-    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + ".", uncounted_words(space)
+    return counted, left
+
+
+def counted_words(result: Result) -> tuple[str, str]:
+    """What latencies count and leave out, with unusual rules; a remark on the profile; both "" where none is asked."""
+    counted, left = counted_parts(result)
+    if not counted:
+        return "", ""
+    said = f"{', '.join(counted)}." + (f" Not {', not '.join(left)}." if left else "")
+    parts = basis_parts(result.problem.effective)
+    told = {"processing", "overload", *(["profile"] if result.space.profile == "dse" else [])}
+    rules = ", ".join(text for name, text in parts.items() if name not in told)
+    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + ".", uncounted_words(result.space)
 
 
 class Waiting:

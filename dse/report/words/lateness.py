@@ -62,13 +62,13 @@ def _why_endless(late: Late) -> str:
     if late.budget is not None:
         has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
         if late.budget.is_served:
-            return f"it and what goes before it need more than {late.budget.reservation} has, {has}"
-        return f"{late.budget.reservation} does not get its {has} behind what goes before it"
+            return f"it and the threads of higher priority need more than {late.budget.reservation} has, {has}"
+        return f"{late.budget.reservation} does not get its {has} after the threads of higher priority"
     if late.is_late_alone and not late.has_segments:
         return _work(late)
     alone = f"{_work(late)}; " if late.is_late_alone else ""
     if late.full is not None:
-        return f"{alone}it and what goes before it need {_full(late.full)}"
+        return f"{alone}it and the threads of higher priority need {_full(late.full)}"
     if late.has_segments and late.ends_ns is not None and late.apart_ns is not None:
         end = f"a job would end {_time(late.ends_ns)} after its release, at the least"
         return (
@@ -77,8 +77,8 @@ def _why_endless(late: Late) -> str:
     if late.has_segments:
         return f"{alone}with what its pieces wait for, a job of it need not end before its next one comes"
     return (
-        f"{alone}it and what goes before it need no more than there is, but the later it ends, the closer to each "
-        "other come the jobs that it waits for"
+        f"{alone}it and the threads of higher priority fit on the core, but the later it ends, the closer together "
+        "come the jobs that it waits for"
     )
 
 

@@ -31,7 +31,7 @@ def missing_words(result: Result) -> list[str]:
 
 
 def _without_stand_ins(item: Outlook, objective: Objective, space: Space) -> Outlook:
-    """The same with what is unbounded instead of what stands for it in regions."""
+    """The outlook with unbounded values in place of the finite numbers that stand for them in regions."""
 
     def marked(value: int) -> int:
         return without_stand_in(space, objective.metric, item.unit, value)

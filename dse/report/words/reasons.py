@@ -53,7 +53,7 @@ class Sentence:
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     """What is said about an alternative, most important first."""
     currency = result.space.currency
-    found = [Sentence("Stands out", best_words(result, reasons))]
+    found = [Sentence("Among all designs", best_words(result, reasons))]
     said = baseline_comparison_words(reasons, currency)
     if said:
         brief = baseline_comparison_words(reasons, currency, FEW_CHANGES)
@@ -108,7 +108,7 @@ def best_words(result: Result, reasons: Reasons) -> str:
     front = "of the front" if result.status == "complete" else "found so far"
     if best:
         return f"{_capital(listed(best))} {front}."
-    return "A compromise: no objective is at its best here."
+    return "Balanced: best in no single objective."
 
 
 def figures_words(result: Result, values: Mapping[str, int]) -> str:

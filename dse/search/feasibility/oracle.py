@@ -183,7 +183,10 @@ class Oracle:
         self._refuted.append(kept)
 
     def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
-        """The same, always by solving; with a `seed` as a problem of its own, encoded for this question only."""
+        """A design that meets the members, or a proof that there is none, always by solving.
+
+        With a `seed` the question is a problem of its own, encoded for it alone.
+        """
         if seed is None:
             found = self.find(kept)
         else:

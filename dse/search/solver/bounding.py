@@ -125,7 +125,7 @@ def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
     """The objectives that hang on how long threads wait: those that are no plain sums over options, where any may be.
 
     What a part of the space has of them is proved once for all other objectives where these are what is minimised, the
-    loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 42).
+    loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 9).
     """
     chosen = {literal.index for literals in encoded.options for literal in literals}
     return frozenset(

@@ -4,7 +4,7 @@ With the types of the processors given, both objectives are often plain sums ove
 one for every value of the other follows from a table with a row for each decision (Kellerer, Pferschy and Pisinger,
 "Knapsack Problems", 2004, chapter 11; Klamroth and Wiecek, "Dynamic programming approaches to the multiple criteria
 knapsack problem", Naval Research Logistics 47, 2000). What limits, rules and validity forbid is left out: the table
-bounds what designs can have, and a design of it that the analysis accepts is as good as any (decision record 27).
+bounds what designs can have, and a design of it that the analysis accepts is as good as any (decision record 12).
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def all_but(encoded: EncodedSpace, design: Design, free: Collection[int]) -> Ite
 # problems", CP 1998): what all other threads have is held, and clause learning finds the best of what is left, or that
 # there is nothing better, in a moment. Near the least value of what is minimised a question about all threads takes as
 # long with an answer as without one, so that the search should know a design there, and only ask once whether there is
-# a better one (decision record 42).
+# a better one (decision record 9).
 
 
 def improved(call: Call, best: Found) -> Found:

@@ -1,6 +1,6 @@
 """The best design where cores are nearly full, by way of a model in which interchangeable cores are pooled.
 
-There (`dse.encode.scheduling.pooled_cores`, decision record 32) a bound takes a fraction of a second, as there is no
+There (`dse.encode.scheduling.pooled_cores`, decision record 8) a bound takes a fraction of a second, as there is no
 symmetry of cores, and is mostly the truth. Of the solutions at the bound the one that leaves its pools most room tells
 rates and pools; what is left is to put the threads of each pool on its cores, which the search's own model does. What
 comes of that is a design like any other, which the analysis weighs; where it is at the bound nothing is better.

@@ -1,4 +1,4 @@
-"""CP-SAT's settings: from nothing but clause learning to a linear relaxation with cuts (decision records 8, 9, 11)."""
+"""CP-SAT's settings: from nothing but clause learning to a linear relaxation with cuts (decision record 6)."""
 
 from __future__ import annotations
 
@@ -91,13 +91,13 @@ WAYS = (BARE, RELAXED, CUTTING)
 FROM_BELOW = SolverSettings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
 CLOSING = SolverSettings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
-"""A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 19)."""
+"""A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 9)."""
 CLOSING_RANGE = replace(CLOSING, any_value=True)
 """The same for any design in a range of values: a better one is found near it."""
 FINDING = SolverSettings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = SolverSettings(1, has_cuts=False, weight=1.0, narrows=True)
-"""Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 19)."""
+"""Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 9)."""
 WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
 BARE_IN_ORDER = SolverSettings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = SolverSettings(2, has_cuts=False, weight=1.0, in_order=True)
@@ -129,9 +129,9 @@ def sound_solver(seed: int = 0) -> cp_model.CpSolver:
 
     Presolve loses solutions where it combines linear with at-most-one constraints (google/or-tools issue 5293). The
     detection of variables above at least one of several conditional bounds refutes models that have solutions, when a
-    bound has two conditions. Both are off (decision record 9). Probing, which is done as a model is
+    bound has two conditions. Both are off (decision record 6). Probing, which is done as a model is
     read, costs more than most of our calls, and branching on the best value of an objective first makes conflicts
-    (decision record 20).
+    (decision record 6).
     """
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1

@@ -25,6 +25,10 @@ from dse.support.units import format_data_rate, format_duration, format_rate, fo
 BY_PROCESSOR_TYPE = ("compute_execution_time", "callback_execution_time", "non_preemptive", "response_time")
 
 
+LOCAL = "local"
+"""Among the buses of a connection: what it sends need not travel between threads of one processor."""
+
+
 def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
     """The owner of a thread's or device's fields, with its type decision if it names several types."""
     given, path = getattr(spec, section)[name], (section, name)
@@ -209,7 +213,7 @@ def build_connections(
     wires = {item.name: number for number, item in enumerate(buses)}
     senders, receivers = ends_by_name(components)
     found = [
-        _build_connection(ledger, spec, wires, components, name, _ends(ledger, spec, senders, receivers, name))
+        _build_connection(ledger, spec, buses, wires, components, name, _ends(ledger, spec, senders, receivers, name))
         for name in spec.connections
     ]
     return (*found, *inner_connections(components))
@@ -218,6 +222,7 @@ def build_connections(
 def _build_connection(
     ledger: Ledger,
     spec: Spec,
+    buses: Sequence[Bus],
     wires: Mapping[str, int],
     components: Sequence[Component],
     name: str,
@@ -236,7 +241,10 @@ def _build_connection(
     bus = stated_bus = _connection_bus(ledger, spec, name, wires)
     if bus is not None and given.data_size is None and given.data_rate is None:
         ledger.error(path, "a connection over a bus needs `data_size` or `data_rate`")
-    bus = _unless_local(bus, [at_home(components, end).process if end is not None else None for end in ends])
+    homes = [at_home(components, end) if end is not None else None for end in ends]
+    bus = _unless_local(bus, [item.process if item is not None else None for item in homes])
+    if _stays(ledger, spec, name, wires, [buses[leaf] for leaf in leaves(stated_bus) if leaf is not None]):
+        bus = _unless_local(bus, [item.processor if item is not None else None for item in homes])
     ledger.settle(decision_of(ledger, f"{name}.bus"), bus)
     reference = ledger.references.get(f"{name}.bus")
     if reference is not None:
@@ -288,21 +296,51 @@ def _connection_bus(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, i
     given, path = spec.connections[name].bus, ("connections", name, "bus")
     if not given:
         return None
+    if not _carriers(given, index):
+        message = "`local` is for threads on one processor: name the bus for those on two"
+        ledger.error(path, message, "bus: [local, lan]")
+        ledger.doubt(f"{name}.bus")
+        return None
     for bus in given:
         if bus not in index and bus in spec.bus_types:
             message = f"{shown(bus)} is a type of physical bus: name a slot under `buses`"
             ledger.error((*path, given.index(bus)), message, closest(bus, index))
             ledger.doubt(f"{name}.bus")
             return None
-    return read_named(ledger, name, "bus", path, given, index)
+    return read_named(ledger, name, "bus", path, given, index, besides=(LOCAL,))
 
 
-def _unless_local(bus: Tree, processes: Sequence[Tree]) -> Tree:
-    """The bus tree, None where both ends are in one process."""
-    sender, receiver = processes
+def _carriers(given: Sequence[str], index: Mapping[str, int]) -> tuple[str, ...]:
+    """The buses among the options of a connection, without the word `local`."""
+    return tuple(bus for bus in given if bus != LOCAL or bus in index)
+
+
+def _stays(ledger: Ledger, spec: Spec, name: str, index: Mapping[str, int], buses: Sequence[Bus]) -> bool:
+    """Whether what a connection sends need not travel between threads of one processor (docs/semantics.md, 3.5).
+
+    So it is where only physical buses are offered: a virtual one may be what carries it there. `local` among the
+    options says it of any.
+    """
+    given = spec.connections[name].bus or ()
+    is_stated = len(_carriers(given, index)) < len(given)
+    if spec.profile != "dse":
+        if is_stated:
+            message = f"profile {spec.profile} knows no `local`: a connection takes the bus that it is bound to"
+            ledger.error(("connections", name, "bus"), message, "profile: dse")
+        return False
+    return is_stated or (bool(buses) and not any(bus.virtual for bus in buses))
+
+
+def _unless_local(bus: Tree, homes: Sequence[Tree]) -> Tree:
+    """The bus tree, None where both ends are in one process, or on one processor."""
+    sender, receiver = homes
     if bus is None or sender is None or receiver is None:
         return bus
-    return graft(sender, lambda one: graft(receiver, lambda other: None if one == other else bus))
+
+    def of(one: Any, other: Any) -> Tree:
+        return None if one is not None and one == other else bus
+
+    return graft(sender, lambda one: graft(receiver, lambda other: of(one, other)))
 
 
 def check_machines(

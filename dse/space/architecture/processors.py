@@ -168,13 +168,19 @@ def decision_of(ledger: Ledger, name: str) -> int | None:
 
 
 def read_named(
-    ledger: Ledger, owner: str, field_name: str, path: Path, names: Sequence[str], index: Mapping[str, int]
+    ledger: Ledger,
+    owner: str,
+    field_name: str,
+    path: Path,
+    names: Sequence[str],
+    index: Mapping[str, int],
+    besides: Sequence[str] = (),
 ) -> Tree:
-    """A tree of indices for a field that names processors, buses or executors."""
+    """A tree of indices for a field that names processors, buses or executors; words `besides` are none of them."""
     what = field_name if field_name in ("processor", "executor") else "bus"
     known = tuple(name for name in names if name in index)
     for position, name in enumerate(names):
-        if name not in index:
+        if name not in index and name not in besides:
             ledger.unknown((*path, position), what, name, index)
             ledger.doubt(f"{owner}.{field_name}")
     if not known:

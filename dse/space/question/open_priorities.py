@@ -84,7 +84,7 @@ def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: 
         one = space.components[executed[0]]
         where = f"where an executor runs {shown(one.name)}"
         if one.pieces:
-            where = f"beside {shown(one.stated_as)}, which has segments"
+            where = f"together with {shown(one.stated_as)}, which has segments"
         elif one.reservation is not None:
             where = f"where {shown(one.name)} has a reservation"
         ledger.error(
@@ -98,7 +98,7 @@ def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: 
         if item.section == "threads" and not all(isinstance(leaf, int) for leaf in leaves(item.priority)):
             name = space.components[number].stated_as
             path: tuple[str, ...] = ("threads", name, "priority") if spec.threads[name].priority else ("priorities",)
-            message = f"any priority beside {shown(item.name)}, which has no number and may share a processor"
+            message = f"any priority together with {shown(item.name)}, which has no number and may share a processor"
             ledger.error(path, message, f"give {shown(item.name)} a number, or `priority: any` as well")
             return
 

@@ -113,7 +113,7 @@ Offset: TypeAlias = Annotated[
         {
             "type": "string",
             "pattern": rf"^\s*{_NUMBER}\s*{_unit_pattern(units.DURATION)}\s*$|^({'|'.join(OFFSET_WORDS)})$",
-            "description": "When the first release is on its clock; the search decides (any), or nobody knows.",
+            "description": "When the first release is on its clock; the search decides (any), or it is not known.",
             "examples": ["3 ms", "any"],
         }
     ),

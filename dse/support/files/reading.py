@@ -125,7 +125,7 @@ def _standard_input(most: int) -> bytes:
 
 
 def read_text(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> str:
-    """The same as UTF-8 text.
+    """The content of a file as UTF-8 text.
 
     Raises
     ------

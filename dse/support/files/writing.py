@@ -116,7 +116,7 @@ def _opened(path: PathLike) -> int:
             if error.errno != errno.ENXIO:
                 raise
             if time.monotonic() >= patience:
-                raise OSError(errno.ENXIO, "nobody reads from this pipe", os.fspath(path)) from error
+                raise OSError(errno.ENXIO, "no program reads from this pipe", os.fspath(path)) from error
             time.sleep(0.05)
         else:
             os.set_blocking(handle, True)

@@ -1,7 +1,7 @@
 """A hard question of the second proof, asked for each combination of the types of processors by itself.
 
 With these given, the model follows one branch of each diagram, and sums of execution times are plain sums, of which a
-linear relaxation says most (decision record 42).
+linear relaxation says most (decision record 10).
 """
 
 from __future__ import annotations

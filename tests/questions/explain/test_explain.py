@@ -11,6 +11,7 @@ import pytest
 import dse
 from dse.cli.main import run
 from dse.examples.shipped import example_path
+from dse.report.page import MINUS
 from dse.support.errors import UsageError
 
 TWO_WAYS = """
@@ -126,10 +127,10 @@ def test_a_fixed_decision_is_a_demand() -> None:
 def test_command_and_the_short_form_after_solve(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     starter = str(example_path("starter"))
     assert run(["explain", starter]) == 0
-    assert "Feasible" in capfd.readouterr().out
+    assert "FEASIBLE  a design" in capfd.readouterr().out
     assert run(["explain", starter, "--max-jitter", "1ms", "--max-price", "100EUR", "--all"]) == 4
     said = capfd.readouterr().out
-    assert "jitter of sensor_to_actuator <= 1 ms" in said and "feasible from 8.9952 ms on" in said
+    assert "jitter of sensor_to_actuator <= 1 ms" in said and "feasible with 8.9952 ms" in said
     file = tmp_path / "e.json"
     assert run(["explain", starter, "--max-jitter", "1ms", "--json", str(file)]) == 4
     data = json.loads(file.read_text())
@@ -177,12 +178,12 @@ def test_a_miss_of_a_share_is_in_percentage_points(capsys: pytest.CaptureFixture
 
 @pytest.mark.parametrize(
     ("requirement", "moved", "missed"),
-    [("price >= 400 EUR", "feasible up to 300 EUR (100 EUR less), i.e. `price >= 300 EUR`", "100 EUR below the limit"),
-     ("price > 300 EUR", "feasible below 300 EUR, i.e. `price >= 300 EUR`", "which is the limit itself"),
-     ("price == 400 EUR", "feasible at 300 EUR (100 EUR less), i.e. `price == 300 EUR`", "100 EUR below the limit"),
-     ("price == 70 EUR", "feasible at 100 EUR (30 EUR more), i.e. `price == 100 EUR`", "30 EUR above the limit"),
-     ("price <= 70 EUR", "feasible from 100 EUR on (30 EUR more), i.e. `price <= 100 EUR`", "30 EUR above the limit"),
-     ("price < 100 EUR", "feasible beyond 100 EUR, i.e. `price <= 100 EUR`", "which is the limit itself")],
+    [("price >= 400 EUR", f"feasible with 300 EUR ({MINUS}100 EUR): `price >= 300 EUR`", "100 EUR below the limit"),
+     ("price > 300 EUR", "feasible below 300 EUR: `price >= 300 EUR`", "which is the limit itself"),
+     ("price == 400 EUR", f"feasible with 300 EUR ({MINUS}100 EUR): `price == 300 EUR`", "100 EUR below the limit"),
+     ("price == 70 EUR", "feasible with 100 EUR (+30 EUR): `price == 100 EUR`", "30 EUR above the limit"),
+     ("price <= 70 EUR", "feasible with 100 EUR (+30 EUR): `price <= 100 EUR`", "30 EUR above the limit"),
+     ("price < 100 EUR", "feasible above 100 EUR: `price <= 100 EUR`", "which is the limit itself")],
 )  # fmt: skip
 def test_which_way_a_limit_must_move(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], requirement: str, moved: str, missed: str

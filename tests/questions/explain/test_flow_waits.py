@@ -69,7 +69,8 @@ def test_a_thread_of_a_flow_without_a_bound() -> None:
     data["threads"]["nav"]["compute_execution_time"] = "4 ms"
     text = told(data)
     assert (
-        "nav has no bound on core 1 of pc: it and what goes before it need 105 % of core 1 of pc; bounded with" in text
+        "nav has no bound on core 1 of pc: it and the threads of higher priority need 105 % of core 1 of pc; "
+        "bounded with" in text
     )
     assert (
         "bounded with 1 ms less of nav each time, or 1 ms less of more each time, or 1 ms less of fast each time"

@@ -81,7 +81,7 @@ def test_without_a_bound_and_in_an_executor() -> None:
     works, others = {"a": 7 * 10**6, "b": 8 * 10**6}, {"a": "period: 10 ms", "b": "period: 20 ms"}
     [late] = found(text_of(works, others)).values()
     assert late_words(late) == (
-        "b ends late without a bound on core 1 of p: it and what goes before it need 110 % of core 1 of p; "
+        "b ends late without a bound on core 1 of p: it and the threads of higher priority need 110 % of core 1 of p; "
         "in time with 2 ms less of b each time, or 1 ms less of a each time"
     )
     node = "executors: {node: {kind: fifo, processor: p}}\n" + text_of(
@@ -206,7 +206,7 @@ threads:
     assert late_words(found(text)["a"]).endswith(enough)
     endless = "a ends late without a bound on core 1 of p: "
     small = text.replace("budget: 3 ms", "budget: 1 ms")
-    needs = "it and what goes before it need more than share has, 1 ms of every 10 ms"
+    needs = "it and the threads of higher priority need more than share has, 1 ms of every 10 ms"
     assert (
         late_words(found(small)["a"]) == f"{endless}{needs}; in time with a budget of 4.5 ms instead of 1 ms of share"
     )
@@ -214,7 +214,7 @@ threads:
         "period: 20 ms, deadline: 15", "period: 40 ms, deadline: 30"
     )
     busy = text.replace("period: 10 ms, compute_execution_time: 1", "period: 5 ms, compute_execution_time: 3")
-    gets = "share does not get its 6 ms of every 10 ms behind what goes before it"
+    gets = "share does not get its 6 ms of every 10 ms after the threads of higher priority"
     enough = "in time with 1 ms less of b each time, or a budget of 2 ms instead of 6 ms of share"
     assert late_words(found(busy)["a"]) == f"{endless}{gets}; {enough}"
     [relaxation] = dse.explain(busy).to_dict()["relaxations"]
@@ -233,6 +233,6 @@ def test_what_has_no_bound_for_its_segments_is_not_said_to_need_more_than_its_co
     pieces = f"[{ends}, {{processor: g, compute_execution_time: 12 ms}}, {ends}]"
     text += "threads:\n" + "".join(f"  {name}: {{processor: p, period: 20 ms, segments: {pieces}}}\n" for name in "cd")
     for item in found(text + "objectives: [minimise power]\n").values():
-        said = "it and what goes before it need 120 % of g; in time with "
+        said = "it and the threads of higher priority need 120 % of g; in time with "
         assert late_words(item).startswith(f"{item.thread} ends late without a bound on core 1 of p: {said}")
         assert item.late_ns is None

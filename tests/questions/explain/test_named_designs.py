@@ -193,9 +193,9 @@ def test_one_design_is_described_once(tmp_path: Path, capsys: pytest.CaptureFixt
     assert run(["explain", str(path), "--all"]) == 4
     said = " ".join(capsys.readouterr().out.split())
     assert "only design" not in said and said.count("first.period 10 ms") == 1
-    assert "design A breaks it, and not this alone" in said
+    assert "design A violates it and further requirements" in said
     all_three = "latency of chain <= 1 ms; jitter of chain <= 1 ms; utilisation of one <= 1 %"
-    assert f"A breaks {all_three}: first.period 10 ms" in said  # it keeps the rule: `dse analyse` takes it
+    assert f"A violates {all_three}: first.period 10 ms" in said  # it keeps the rule: `dse analyse` takes it
 
 
 def test_designs_without_open_decisions_are_the_only_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

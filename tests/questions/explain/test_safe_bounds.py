@@ -37,7 +37,7 @@ def told(data: dict[str, Any]) -> tuple[str, str]:
 def test_a_proof_by_safe_bounds() -> None:
     """Both run one after the other in 50 ms; b counts as if a came again, up to 50 ms after its release."""
     explained, solved = told(CHAIN)
-    assert f"Infeasible, proved: no design meets every requirement and rule. {SAID}" in explained
+    assert f"INFEASIBLE  proved: no design meets every requirement and rule. {SAID}" in explained
     assert SAID in solved
     assert dse.explain(CHAIN).to_dict()["safe_bounds"] == {"events dispatch": ["b"]}
 

@@ -208,7 +208,7 @@ def test_a_plain_overload_is_told_as_one() -> None:
     assert [(part.name, part.value) for part in bound.parts] == [(name, 700_000) for name in "abc"]
     said = "\n".join(text for section in explanation_page(found).sections for text in section.texts)
     assert "it is at least 210 %, the limit is 200 % (100 % of each of 2 cores): a 70 %, b 70 %, c 70 %" in said
-    assert "were not looked at" in said and "even if no thread waited for another" in said
+    assert "were not searched" in said and "even if no thread waited for another" in said
     assert len(dse.explain(PLAIN, every=True).conflicts) > 1
 
 

@@ -33,7 +33,9 @@ RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
 )
 @click.option("--list", "list_only", is_flag=True, help="List the examples.")
 @click.option("--force", is_flag=True, help="Overwrite files that exist.")
-@click.option("--random", "is_random", is_flag=True, help="Draw a problem instead, from published figures; see below.")
+@click.option(
+    "--random", "is_random", is_flag=True, help="Draw a problem instead, from published figures of real systems."
+)
 @click.option("--threads", type=click.IntRange(min=1), default=30, show_default=True, help="Of a random problem.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same file.")
 @click.option("--objectives", type=click.IntRange(min=1), default=2, show_default=True, help="1 to 5 of them.")

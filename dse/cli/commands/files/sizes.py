@@ -49,7 +49,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     default="ros2_humble",
     show_default=True,
     metavar="NAME",
-    help="Whose types there are besides, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
+    help="The distribution whose types are known, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
 )
 @all_option
 @report_option

@@ -1,0 +1,405 @@
+"""What a report says, as plain texts: the same for HTML and Markdown, which only set it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from platform import python_version
+from typing import TYPE_CHECKING, Any
+
+from dse.analysis.binding import bus_stack, message_sizes
+from dse.analysis.rates import rate_hz
+from dse.analysis.views import View
+from dse.answers.analysis import Analysis, FlowTable
+from dse.answers.designs import Point
+from dse.answers.ranking.changes import changes_between
+from dse.answers.ranking.reasons import Margin, Reasoner
+from dse.answers.ranking.variants import varying
+from dse.answers.result import Result, decisions_of
+from dse.answers.tables.display import counted, display_unit
+from dse.report.content.analyse import flow_table, metric_table, tightest_limits, usage_tables, verdict_table
+from dse.report.content.explain import conflict_blocks
+from dse.report.content.front.decide import insisting_section
+from dse.report.page import NOTHING, Block, Section, Table
+from dse.report.plots.deadlines import deadline_records
+from dse.report.plots.design import usage_records, waterfall_records
+from dse.report.plots.front import front_records
+from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.clocks import boundary_table, by_flow, timeline_records
+from dse.report.words.contention import (
+    asks_for_responses,
+    bound_words,
+    broken_choice_words,
+    bus_words,
+    contention_words,
+    overhead_words,
+    processing_words,
+    uncounted_words,
+)
+from dse.report.words.messages import message_tables
+from dse.report.words.missing import TITLE, missing_words
+from dse.report.words.reasons import (
+    GAPS,
+    REDUCED,
+    Sentence,
+    baseline_words,
+    changes_words,
+    dominated_words,
+    exclusion_words,
+    extrapolated_words,
+    figures_words,
+    others_words,
+    proof_words,
+    rank_text,
+    sentences,
+    short_name,
+    tie_words,
+    unused_words,
+)
+from dse.report.words.scheduling import busy_timelines, response_tables
+from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.support.timelimit import look_at_the_clock
+from dse.support.units import is_unbounded
+from dse.support.units.text import count_words
+from dse.support.version import __version__
+
+if TYPE_CHECKING:
+    from dse.questions.verbs.feasible_designs import Feasible
+
+
+@dataclass(frozen=True)
+class FlowPart:
+    """A flow of an alternative: its table and the records of its waterfall."""
+
+    name: str
+    table: Table
+    source: FlowTable
+    records: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class ClockPart:
+    """The timers on one clock along a flow of an alternative: their table and the records of their timeline."""
+
+    name: str
+    table: Table
+    records: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class OthersPart:
+    """Further designs of a point."""
+
+    words: str
+    designs: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Everything that is shown about one point of the front."""
+
+    point: Point
+    analysis: Analysis
+    rank: str
+    figures: tuple[tuple[str, str], ...]
+    sentences: tuple[Sentence, ...]
+    flows: tuple[FlowPart, ...]
+    clocks: tuple[ClockPart, ...]
+    usage: Sequence[Mapping[str, Any]]
+    usage_tables: tuple[Table, ...]
+    deadlines: Sequence[Mapping[str, Any]]
+    responses: tuple[Block, ...]
+    bindings: Table
+    requirements: Table
+    decisions: Table
+    metrics: Table
+    others: tuple[OthersPart, ...]
+    warnings: tuple[str, ...]
+    margins: tuple[Margin, ...]
+
+
+class Document:
+    """A result, ready to be set: built once, asked by the writers."""
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        self.space: Space = result.space
+        self.reasoner = Reasoner(result)
+        self._known: dict[int, Alternative] = {}
+
+    @property
+    def title(self) -> str:
+        """The problem's name."""
+        return self.result.problem.name
+
+    @cached_property
+    def records(self) -> list[dict[str, Any]]:
+        """The points as data of the plots."""
+        return front_records(self.result)
+
+    @cached_property
+    def baseline_record(self) -> dict[str, Any] | None:
+        """Today's design as a record of the scatter plot."""
+        if self.reasoner.baseline is None:
+            return None
+        found: dict[str, Any] = {"id": "baseline"}
+        for axis, info in enumerate(self.result.objectives):
+            value = self.reasoner.baseline[1][info.name]
+            factor, _ = display_unit(info.unit, self.space.currency)
+            found[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
+            found[f"t{axis}"] = counted(value, info.unit, self.space.currency)
+        return found
+
+    @cached_property
+    def feasible(self) -> Feasible | None:
+        """All feasible designs, where they are few enough to look at each."""
+        from dse.questions.verbs.feasible_designs import (
+            feasible_designs,  # with the second proof, which takes a while to import
+        )
+
+        return feasible_designs(self.result)
+
+    @cached_property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """Every point of the front, in the order of rank."""
+        return tuple(map(self.alternative, self.result.front))
+
+    def alternative(self, point: Point) -> Alternative:
+        """Everything that is said about a point of the front."""
+        if point.id not in self._known:
+            self._known[point.id] = self._alternative(self.result.front.index(point))
+        return self._known[point.id]
+
+    @property
+    def leading(self) -> list[Alternative]:
+        """The alternatives that are no variants of better-ranked ones, in the order of rank."""
+        return [item for item in self.alternatives if item.point.id not in self.result.variants]
+
+    @property
+    def summary(self) -> list[str]:
+        """What was asked and what was found, in sentences, with today's design."""
+        return [*self.findings, *filter(None, [self.baseline_words])]
+
+    @property
+    def findings(self) -> list[str]:
+        """What was asked and what was found, in sentences, as far as nothing is computed for them."""
+        found = [proof_words(self.result)]
+        if missing := missing_words(self.result):
+            found.append(f"{TITLE}: {'; '.join(missing)}.")
+        if self.result.front:
+            first = self.result.front[0]
+            shared = [point.id for point in self.result.front if point.rank == first.rank]
+            who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
+            figures = figures_words(self.result, first.objectives)
+            broken = broken_choice_words(self.result, first)
+            found.append(f"First by {self.result.ranking_words}: {who} ({figures}). {broken}".rstrip())
+            found += [text for text in (uncounted_words(self.space),) if text]
+        found += [text for text in (tie_words(self.result), contention_words(self.result)) if text]
+        return found
+
+    @property
+    def baseline_words(self) -> str:
+        """Today's design: its figures, and the requirements that it breaks."""
+        return baseline_words(self.reasoner)
+
+    @property
+    def conflicts(self) -> list[Block]:
+        """Why there is no design, if that was proved."""
+        return list(conflict_blocks(self.result)) if self.result.status == "infeasible" else []
+
+    def table_of(self, points: Sequence[Point]) -> Table:
+        """Points with their objectives and the decisions in which the front differs."""
+        infos = self.result.objectives
+        variants = self.result.variants if any(point.id in self.result.variants for point in points) else {}
+        has_score = any(point.score for point in points)
+        headings = (
+            "rank",
+            "#",
+            *(["like"] if variants else []),
+            *(("max " if i.sense == "maximise" else "") + i.name for i in infos),
+            *(["score"] if has_score else []),
+        )
+        rows: list[tuple[str, ...]] = []
+        for point in points:
+            values = [value for _, value in self._figures(point.objectives)]
+            chosen = [point.decisions.get(name, NOTHING) for name in self.varying]
+            like = [f"#{variants[point.id]}" if point.id in variants else ""] if variants else []
+            score = [point.score] if has_score else []
+            rows.append((rank_text(self.result, point.rank), str(point.id), *like, *values, *score, *chosen))
+        wide = len(headings) if self.varying else None
+        caption = f"The front, ranked by {self.result.ranking_words}"
+        numbers = tuple(at for at, name in enumerate(headings) if name != "like")
+        return Table(caption, (*headings, *self.varying), tuple(rows), numbers, wide=wide, label=1)
+
+    @cached_property
+    def front_table(self) -> Table:
+        """Every point with its objectives and the decisions in which the front differs."""
+        return self.table_of(self.result.front)
+
+    @cached_property
+    def varying(self) -> list[str]:
+        """The open decisions in which the points of the front differ."""
+        front = self.result.front
+        return varying([point.decisions for point in front], self.result.open_decisions) if len(front) > 1 else []
+
+    @property
+    def common_words(self) -> str:
+        """The open decisions that all points share; "" where there is none."""
+        front = self.result.front
+        shared = front[0].decisions if front else {}
+        told = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
+        said = ", ".join(f"{short_name(name)} {shared[name]}" for name in told)
+        return f"{'In all of them' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
+
+    @property
+    def further_sections(self) -> list[Section]:
+        """What was asked beside the front: the price of insisting."""
+        return [insisting_section(self.result)] if self.result.insisting is not None else []
+
+    @property
+    def provenance(self) -> list[tuple[str, str]]:
+        """Where the figures come from: question, proof, versions, seed."""
+        result, search, asked = self.result, self.result.search, self.result.problem.effective
+        carried = (
+            "; it, or a file that it names, was not there, and this is what the result carries"
+            if result.problem.is_carried
+            else ""
+        )
+        found = [
+            ("Latency rules", basis_words(asked)),
+            ("Objectives", "; ".join(asked["objectives"])),
+            ("Requirements", "; ".join(asked["requirements"]) or "none"),
+            ("Rules", "; ".join(asked["rules"]) or "none"),
+            (
+                "Fixed by the caller",
+                "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()) or "nothing",
+            ),
+            ("Proved", proof_words(result)),
+            ("Referee", "every point was recomputed by the analysis, without the solver"),
+            ("Space", f"at most {count_words(search.space_size, 'design')}, by their options alone"),
+            (
+                "Search",
+                (
+                    f"{search.solver}, {count_words(search.solver_calls, 'call')}, "
+                    f"{count_words(search.workers, 'worker')}, seed {search.seed}"
+                ),
+            ),
+            ("Versions", f"dse {__version__}, Python {python_version()}"),
+            ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}{carried}"),
+        ]
+        return found + [("Included file", f"{file}, SHA-256 {digest}") for file, digest in result.problem.includes]
+
+    @property
+    def gaps(self) -> tuple[str, ...]:
+        """What the model does not see."""
+        asks = asks_for_responses(self.space)
+        counted = f"{overhead_words(self.space)} {bound_words(self.space)}".rstrip() if asks else ""
+        said = (
+            bus_words(self.space),
+            scale_words(self.space),
+            counted,
+            unused_words(self.result),
+            extrapolated_words(self.result),
+        )
+        found = filter(None, (*said, exclusion_words(self.space)))
+        return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
+
+    # --- one alternative ------------------------------------------------------------------------------------------
+
+    def _figures(self, values: Mapping[str, int]) -> list[tuple[str, str]]:
+        return [
+            (info.name, counted(values[info.name], info.unit, self.space.currency)) for info in self.result.objectives
+        ]
+
+    def _alternative(self, number: int) -> Alternative:
+        look_at_the_clock()
+        reasons = self.reasoner.reasons(number)
+        analysis = reasons.analysis
+        return Alternative(
+            point=reasons.point,
+            analysis=analysis,
+            rank=rank_text(self.result, reasons.point.rank),
+            figures=tuple(self._figures(reasons.point.objectives)),
+            sentences=tuple(sentences(self.result, reasons)),
+            flows=tuple(FlowPart(t.name, flow_table(t), t, waterfall_records(t)) for t in analysis.flows),
+            clocks=tuple(
+                ClockPart(flow, boundary_table(flow, here), timeline_records(here))
+                for flow, here in by_flow(analysis.boundaries).items()
+            ),
+            usage=usage_records(analysis.processors, analysis.buses, tightest_limits(analysis)),
+            usage_tables=tuple(usage_tables(analysis)),
+            deadlines=deadline_records(analysis.responses),
+            responses=(
+                *response_tables(analysis.responses),
+                *message_tables(analysis.messages),
+                *busy_timelines(analysis.responses),
+            ),
+            bindings=self._bindings(reasons.point),
+            requirements=verdict_table(analysis),
+            decisions=self._decisions(reasons.point),
+            metrics=metric_table(analysis, self.reasoner.baseline[0] if self.reasoner.baseline is not None else None),
+            others=tuple(self.others_of(reasons.point)),
+            warnings=analysis.warnings,
+            margins=reasons.margins,
+        )
+
+    def _bindings(self, point: Point) -> Table:
+        """What carries each connection, how much and how often."""
+        view = View(point.design)
+        rows: list[tuple[str, ...]] = []
+        for number, item in enumerate(self.space.connections):
+            stack = bus_stack(self.space, item, view)
+            ends = [
+                self.space.components[end].name if end is not None else "outside" for end in (item.source, item.target)
+            ]
+            carried = [size for bus in stack for size in message_sizes(self.space, item, bus, view)]
+            sizes = carried or [at(item.size_bytes, view) or 0]
+            size = max(sizes)
+            size_text = f"{int(size)} B" if size == int(size) else f"{float(size):.6g} B"  # OSATE's rules count bits
+            rate = float(rate_hz(self.space, ("delivery", number), view))
+            path = " over ".join(self.space.buses[bus].name for bus in stack) or "no bus"
+            rows.append(
+                (
+                    item.name,
+                    *ends,
+                    path,
+                    size_text if size else NOTHING,
+                    f"{rate:.6g} Hz" if rate else NOTHING,
+                )
+            )
+        return Table(
+            "Connections and what carries them",
+            ("connection", "from", "to", "bus", "bytes", "rate"),
+            tuple(rows),
+            (4, 5),
+        )
+
+    def _decisions(self, point: Point) -> Table:
+        """Every open decision, today's beside this one's; what differs is marked."""
+        today = decisions_of(self.space, self.result.baseline) if self.result.baseline is not None else None
+        rows: list[tuple[str, ...]] = []
+        for name in self.result.open_decisions:
+            here = point.decisions.get(name, NOTHING)
+            if today is None:
+                rows.append((name, here))
+            else:
+                before = today.get(name, NOTHING)
+                rows.append((name, before, here, "changes" if before != here else ""))
+        headings = ("decision", f"#{point.id}") if today is None else ("decision", "baseline", f"#{point.id}", "")
+        return Table("Decisions", headings, tuple(rows))
+
+    def others_of(self, point: Point) -> list[OthersPart]:
+        """The further designs of a point."""
+        parts = []
+        for others in self.result.others:
+            if others.of != point.id:
+                continue
+            designs = []
+            for sibling in others.designs:
+                changes = changes_words(changes_between(self.space, point.design, sibling.design, like_before=True))
+                figures = f"{figures_words(self.result, sibling.objectives)}; " if others.within else ""
+                designs.append((sibling.id, f"{figures}{changes}{dominated_words(sibling, self.result)}."))
+            parts.append(OthersPart(others_words(others), tuple(designs)))
+        return parts
