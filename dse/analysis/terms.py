@@ -53,6 +53,8 @@ class Term:
     phased: Phased | None = None
     reads: Reads | None = None
     """What it is where response times are known, if it hangs on offsets and on these."""
+    message: int | None = None
+    """The connection whose message's time and waiting for its bus it is, as far as it grows with these."""
     sampled: Sampled | None = None
     """What it is of, where an element of a flow may sample what another timer made."""
 
@@ -271,6 +273,7 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
         ends=scaled_ends if ends is not None else None,
         waits=(term.waits[0], term.waits[1] * factor) if term.waits is not None and factor > 0 else None,
         grows=term.grows and factor > 0,
+        message=term.message if factor > 0 else None,
         phased=term.phased.scaled(factor) if term.phased is not None else None,
         reads=term.reads.scaled(factor) if term.reads is not None else None,
         sampled=term.sampled.scaled(factor) if term.sampled is not None else None,

@@ -72,6 +72,8 @@ class OpenTerm:
     """A thread, and what a nanosecond of its waiting adds at least."""
     may_fall: bool = False
     """Whether it may be less where some response time is longer."""
+    message: int | None = None
+    """The connection whose transmission and waiting for its bus it is."""
 
 
 class SolverModel(cp_model.CpModel):

@@ -177,3 +177,39 @@ def test_the_public_cars_bus() -> None:
     by_deadline = {int(row[0]): place for place, row in enumerate(ordered)}
     found = dse.analyse(dse.loads(car_bus(by_deadline)))
     assert all(item.meets_deadline for item in found.messages["b"])
+
+
+def test_an_identifier_is_a_decision() -> None:
+    """With a lower one than the SYNC has the other message goes first; with its own there is no such design."""
+    text = (
+        SYNC.replace("identifier: 0x181", "identifier: [0x80, 0x10, 0x181]")
+        + """
+requirements: [response time of pdo <= 0.2 ms]
+objectives: [minimise response time of pdo, minimise changes]
+baseline: {pdo: {identifier: 0x181}}
+"""
+    )
+    found = dse.solve(dse.loads(text))
+    assert [(point.decisions["pdo.identifier"], *point.objectives.values()) for point in found.front] == [
+        ("0x181", 190_000, 0)
+    ]
+    assert "0x80" not in {point.decisions["pdo.identifier"] for point in found.front}
+    assert not dse.verify(found).findings
+    chosen = dse.loads(dse.export(found, 1))
+    assert dse.analyse(chosen).messages["can0"][1].identifier == 0x181
+
+
+def test_messages_with_open_periods_rates_and_identifiers() -> None:
+    """Of 2 ** 13 combinations a few refused designs tell enough."""
+    rates = "fast: {bandwidth: 500 kbit/s, frame: can, price: 6 EUR}, slow: {bandwidth: 125 kbit/s, frame: can}"
+    lines = ["dse: 1", "name: many", f"bus_types: {{{rates}}}", "buses: {b: {type: [slow, fast]}}", "devices:"]
+    lines += ["  sink: {}", *(f"  d{one}: {{period: [{10 + one} ms, {20 + 2 * one} ms]}}" for one in range(9))]
+    lines.append("connections:")
+    for one in range(9):
+        identifier = f"[{100 + one}, {50 + one}]" if one % 3 == 0 else str(100 + one)
+        sent = f"from: d{one}, to: sink, data_size: 8 B, bus: b, identifier: {identifier}"
+        lines.append(f"  m{one}: {{{sent}, deadline: 9 ms}}")
+    lines += ["flows: {f: {path: [d8, m8, sink]}}", "objectives: [minimise price, minimise jitter of f]"]
+    found = dse.solve(dse.loads("\n".join(lines)))
+    assert found.status == "complete"
+    assert [point.objectives["price"] for point in found.front] == [600]  # at 125 kbit/s nine frames take longer

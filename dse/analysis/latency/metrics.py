@@ -226,7 +226,9 @@ def _delivery_term(space: Space, step: Step, kind: str) -> Term:
         least = value(view, alone)
         return least, least + UNBOUNDED_NS
 
-    return Term(connection.name, value, ends=ends if waits else None, grows=waits)
+    return Term(
+        connection.name, value, ends=ends if waits else None, grows=waits, message=step.index if waits else None
+    )
 
 
 def message_term(space: Space, number: int) -> Term:

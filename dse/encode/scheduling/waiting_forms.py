@@ -101,7 +101,9 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     waits = (
         None if term.waits is None or term.waits_where is not None else (term.waits[0], term.waits[1] * measure.scale)
     )
-    value = OpenTerm(variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall)
+    value = OpenTerm(
+        variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall, term.message
+    )
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
 

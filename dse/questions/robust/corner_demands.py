@@ -179,6 +179,7 @@ class RobustQuestion:
             only_waits=False,
             phased=phased,
             reads=None,
+            message=None,
             sampled=term.sampled and replace(term.sampled, asked=lambda view: _own(view, key)),
         )
 

@@ -5,6 +5,7 @@ Values are integers or exact fractions from here on; `dse.support.units` knows t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Annotated, Any, TypeAlias, TypeVar, get_args
 
@@ -215,10 +216,26 @@ Priority: TypeAlias = Annotated[
 QueueSize: TypeAlias = Annotated[int, COUNT, ReadBy(_count(0)), WithJsonSchema({"type": "integer", "minimum": 0})]
 MOST_IDENTIFIER = 2**29 - 1
 """The greatest identifier of CAN, of 29 bits."""
+_HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]{1,8}")
+
+
+def _identifier(value: Any) -> int:
+    """An identifier of CAN as a number; as text where it is hexadecimal."""
+    is_text = isinstance(value, str) and _HEXADECIMAL.fullmatch(value)
+    return _count(0, MOST_IDENTIFIER)(int(value, 16) if is_text else value)
+
+
 Identifier: TypeAlias = Annotated[
     int,
-    ReadBy(_count(0, MOST_IDENTIFIER)),
-    WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_IDENTIFIER}),
+    ReadBy(_identifier),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "integer", "minimum": 0, "maximum": MOST_IDENTIFIER},
+                {"type": "string", "pattern": f"^{_HEXADECIMAL.pattern}$"},
+            ]
+        }
+    ),
 ]
 Length: TypeAlias = Annotated[
     int,
