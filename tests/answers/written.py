@@ -170,14 +170,14 @@ name: waiting
 bus_types:
   wire: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 ms}, arbitration: priority}
   full: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 60 ms}, arbitration: fifo}
-buses: {w: {type: wire}, x: {type: full}}
+buses: {w: {type: wire}, x: {type: full}, z: {type: wire}}
 devices: {a: {period: 2500 us}, b: {period: 3500 us}, c: {period: 3500 us}, d: {period: 50 ms}, relay: {}, t: {}}
 connections:
   first: {from: a, to: t, data_size: 8 B, bus: w, identifier: 1}
   second: {from: b, to: t, data_size: 8 B, bus: w, identifier: 2, deadline: 3 ms}
   third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
   late: {from: d, to: relay, data_size: 8 B, bus: x}
-  later: {from: relay, to: t, data_size: 8 B, bus: w, identifier: 4}
+  later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}
 flows: {f: {path: [a, first, t]}}
 """
 """The second job of the third message responds last; the fourth has no bound, for what it follows has none."""
