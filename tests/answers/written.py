@@ -164,7 +164,25 @@ threads:
 objectives: [minimise price]
 """
 """The fifth job of b responds last; both processors are used by more than half; d has pieces."""
+WAITING = """
+dse: 1
+name: waiting
+bus_types:
+  wire: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 ms}, arbitration: priority}
+  full: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 60 ms}, arbitration: fifo}
+buses: {w: {type: wire}, x: {type: full}, z: {type: wire}}
+devices: {a: {period: 2500 us}, b: {period: 3500 us}, c: {period: 3500 us}, d: {period: 50 ms}, relay: {}, t: {}}
+connections:
+  first: {from: a, to: t, data_size: 8 B, bus: w, identifier: 1}
+  second: {from: b, to: t, data_size: 8 B, bus: w, identifier: 2, deadline: 3 ms}
+  third: {from: c, to: t, data_size: 8 B, bus: w, identifier: 3, deadline: 3 ms}
+  late: {from: d, to: relay, data_size: 8 B, bus: x}
+  later: {from: relay, to: t, data_size: 8 B, bus: z, identifier: 4}
+flows: {f: {path: [a, first, t]}}
+"""
+"""The second job of the third message responds last; the fourth has no bound, for what it follows has none."""
 PROBLEMS = {
+    "waiting": WAITING,
     "later": LATER,
     "contended": CONTENDED,
     "pump": PUMP,
@@ -211,6 +229,7 @@ COMMANDS = (
     "explain pump.yaml --max-jitter 5ms --json explanation.json",
     "explain pump.yaml --max-jitter 5ms --max-price 50EUR --json together.json",
     "analyse later.yaml --response-times --json later.json",
+    "analyse waiting.yaml --json messages.json",
     "explain later.yaml --max-utilisation 50% --json stated_once.json",
     "explain pump.yaml --json feasible.json",
     (
@@ -237,6 +256,7 @@ COMMANDS = (
     "simulate pump.yaml --runs 2 --json simulation.json",
     "simulate shared.yaml --contention --runs 2 --json waiting.json",
     "simulate missed.yaml --runs 2 --json meeting.json",
+    "simulate waiting.yaml --runs 2 --json sent.json",
     "compare pump.json tight.json --json results.json",
     "compare pump.yaml --measured seen.csv --json seen.json",
     "compare pump.json#1 pump.json#2 --json designs.json",

@@ -130,11 +130,11 @@ name: chain
 processing: response_time
 processor_types: {c: {cores: 2}}
 bus_types: {can: {bandwidth: 500 kbit/s, frame: can}}
-processors: {p: {type: c}}
+processors: {p: {type: c}, q: {type: c}}
 buses: {b: {type: can}}
 devices: {sink: {}, talker: {period: 10 ms}}
 threads:
-  first: {processor: p, core: 1, period: 5 ms, compute_execution_time: 1 ms .. 3 ms}
+  first: {processor: q, core: 1, period: 5 ms, compute_execution_time: 1 ms .. 3 ms}
   second: {processor: p, core: 2, dispatch_protocol: aperiodic, compute_execution_time: 2 ms}
   third: {processor: p, core: 2, period: 20 ms, compute_execution_time: 1 ms}
 connections:

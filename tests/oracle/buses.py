@@ -55,7 +55,9 @@ class Buses:
         return int(self.reading.get(name, "identifier") or "-1", 0)
 
     def _type(self, bus: str) -> Any:
-        return self.reading.problem.sections["bus_types"][self.reading.type_of(bus)]
+        kind = self.reading.type_of(bus)
+        assert kind is not None, bus
+        return self.reading.problem.sections["bus_types"][kind]
 
     def _is_broadcast(self, bus: str) -> bool:
         return self._type(bus).get("broadcast") == "true"
@@ -71,7 +73,7 @@ class Buses:
         body, whole = self._type(bus), self.times(name)[1]
         frame = body.get("frame")
         protocol = frame.get("protocol") if isinstance(frame, dict) else frame
-        most = {"can": 8, "can_fd": 64}.get(protocol)
+        most = {"can": 8, "can_fd": 64}.get(str(protocol))
         if most is None or size <= most:
             return whole, whole
         bandwidth = quantities.bandwidth(self.reading.bus_field(bus, "bandwidth"))

@@ -913,7 +913,8 @@ class Reading:
             if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
                 continue
             for bus in set(self.stack(one)) & set(self.stack(other)):
-                kind = self.problem.sections["bus_types"][self.type_of(bus) if bus in self.problem.section_of else bus]
+                named_type = self.type_of(bus) if bus in self.problem.section_of else bus
+                kind = self.problem.sections["bus_types"][str(named_type)]
                 bodies = [self.problem.component(name) for name in (one, other)]
                 ports = [(body.get("from"), body.get("from_port")) for body in bodies]
                 is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"

@@ -55,7 +55,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         reached = sorted(number for number in carriers(buses, wire) if not buses[number].virtual)
         for number in reached:
             on_bus.setdefault(number, []).append(wire)
-        if wire.identifier is not None and not reached and not ledger.is_doubtful(f"{wire.name}.bus"):
+        if wire.identifier is not None and not spec.connections[wire.name].bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
     found = []
     for number, bus in enumerate(buses):
