@@ -9,13 +9,15 @@ from math import lcm
 from typing import TypeAlias
 
 from dse.analysis.binding import bit_times_ns, byte_times_ns
+from dse.analysis.latency.joined_inputs import may_wait_for_inputs
+from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import may_wait_for
 from dse.analysis.usage import reachable_buses
 from dse.analysis.views import View
 from dse.space.architecture.carriers import wrapping
 from dse.space.architecture.frames import Frame
-from dse.space.model.flows import Flow
+from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Bus, Component, Connection, Space
 from dse.space.model.trees import FROM_BANDWIDTH, PerProcessorType, Tree, leaves
 from dse.support.units import Exact, unrounded
@@ -37,10 +39,20 @@ def latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
         return whole_time_scale(space), RESPONSE_SCALE_LIMIT
     if space.profile != "dse":  # what waits, and what rounds up, consults others
         return whole_time_scale(space), TIME_SCALE_LIMIT
-    if any(step.kind == "connection" and may_wait_for(space, step.index) for step in flow.steps):
+    if any(_hangs_on_others(space, step) for step in flow.steps):
         return whole_time_scale(space), RESPONSE_SCALE_LIMIT
     numbers = {kind: [step.index for step in flow.steps if step.kind == kind] for kind in ("component", "connection")}
     return _time_scale(space, numbers["component"], numbers["connection"]), TIME_SCALE_LIMIT
+
+
+def _hangs_on_others(space: Space, step: Step) -> bool:
+    """Whether what an element of a flow adds depends on times of what is not on the flow.
+
+    So it is of a message that waits for a bus, and of an input that waits for a dispatch or for other inputs.
+    """
+    if step.kind == "connection":
+        return bool(may_wait_for(space, step.index))
+    return may_be_stored(space, step) or may_wait_for_inputs(space, step)
 
 
 _SCALES: Recall[int] = Recall()

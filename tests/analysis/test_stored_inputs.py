@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+from fractions import Fraction
+from pathlib import Path
 from typing import Literal
 
 import pytest
@@ -163,3 +165,34 @@ def test_no_run_takes_longer(seed: int) -> None:
         chosen = {item.name: str(rng.choice(item.options)) for item in problem.space.decisions if item.is_open}
         found = dse.simulate(problem, chosen, runs=20, seed=seed)
         assert not found.contradictions, (drawn(seed), chosen, found.contradictions)
+
+
+FRACTIONS_ELSEWHERE = """
+dse: 1
+name: the dispatch takes parts of a nanosecond
+processor_types: {p: {cores: 2}}
+bus_types: {b: {bandwidth: 1 Mbit/s, transmission_time: {fixed: 1 us, per_byte: 1.25 ns .. 3.75 ns}}}
+processors: {cpu: {type: p}}
+buses: {wire: {type: b}}
+devices: {gnss: {period: 7 ms, compute_execution_time: 1 ms}}
+threads:
+  driver: {processor: cpu, dispatch_protocol: aperiodic, dispatch_trigger: [tick], compute_execution_time: 1 ms}
+  nav: {processor: cpu, period: [5 ms, 10 ms], compute_execution_time: 1 ms}
+connections:
+  fix: {from: gnss, to: driver, data_size: 8 B}
+  tick: {to: driver, data_size: 3 B, rate: 100 Hz, bus: wire}
+  pose: {from: driver, to: nav}
+flows: {f: {path: [gnss, driver, nav]}}
+objectives: [minimise jitter of f, minimise utilisation of cpu]
+"""
+
+
+def test_times_of_what_dispatches_count_in_their_own_parts_of_a_nanosecond(tmp_path: Path) -> None:
+    """Ticks come 10 ms apart, and 3 times 2.5 ns later at most: 10 000 007.5 ns."""
+    path = tmp_path / "fractions.yaml"
+    path.write_text(FRACTIONS_ELSEWHERE, encoding="utf-8")
+    result = dse.solve(path)
+    assert [point.metrics["jitter of f"] for point in result.front] == [
+        Fraction(30_000_015, 2),
+        Fraction(40_000_015, 2),
+    ]
