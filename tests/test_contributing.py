@@ -105,7 +105,7 @@ def test_what_the_steps_add_is_searched_and_proved_again(changed: Path, called: 
         "fast": ({"p.type": "fast", **best}, 45_000_000),
     }
     for method in ("exhaustion", "model"):
-        assert "Verified" in called("verify", "r.json", "--method", method)
+        assert "VERIFIED" in called("verify", "r.json", "--method", method)
 
 
 def test_timers_on_one_clock_know_what_the_steps_add(changed: Path, called: Callable[..., str]) -> None:
@@ -127,7 +127,7 @@ objectives: [minimise latency of f]
     called("solve", "clock.yaml", "-q", "--json", "c.json")
     (point,) = json.loads((changed / "c.json").read_text(encoding="utf-8"))["front"]
     assert (point["objectives"], point["decisions"]["b.offset"]) == ({"latency of f": 11_000_000}, "6 ms")
-    assert "Verified" in called("verify", "c.json", "--method", "model")
+    assert "VERIFIED" in called("verify", "c.json", "--method", "model")
 
 
 def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path, called: Callable[..., str]) -> None:
@@ -144,7 +144,7 @@ def test_a_metric_of_its_own_and_another_arrival_work_everywhere(changed: Path, 
         ({"rate of c": 35}, "timed")
     ]
     for method in ("exhaustion", "model"):
-        assert "Verified" in called("verify", "t.json", "--method", method)
+        assert "VERIFIED" in called("verify", "t.json", "--method", method)
     said = called("sweep", "timed.yaml", "--vary", "rate of c=10Hz..60Hz", "--minimise", "price", "--no-store")
     assert "35 Hz" in said
     design = ["p.type=cpu", "b.period=40ms", "b.release_jitter=3ms", "c.dispatch_protocol=timed"]

@@ -44,10 +44,16 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
 
 
 def _with_cores(space: Space, design: Design, waiting: Sequence[int]) -> Design:
-    """The design with cores for the decisions `waiting`: such that limits are met, where quick ways find that."""
+    """The design with cores for the decisions `waiting`: such that limits are met, where quick ways find that.
+
+    One with an option that is not offered beside the others stays as it is: whoever judges it says so.
+    """
     from dse.analysis.placement.heuristics import placed
 
-    return placed(space, design, waiting)
+    try:
+        return placed(space, design, waiting)
+    except NotOffered:
+        return design
 
 
 def baseline_design(space: Space) -> Design | None:

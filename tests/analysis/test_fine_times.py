@@ -49,8 +49,11 @@ PROCESSING
 processor_types: {cpu: {}, two: {cores: 2, price: 7 EUR}}
 processors: {p: {type: [cpu, two]}}
 bus_types:
-  noc: {transmission_time: {per_byte: 0.1 ns .. 0.3 ns}}
-  slow: {price: 1 EUR, transmission_time: {fixed: [500 ps, 1 ns], per_byte: [1/3 ns .. 350 ps, 0.125 ns]}}
+  noc: {virtual: true, transmission_time: {per_byte: 0.1 ns .. 0.3 ns}}
+  slow:
+    virtual: true
+    price: 1 EUR
+    transmission_time: {fixed: [500 ps, 1 ns], per_byte: [1/3 ns .. 350 ps, 0.125 ns]}
 buses: {b: {type: [noc, slow]}}
 threads:
   cam: {processor: p, period: [50 us, 60 us], compute_execution_time: 10 us .. 20 us}

@@ -311,6 +311,8 @@ def test_a_connections_own_latency_counts_where_nothing_else_is_given() -> None:
 
 def test_inside_a_process_a_connection_costs_nothing() -> None:
     ends = "from: same, to: other"
-    for wire in ("data_size: 8 B, bus: wire", "latency: 2 ms"):
+    for wire in ("data_size: 8 B, bus: wire", "data_size: 8 B, bus: ros", "latency: 2 ms"):
         assert transmission_us(wire, {"other.process": "p"}, ends) == ("no latency", 0, 0)
-    assert transmission_us("data_size: 8 B, bus: wire", {"other.process": "q"}, ends)[1:] == (1024, 1312)
+    between = {"other.process": "q", "one.type": "slow"}
+    assert transmission_us("data_size: 8 B, bus: ros", between, ends)[1:] == (508, 908)
+    assert transmission_us("data_size: 8 B, bus: wire", between, ends)[1:] == (0, 0)

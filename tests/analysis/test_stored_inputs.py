@@ -20,7 +20,7 @@ STORED = """
 dse: 1
 name: stored
 processor_types: {pc: {cores: 4}}
-bus_types: {can: {transmission_time: {fixed: 1 ms .. 3 ms}}}
+bus_types: {can: {virtual: true, transmission_time: {fixed: 1 ms .. 3 ms}}}
 buses: {b: {type: can}}
 processors: {pc: {type: pc}}
 devices:
@@ -106,7 +106,7 @@ def drawn(seed: int) -> str:
     """Chains whose parts pass data by ports that dispatch or do not; protocols, periods and cores open."""
     rng = random.Random(seed)
     lines = ["dse: 1", f"name: stored {seed}", "processor_types: {pc: {cores: 2, price: 1 EUR}}"]
-    lines += ["bus_types: {can: {transmission_time: {fixed: 1 ms .. 2 ms}}}", "buses: {b: {type: can}}"]
+    lines += ["bus_types: {can: {virtual: true, transmission_time: {fixed: 1 ms .. 2 ms}}}", "buses: {b: {type: can}}"]
     lines += [
         "processors: {pc: {type: pc}}",
         "devices:",

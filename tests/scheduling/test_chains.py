@@ -110,7 +110,9 @@ def test_what_is_no_chain(thread: str, fields: dict[str, Any]) -> None:
 def test_a_message_that_takes_long_is_part_of_the_chain() -> None:
     """18 + 21 + 18 + 7 ms and 36 of a message over a bus are a period; with 37 the last one may wait for another."""
     for latency, is_chain in ((36, True), (37, False)):
-        buses = f"bus_types: {{slow: {{latency: {latency} ms}}}}\nbuses: {{net: {{type: slow}}}}\ndevices:"
+        buses = (
+            f"bus_types: {{slow: {{virtual: true, latency: {latency} ms}}}}\nbuses: {{net: {{type: slow}}}}\ndevices:"
+        )
         text = file_of("fifo", wire=", bus: net, data_size: 1 B").replace("devices:", buses)
         assert (known_ms(space_of(text))["d4"] == 7) is is_chain
 

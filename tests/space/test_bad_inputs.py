@@ -37,7 +37,7 @@ from tests.helpers.diagnostics import (
 SEMANTIC = FOLDER / "semantic"
 MIXED = FOLDER / "mixed"
 VALID = (FOLDER / "valid.yaml").read_text(encoding="utf-8")
-SEVERAL = {"flow_several_mistakes", "map_of_a_type", "several_mistakes"}
+SEVERAL = {"flow_several_mistakes", "local_alone", "map_of_a_type", "several_mistakes"}
 
 
 def build(path: Path) -> Space:

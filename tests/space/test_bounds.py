@@ -19,7 +19,7 @@ from dse.space.model.criteria import Requirement
 from dse.space.model.space import Space
 from dse.space.question.settings import deadline_requirements
 from dse.support.errors import ProblemError
-from tests.helpers.effort import cases
+from tests.helpers.effort import cases, count
 from tests.helpers.support import evaluated
 from tests.oracle.generator import random_problem
 
@@ -91,7 +91,7 @@ def test_random_requirements_are_of_both_kinds() -> None:
         )
         counts[0] += len(called)
         counts[1] += len(wanted) - len(called)
-    assert min(counts) >= 30
+    assert min(counts) >= count(120)
 
 
 def test_each_is_said_with_its_place_and_both_figures(tmp_path: Path) -> None:

@@ -140,7 +140,7 @@ def test_a_pipe_as_output_is_given_up_where_nobody_reads_it(
     os.mkfifo(folder / "out")
     assert run(["analyse", "pump.yaml", "--json", "out"]) == 2
     told = capsys.readouterr()
-    assert "out: nobody reads from this pipe" in told.err
+    assert "out: no program reads from this pipe" in told.err
     assert "jitter of sensor_to_valve" in told.out
 
 

@@ -164,6 +164,6 @@ def test_a_sweep_over_all_of_a_kind(capsys: pytest.CaptureFixture[str], tmp_path
     file.write_text(SEVERAL, encoding="utf-8")
     assert run(["sweep", str(file), "--vary", "utilisation=50%..70%", "--no-store"]) == 0
     text = capsys.readouterr().out
-    assert "utilisation <= 50 % .. 70 %" in text and "proved: nothing changes between them" in text
+    assert "utilisation <= 50 % .. 70 %" in text and "proved: 4 break-points; nothing changes between them" in text
     assert run(["sweep", str(file), "--vary", "latency=70ms,90ms", "--no-store"]) == 0
     assert "latency <= 70ms" in capsys.readouterr().out
