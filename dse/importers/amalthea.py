@@ -23,6 +23,7 @@ from dse.support.errors import Diagnostic, ProblemError, UsageError
 from dse.support.files.reading import UnreadableFileError, read_bytes
 from dse.support.files.xml import walk, xml_text
 from dse.support.units import (
+    PARAMETER_TIMES_NS,
     TimeRange,
     UnitError,
     format_duration,
@@ -32,13 +33,7 @@ from dse.support.units import (
 
 MOST_BYTES = 64_000_000
 PIECES = 4_000_000
-TIMES_NS = {
-    "ps": Fraction(1, 1000),
-    "ns": Fraction(1),
-    "us": Fraction(10**3),
-    "ms": Fraction(10**6),
-    "s": Fraction(10**9),
-}
+TIMES_NS = {"ps": Fraction(1, 1000), **PARAMETER_TIMES_NS}
 RATES_HZ = {"Hz": 1, "kHz": 10**3, "KHz": 10**3, "MHz": 10**6, "GHz": 10**9}
 BITS = {"bit": 1, "kbit": 10**3, "Mbit": 10**6, "Kibit": 2**10, "Mibit": 2**20}
 BITS |= {"B": 8, "kB": 8 * 10**3, "MB": 8 * 10**6, "KiB": 2**13, "MiB": 2**23}

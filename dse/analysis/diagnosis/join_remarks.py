@@ -1,4 +1,7 @@
-"""What to remark of threads that several inputs dispatch, and of those that drop messages (docs/semantics.md, 3.8)."""
+"""Remarks of `check` on threads that several inputs dispatch, and on threads that drop messages.
+
+docs/semantics.md, section 3.8.
+"""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def _in_flow(space: Space, step: Step, view: View) -> Component:
 
 
 def _callback_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
-    """What passes at a hybrid component before its timer samples: its callback, and the wait for its other inputs."""
+    """The rows of a hybrid component before its timer samples: its callback, and its wait for the other inputs."""
     if step.via is None or at(component.protocol, view) != "hybrid":
         return []
     rows = (callback_row(space, component, view), joined_row(space, step, component, view))

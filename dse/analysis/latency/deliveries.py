@@ -1,4 +1,4 @@
-"""What a connection adds to a latency: its transmission, and what its message waits for its bus.
+"""The latency of a connection: the transmission of a message, and its waiting for the bus.
 
 docs/semantics.md, sections 3.3 and 5.4.
 """

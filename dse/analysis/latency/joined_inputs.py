@@ -83,7 +83,7 @@ class Join:
         self.wires = self.component.triggers
 
     def name_of(self, wire: int) -> str:
-        """What sends the messages of an input: a component, or the connection from outside itself."""
+        """The sender of the messages of an input: a component, or the connection where they come from outside."""
         connection = self.space.connections[wire]
         return connection.name if connection.source is None else self.space.components[connection.source].stated_as
 
@@ -273,7 +273,7 @@ def _phase_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exa
 
 
 def _first_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exact, Exact]:
-    """The same of the first releases."""
+    """How much later than the first release of `one` the first of `other` is, at least and at most, in ns."""
     anyhow = -one.period_ns, other.period_ns
     if one.kind != "component" or other.kind != "component":
         return anyhow

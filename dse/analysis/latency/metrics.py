@@ -214,7 +214,7 @@ def _undelayed(space: Space) -> Space:
 
 
 def _delivery_term(space: Space, step: Step, kind: str) -> Term:
-    """What a connection adds to a metric of a flow: it hangs on all messages of its bus where it waits for that."""
+    """The term of a connection in a metric of a flow, in ns; it depends on all messages of a bus that it waits for."""
     connection = space.connections[step.index]
     waits = kind != "min latency" and bool(may_wait_for(space, step.index))
     alone = _undelayed(space)

@@ -1,15 +1,8 @@
 "use strict";
 // What a decision is made with: limits that are answered exactly, options to insist on, sorting, a link, files to keep.
 window.dseDecide = (page) => {
-  const { data, state } = page;
+  const { data, state, element, make } = page;
   const decide = data.decide;
-  const element = (id) => document.getElementById(id);
-  const make = (tag, text, attributes = {}) => {
-    const node = document.createElement(tag);
-    if (text !== undefined) node.textContent = text;
-    for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
-    return node;
-  };
   state.wishes = [];
   state.insisted = null;
   state.zoomed = false;

@@ -1,15 +1,8 @@
 "use strict";
 // The first screen: kinds of designs and their ranking under limits and weights, two designs side by side.
 window.dseFirst = (page) => {
-  const { data, state } = page;
+  const { data, state, element, make } = page;
   const first = data.first;
-  const element = (id) => document.getElementById(id);
-  const make = (tag, text, attributes = {}) => {
-    const node = document.createElement(tag);
-    if (text !== undefined) node.textContent = text;
-    for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
-    return node;
-  };
   const infos = data.objectives;
   const byId = new Map(data.front.map((record) => [record.id, record]));
   state.weights = infos.map(() => 1);

@@ -16,9 +16,15 @@
   const byId = new Map(data.front.map((record) => [record.id, record]));
   const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, views: {}, details: [] };
   const hasPlots = typeof vegaEmbed !== "undefined";
-  const page = { data, state, choose, keep, axisOf, showBands, hasPlots, ready: false };
-  window.dseReport = page;
   const element = (id) => document.getElementById(id);
+  const make = (tag, text, attributes = {}) => {
+    const node = document.createElement(tag);
+    if (text !== undefined) node.textContent = text;
+    for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
+    return node;
+  };
+  const page = { data, state, element, make, choose, keep, axisOf, showBands, hasPlots, ready: false };
+  window.dseReport = page;
   const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
 
   function narrow(spec) {

@@ -1,9 +1,8 @@
 "use strict";
 // The plot of the front, drawn as SVG from the page's own data: points by kind of design, limits, what is marked.
 window.dseScatter = (page) => {
-  const { data, state } = page;
+  const { data, state, element } = page;
   const first = data.first;
-  const element = (id) => document.getElementById(id);
   const SVG = "http://www.w3.org/2000/svg";
   const room = { left: 58, right: 14, top: 24, bottom: 44 };
   const reach = 12;

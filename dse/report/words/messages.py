@@ -6,11 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.analysis.messages.waits import MessageResponse
-from dse.answers.tables.display import readable
-from dse.report.amounts import listed
 from dse.report.page import Table
-from dse.report.words.scheduling import SAID
-from dse.support.units import Exact
+from dse.report.words.scheduling import deadline_cells, in_ms, no_bound_words
 
 HEADINGS = (
     "message", "identifier", "transmission", "queued", "response time", "deadline", "", "slack", "blocked", "waits for",
@@ -57,20 +54,16 @@ def _slack(item: MessageResponse) -> tuple[bool, float]:
 
 def _row(item: MessageResponse) -> tuple[str, ...]:
     queued = [
-        f"every {_ms(stream.period_ns)}" + (f" +{_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
+        f"every {in_ms(stream.period_ns)}" + (f" +{in_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
         for stream in item.releases or ()
     ]
-    response, deadline = item.response_ns, item.deadline_ns
     return (
         item.name,
         "" if item.identifier is None else f"{item.identifier:#x}",
-        _ms(item.transmission_ns[1]),
+        in_ms(item.transmission_ns[1]),
         ", ".join(queued),
-        "unbounded" if response is None else _ms(response),
-        "" if deadline is None else _ms(deadline),
-        SAID[item.meets_deadline],
-        "" if deadline is None or response is None else _ms(deadline - response),
-        f"{_ms(item.blocking_ns)} by {item.blocked_by}" if item.blocking_ns else "",
+        *deadline_cells(item.response_ns, item.deadline_ns, item.meets_deadline),
+        f"{in_ms(item.blocking_ns)} by {item.blocked_by}" if item.blocking_ns else "",
         _waits_for(item),
     )
 
@@ -78,18 +71,14 @@ def _row(item: MessageResponse) -> tuple[str, ...]:
 def _waits_for(item: MessageResponse) -> str:
     """Which messages go first, the longest times first; of one without a bound those that are the cause."""
     if item.because:
-        return f"no bound, for {listed(item.because)} {'has' if len(item.because) == 1 else 'have'} none"
+        return no_bound_words(item.because)
     first = sorted(item.interference, key=lambda one: -one.work_ns)
-    found = [f"{one.jobs} x {one.name} ({_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
+    found = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
     if len(first) > MOST_NAMED:
         work = sum(one.work_ns for one in first[MOST_NAMED:])
-        found.append(f"{len(first) - MOST_NAMED} more ({_ms(work)})")
+        found.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
     if item.earlier_ns:
-        found.insert(0, f"earlier ones of its own ({_ms(item.earlier_ns)})")
+        found.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
     if item.over_ns:
-        found.append(f"of which {_ms(item.over_ns)} are over when it comes")
+        found.append(f"of which {in_ms(item.over_ns)} are over when it comes")
     return ", ".join(found)
-
-
-def _ms(value_ns: Exact) -> str:
-    return readable(value_ns, "ns", digits=6)

@@ -82,21 +82,21 @@ def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
         pieces = [item for item in busy.pieces if item.name == name]
         lanes.append(Lane(name, tuple((float(item.start_ns) / whole, float(item.end_ns) / whole) for item in pieces)))
     response = busy.end_ns - busy.released_ns
-    said = f"{busy.name} ends {_ms(response)} after its release"
+    said = f"{busy.name} ends {in_ms(response)} after its release"
     if busy.deadline_ns is not None:
         left = busy.deadline_ns - response
-        said += f", {_ms(left)} before its deadline" if left >= 0 else f", {_ms(-left)} after its deadline"
+        said += f", {in_ms(left)} before its deadline" if left >= 0 else f", {in_ms(-left)} after its deadline"
     caption = f"{where} where it is tightest: {said}"
     if busy.is_segment:
-        said = f"{busy.name} ends at most {_ms(response)} after its own release, with all that may go before it"
+        said = f"{busy.name} ends at most {in_ms(response)} after its own release, with all that may go before it"
         caption = f"{where} where a segment takes longest: {said}"
-    marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {_ms(busy.released_ns)}."),)
-    return Timeline(caption, tuple(lanes), ("0", _ms(busy.end_ns)), marks if busy.released_ns else ())
+    marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {in_ms(busy.released_ns)}."),)
+    return Timeline(caption, tuple(lanes), ("0", in_ms(busy.end_ns)), marks if busy.released_ns else ())
 
 
 def _row(item: Response, processor: str) -> tuple[str, ...]:
     releases = [
-        f"every {_ms(stream.period_ns)}" + (f" +{_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
+        f"every {in_ms(stream.period_ns)}" + (f" +{in_ms(stream.jitter_ns)}" if stream.jitter_ns else "")
         for stream in item.task.streams
     ]
     response, deadline = item.response_ns, item.deadline_ns
@@ -106,13 +106,10 @@ def _row(item: Response, processor: str) -> tuple[str, ...]:
     return (
         str(item.core),
         named,
-        _ms(item.worst_ns) + (f" +{_ms(switching)}" if switching else ""),
+        in_ms(item.worst_ns) + (f" +{in_ms(switching)}" if switching else ""),
         ", ".join(releases),
-        "unbounded" if response is None else _ms(response),
-        "" if deadline is None else _ms(deadline),
-        SAID[item.meets_deadline],
-        "" if deadline is None or response is None else _ms(deadline - response),
-        f"{_ms(item.blocked_ns)} by {item.blocked_by}" if item.blocked_ns else "",
+        *deadline_cells(response, deadline, item.meets_deadline),
+        f"{in_ms(item.blocked_ns)} by {item.blocked_by}" if item.blocked_ns else "",
         _waits_for(item),
     )
 
@@ -123,17 +120,33 @@ def _waits_for(item: Response) -> str:
     Of a thread without a bound whose missing bound is the cause.
     """
     if item.because:
-        return f"no bound, for {listed(item.because)} {'has' if len(item.because) == 1 else 'have'} none"
-    found = [f"{delay.jobs} x {delay.name} ({_ms(delay.work_ns)})" for delay in item.delays]
+        return no_bound_words(item.because)
+    found = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
-        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({_ms(item.parts.earlier_ns)})")
+        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
     if item.before_ns:
-        found.insert(0, f"its earlier pieces ({_ms(item.before_ns)})")
+        found.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
     if over:
-        found.append(f"of which {_ms(over)} are over when it is released")
+        found.append(f"of which {in_ms(over)} are over when it is released")
     return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")
 
 
-def _ms(value_ns: Exact) -> str:
+def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: bool | None) -> tuple[str, ...]:
+    """A response time, the deadline, whether it is met, and how much sooner the response is; "" of what is missing."""
+    return (
+        "unbounded" if response_ns is None else in_ms(response_ns),
+        "" if deadline_ns is None else in_ms(deadline_ns),
+        SAID[meets],
+        "" if deadline_ns is None or response_ns is None else in_ms(deadline_ns - response_ns),
+    )
+
+
+def no_bound_words(causes: Sequence[str]) -> str:
+    """Why a response time has no bound: the threads or messages that have none themselves."""
+    return f"no bound, for {listed(causes)} {'has' if len(causes) == 1 else 'have'} none"
+
+
+def in_ms(value_ns: Exact) -> str:
+    """A time in ns as tables of response times show it: in ms, of six digits."""
     return readable(value_ns, "ns", digits=6)
