@@ -22,7 +22,7 @@ from dse.space.question.limits import is_share, own_limit, states_bandwidth
 from dse.space.question.metrics import QuestionError, read_derived, resolve_metrics, worst_metric
 from dse.space.question.open_cores import open_cores, with_all_cores, with_open_cores, with_times_of_cores
 from dse.space.question.open_priorities import open_priorities
-from dse.space.question.rules import read_rule
+from dse.space.question.rules import read_rule, rule_names
 from dse.space.question.settings import with_deadlines
 from dse.spec.language.expressions import DerivedExpr, ExtremeRef
 from dse.spec.language.grammar import ExpressionError, parse_derived, parse_objective, parse_requirement
@@ -48,10 +48,11 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
         for found in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
             requirements.extend(found)
     rules: list[Rule] = []
+    names = rule_names(space)
     for number, text in enumerate(spec.rules):
         path = ("rules", number)
         origin = ledger.origin(path)
-        rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin))
+        rules += _attempt(ledger, path, text, partial(read_rule, space, text, origin, names))
     objectives = _objectives(ledger, space, spec)
     space = replace(space, requirements=tuple(requirements), objectives=tuple(objectives), rules=tuple(rules))
     return with_open_cores(with_implied(space))

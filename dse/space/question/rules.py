@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 from dse.space.model.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
 from dse.space.model.space import EMPTY, Reference, Space
@@ -14,6 +14,7 @@ from dse.spec.language.grammar import parse_rule
 from dse.support.errors import did_you_mean
 from dse.support.units import shown
 
+RuleNames: TypeAlias = tuple[frozenset[str], frozenset[str]]
 ORDERED = (
     "duration",
     "offset",
@@ -29,10 +30,15 @@ ORDERED = (
 )
 
 
-def read_rule(space: Space, text: str, origin: str = "") -> Rule:
-    """A rule with its names resolved."""
-    expression = parse_rule(text, list(space.references), _bare_names(space))
+def read_rule(space: Space, text: str, origin: str = "", names: RuleNames | None = None) -> Rule:
+    """A rule with its names resolved; `names` are those of the space, for the reader of many rules."""
+    expression = parse_rule(text, *(names or rule_names(space)))
     return Rule(text, expression.verb, _resolve(space, expression.condition), origin)
+
+
+def rule_names(space: Space) -> RuleNames:
+    """The names of decisions that a rule may use, and those that may stand alone: slots and types."""
+    return frozenset(space.references), frozenset(_bare_names(space))
 
 
 def _bare_names(space: Space) -> list[str]:

@@ -6,7 +6,7 @@ take it otherwise (``A and B requires C``, ``not A requires B``, ``A implies B i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Literal
@@ -34,12 +34,9 @@ _KEYWORDS = (*_CONNECTIVES, "not", "if", "in", "is")
 
 
 @lru_cache(maxsize=2)
-def _by_initial(names: frozenset[str], bare: frozenset[str]) -> Mapping[str, Sequence[str]]:
-    """All names by their first letter, the longest first; every rule of a file has the same."""
-    found: dict[str, list[str]] = {}
-    for name in sorted(names | bare, key=lambda known: (-len(known), known)):
-        found.setdefault(name[:1], []).append(name)
-    return found
+def _longest(names: frozenset[str], bare: frozenset[str]) -> int:
+    """The length of the longest name; every rule of a file has the same names."""
+    return max(map(len, names | bare), default=0)
 
 
 class RuleParser:
@@ -54,7 +51,7 @@ class RuleParser:
         self._scanner = Scanner(text)
         self._bracketed: list[Condition] = []
         self._implied: list[Condition] = []
-        self._by_initial = _by_initial(self.names, self.bare)
+        self._longest = _longest(self.names, self.bare)
 
     def rule(self) -> RuleExpr:
         """Parse the whole text."""
@@ -303,8 +300,9 @@ class RuleParser:
 
     def _peek_known(self) -> str | None:
         """The longest known name that begins here and ends at a boundary."""
-        candidates = self._by_initial.get(self.text[self.at : self.at + 1], [])
-        return next((name for name in candidates if self._word_at(name, self.at)), None)
+        last = min(len(self.text), self.at + self._longest)
+        found = (self.text[self.at : end] for end in range(last, self.at, -1) if self._boundary(end))
+        return next((name for name in found if name in self.names or name in self.bare), None)
 
     def _take_quoted(self) -> str | None:
         """Take ``'text'`` or ``'text'.field``, if it begins here."""
