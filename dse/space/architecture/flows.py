@@ -26,9 +26,12 @@ def build_flows(
     by_name = {item.stated_as: number for number, item in enumerate(components)}
     wires = {item.name: number for number, item in enumerate(connections) if not item.is_inner}
     paths = {other: item.path for other, item in spec.flows.items()}
+    between: dict[tuple[int | None, int | None], list[int]] = {}
+    for number, item in enumerate(connections):
+        between.setdefault((item.source, item.target), []).append(number)
     for name, given in spec.flows.items():
         ledger.work.go_on(10)
-        tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, by_name, wires, paths)
+        tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths)
         steps = tracer.trace(given.path, (name,))
         steps = with_way(components, steps)
         if clocked:
@@ -56,6 +59,7 @@ class _Tracer:
     path: Path
     components: Sequence[Component]
     connections: Sequence[Connection]
+    between: Mapping[tuple[int | None, int | None], Sequence[int]]
     by_name: Mapping[str, int]
     wires: Mapping[str, int]
     flows: Mapping[str, Sequence[str | PathElement]]
@@ -148,9 +152,7 @@ class _Tracer:
 
     def _only_connection(self, where: Path, source: int, target: int) -> int | None:
         """The one connection between two neighbours of a path; none or several are mistakes."""
-        found = [
-            number for number, item in enumerate(self.connections) if item.source == source and item.target == target
-        ]  # fmt: skip
+        found = self.between.get((source, target), [])
         if len(found) == 1:
             return found[0]
         one, other = self.components[source].stated_as, self.components[target].stated_as

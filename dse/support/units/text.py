@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import ceil
 
 from dse.support.units.table import UNITS, Exact, Money, SizeRange, TimeRange, Total
@@ -48,10 +48,15 @@ def format_number(value: Fraction | int) -> str:
 def _format(value: Fraction | int, *units: str) -> str:
     """Text in the first of `units` (largest first, value in the last) in which the number is at least 1."""
     number = Fraction(value)
-    above, below = abs(number.numerator), number.denominator
+    return _in_units(number.numerator, number.denominator, units)
+
+
+@lru_cache(maxsize=4096)
+def _in_units(numerator: int, denominator: int, units: tuple[str, ...]) -> str:
+    """A fraction as `_format` writes it; most figures of a large problem occur many times."""
     sizes = _sizes(units)
-    unit, size = next(((unit, size) for unit, size in sizes if above >= size * below), sizes[-1])
-    return f"{format_number(number / size)} {unit}"
+    unit, size = next(((unit, size) for unit, size in sizes if abs(numerator) >= size * denominator), sizes[-1])
+    return f"{format_number(Fraction(numerator, denominator * size))} {unit}"
 
 
 @cache
