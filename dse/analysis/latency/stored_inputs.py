@@ -15,7 +15,9 @@ from typing import NamedTuple
 
 from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import callback_ns, processing_row
-from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row
+from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row, counts_responses
+from dse.analysis.memo import Recall
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.rates import NS_PER_S, arrivals, is_event_triggered, is_joined, passes_rates_on, rate_hz
 from dse.analysis.scheduling.responses import NO_BOUND, UNBOUNDED_NS
 from dse.analysis.terms import picked
@@ -100,6 +102,15 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
     that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
+    if counts_responses(space) or counted_buses(space):  # which consult all on a processor or bus
+        return _gap_ns(space, number, view)
+    return _GAPS.recall(space, number, view, _gap_ns)
+
+
+_GAPS: Recall[Exact] = Recall()
+
+
+def _gap_ns(space: Space, number: int, view: View) -> Exact:
     return _as_bound(_distances(space, number, view)[number])
 
 
