@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 
 from ortools.sat.python import cp_model
 
@@ -48,6 +49,7 @@ class Switchboard:
         *,
         seed: int = 0,
         deadline: float | None = None,
+        most_work: float = inf,
     ) -> Design | None:
         """A design that meets the demands `kept` and further limits, or None where there is none.
 
@@ -56,7 +58,7 @@ class Switchboard:
         Raises
         ------
         OutOfTime
-            when there is no answer by the deadline.
+            when there is no answer by the deadline, or with `most_work`.
         RefereeError
             when the analysis refuses the solver's design.
         """
@@ -68,6 +70,7 @@ class Switchboard:
         for _, guard in more:
             self._bound(guard, 1, 1)
         strategy = Strategy(encoded, seed=seed, deadline=deadline)
+        strategy.most_work = most_work
         try:
             while True:
                 answer = heard(strategy, lambda: strategy.minimise([1] * len(encoded.objectives), [encoded.everywhere]))

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TypeAlias
 
 from dse.analysis.evaluate import Evaluator
@@ -40,6 +41,8 @@ class Fixed:
 
 
 Member: TypeAlias = Requirement | Rule | Fixed
+SHARED_WORK = 1.0
+"""Work (`dse.search.solver.settings`) at a question in the model that all questions share."""
 DIRECTED = ("<=", "<", ">=", ">")
 
 
@@ -121,8 +124,9 @@ class Oracle:
     """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
 
     Sets are those of positions in `members`; `statements` has those together that a user stated as one. The space is
-    encoded once, with a switch for each member; requirements are made limits by `reading`. `calls` counts the questions
-    that were solved. Ctrl-C is as if the deadline had come, for all who share the `time_left`.
+    encoded once, with a switch for each member; once a question has taken `SHARED_WORK` in vain, each is encoded for
+    its own members, without what the others would add. Requirements are made limits by `reading`. `calls` counts the
+    questions that were solved. Ctrl-C is as if the deadline had come, for all who share the `time_left`.
     """
 
     def __init__(
@@ -145,6 +149,7 @@ class Oracle:
         self._structure = Evaluator(demanding(space, ()))
         self._limits = Evaluator(replace(space, objectives=()), reading=reading).limits
         self._switchboard: Switchboard | None = None
+        self._is_hard = False
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
         self._met: dict[Design, frozenset[int]] = {}
@@ -191,7 +196,7 @@ class Oracle:
             found = self.find(kept)
         else:
             with self._spent():
-                found = find_design(self.space_of(kept), seed=seed, deadline=self.deadline, reading=self.reading)
+                found = self._apart(kept, seed)
         if found is None:
             self._refuted.append(kept)
         else:
@@ -205,10 +210,26 @@ class Oracle:
         self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()
     ) -> Design | None:
         """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
+        is_plain = measure is None and not further
         with self._spent():
+            if is_plain and self._is_hard:
+                return self._apart(kept, self.seed)
             if self._switchboard is None:
                 self._switchboard = Switchboard(self.space, self.reading)
-            return self._switchboard.find(kept, measure, further, seed=self.seed, deadline=self.deadline)
+            most = SHARED_WORK if is_plain else inf
+            try:
+                return self._switchboard.find(
+                    kept, measure, further, seed=self.seed, deadline=self.deadline, most_work=most
+                )
+            except OutOfTime:
+                if not is_plain or (self.deadline is not None and time.monotonic() >= self.deadline):
+                    raise
+                self._is_hard = True
+                return self._apart(kept, self.seed)
+
+    def _apart(self, kept: frozenset[int], seed: int) -> Design | None:
+        """A design that meets these members, or None, by a model of them alone."""
+        return find_design(self.space_of(kept), seed=seed, deadline=self.deadline, reading=self.reading)
 
     @contextmanager
     def _spent(self) -> Iterator[None]:

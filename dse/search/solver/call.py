@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -27,9 +28,9 @@ from dse.space.model.space import Design
 class Call:
     """A model, and what is asked of it: weights, regions, part of the space, values that are left.
 
-    `work` is what all runs took (`dse.search.solver.settings`). Same model, same seed, same answers: one CP-SAT worker,
-    and limits in deterministic time. Solving releases the GIL: several calls, each with a model of its own, can work in
-    threads (see `dse.search.workers`).
+    `work` is what all runs took (`dse.search.solver.settings`); after `most_work` there is no time left. Same model,
+    same seed, same answers: one CP-SAT worker, and limits in deterministic time. Solving releases the GIL: several
+    calls, each with a model of its own, can work in threads (see `dse.search.workers`).
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class Call:
         self.tuning = tuning or tuned.DEFAULT
         self.encoded, self.seed, self.deadline = encoded, seed, deadline
         self.work = 0.0
+        self.most_work = inf
         self.stopped = False
         self.weights: Sequence[int] | None = None  # of the objectives, in what is minimised
         self.within: tuple[int, ...] = ()  # the literals of the part that is asked about, ...
@@ -119,7 +121,11 @@ class Call:
 
     def out_of_time(self) -> bool:
         """Whether there is no time left, or the search was stopped."""
-        return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
+        return (
+            self.stopped
+            or self.work >= self.most_work
+            or (self.deadline is not None and time.monotonic() >= self.deadline)
+        )
 
     def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
         """One run of the solver, or several until the solution's open terms are exact, or as good as they can be.
