@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from dse.analysis.latency.metrics import flow_figure_ns
+from dse.analysis.latency.metrics import AT_ONCE, flow_figure_ns
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Limit, Reading, Verdict, build_limit, judge
 from dse.analysis.measures import Measure, all_metrics, build_measure
@@ -22,6 +22,8 @@ from dse.space.question.open_cores import is_scheduled
 from dse.support.timelimit import in_time
 
 REMEMBERED = 4096
+VIEWS = 512
+"""The number of designs of which rates and flows are remembered, for what is asked of them next."""
 MANY = 500
 """With more limits than this the figures of a design take a noticeable part of a second."""
 SHARED = 256
@@ -74,6 +76,7 @@ class Evaluator:
         # response times consult nearly all of a design, and are found together
         self._shares = not counts_responses(space) and not counted_buses(space)
         self._shared_limits = [self._is_shared(item.requirement.metric) for item in self.limits]
+        self._views: dict[Design, View] = {}
         self._known: dict[Design, Evaluation] = {}
         self._figures: dict[Design, dict[str, int]] = {}
 
@@ -92,8 +95,17 @@ class Evaluator:
         return [self._is_shared(item.metric) for item in self.metrics]
 
     def _is_shared(self, metric: Metric) -> bool:
-        """Whether designs share a figure: not where response times are in it, which a design has all at once."""
-        return self._shares and not is_scheduled(self.space, metric)
+        """Whether designs share a figure: not one that a design has at once with others, as a flow its ends."""
+        return self._shares and metric.kind not in AT_ONCE and not is_scheduled(self.space, metric)
+
+    def _view(self, design: Design) -> View:
+        """The view of a design for all that is asked of it, which remembers rates and flows."""
+        found = self._views.get(design)
+        if found is None:
+            if len(self._views) >= VIEWS:
+                self._views.clear()
+            found = self._views[design] = View(design)
+        return found
 
     def find_metrics(self) -> None:
         """Build what a result lists, while there is time."""
@@ -121,7 +133,7 @@ class Evaluator:
         found = self.invalid(design)
         if found:
             return Evaluation(design, (), tuple(found), ())
-        view = View(design)
+        view = self._view(design)
         objectives = tuple(measure.integer(view) for measure in self.objectives)
         verdicts = tuple(self._verdict(number, view) for number in in_time(range(len(self.limits))))
         return Evaluation(canonical(self.space, design), objectives, (), verdicts)
@@ -132,7 +144,7 @@ class Evaluator:
             found = self.rulebook.breaches(design)
         except NotOffered:
             return ["a chosen option is not offered"]
-        view = View(design)
+        view = self._view(design)
         try:
             for number in range(len(self.space.components)):
                 rate_hz(self.space, ("activation", number), view)
@@ -147,7 +159,7 @@ class Evaluator:
         """Every metric of a valid design, in its counting unit; the last ones are remembered, as by `evaluate`."""
         found = self._figures.get(design)
         if found is None:
-            view = View(design)
+            view = self._view(design)
             found = {item.metric.name: self._metric(number, view) for number, item in enumerate(in_time(self.metrics))}
             if len(self._figures) >= REMEMBERED:
                 self._figures.clear()
@@ -166,8 +178,13 @@ class Evaluator:
 
     def _verdict(self, number: int, view: View) -> Verdict:
         if not self._shared_limits[number]:
-            return judge(self.limits[number], view)
-        return self._verdicts.recall(self.space, number, view, lambda _, key, seen: judge(self.limits[key], seen))
+            return self._judged(number, view)
+        return self._verdicts.recall(self.space, number, view, lambda *asked: self._judged(*asked[1:]))
+
+    def _judged(self, number: int, view: View) -> Verdict:
+        limit = self.limits[number]
+        figure_ns = None if limit.is_elsewhere else flow_figure_ns(self.space, limit.requirement.metric, view)
+        return judge(limit, view, figure_ns)
 
     def _metric(self, number: int, view: View) -> int:
         measure = self.metrics[number]

@@ -378,12 +378,16 @@ _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()
 _WAITING: Recall[tuple[Exact, Exact]] = Recall(256)
 
 
+AT_ONCE = ("latency", "min latency", "jitter")
+"""The metrics that follow from the two ends of a flow's latency, which are found once for each design."""
+
+
 def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
     """The latency, minimum latency or jitter of a flow at once; None for other metrics.
 
     The same as the measure's value.
     """
-    if metric.kind not in ("latency", "min latency", "jitter"):
+    if metric.kind not in AT_ONCE:
         return None
     flow = space.flows[metric.index or 0]
     key = ("flow", metric.index)
