@@ -23,6 +23,7 @@ class Working:
     def __init__(self, text: str, *, quiet: bool) -> None:
         self.text = text
         self.live = sys.stderr.isatty() and not quiet
+        self._begun = time.monotonic()
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
         self._ends: tuple[int, int] | None = None
@@ -50,13 +51,22 @@ class Working:
                 os.close(end)
         rewrite("")
 
+    @property
+    def seconds(self) -> float:
+        """How long the command has worked."""
+        return time.monotonic() - self._begun
+
+    def tell(self, text: str) -> None:
+        """Print a line above the one that moves, where there is one."""
+        if self.live:
+            rewrite(f"{text}\n")
+
     def _run(self) -> None:
-        begun = time.monotonic()
         stopping = False
         while True:
             stopping = stopping or self._is_interrupted()
             text = "Ctrl-C: stopping, and keeping what was found; again: at once" if stopping else self.text
-            rewrite(f"{text}, {time.monotonic() - begun:.1f} s")
+            rewrite(f"{text}, {self.seconds:.1f} s")
             if self._over.wait(STEP_S):
                 return
 

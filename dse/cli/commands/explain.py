@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -21,6 +22,11 @@ from dse.cli.pages import answer, report_option
 from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit, until
 
+if TYPE_CHECKING:
+    from dse.answers.explanation import Demand
+
+SOON_S = 2.0
+"""Conflicts that are found before that are read on the page, which comes soon."""
 F = TypeVar("F", bound=Callable[..., Any])
 WITHOUT_EFFECT = ("workers", "scheduler", "top", "rank-by", "further", "within", "insist", "output", "explain")
 """Options of `dse solve` that are about the front: they are taken, and change no explanation."""
@@ -85,18 +91,25 @@ def command(
     """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
 
     Takes the options of `dse solve`; those about its front (--workers, --top, ...) change nothing. Each conflict is
-    minimal, shown by a design for each member left out; each limit is exact. Exit code 0 when the problem is feasible,
-    4 when it is proved infeasible.
+    minimal, shown by a design for each member left out; each limit is exact. Without --time-limit and --all a hard
+    problem is looked at for about 15 seconds of a processor, and the page says what was left out. Exit code 0 when the
+    problem is feasible, 4 when it is proved infeasible, 5 when something was left out.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, csv_path, report)
-    from dse.questions.explain.explain import Wishes, explain_asked
+    from dse.questions.explain.explain import Listener, Wishes, explain_asked
 
     with until(time_limit):
         asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
-    with Working("looking for what clashes", quiet=quiet):
-        found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed))
+    with Working("looking for what clashes", quiet=quiet) as line:
+
+        def show(conflict: Sequence[Demand]) -> None:
+            if line.seconds >= SOON_S:
+                line.tell(f"conflict: {'; '.join(item.text for item in conflict)}")
+
+        listener = Listener(partial(setattr, line, "text"), show)
+        found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed), listener)
     from dse.report.content.explain import explanation_page
 
     answer(

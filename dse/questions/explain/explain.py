@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Unpack
 
@@ -28,8 +28,19 @@ from dse.space.model.space import Design, Space
 from dse.space.question.implied import overloads_needed
 from dse.support import arguments
 from dse.support.timelimit import OutOfTime, until
+from dse.support.units.text import count_words
 
 MOST_CONFLICTS = 100
+EFFORT = 4.0
+"""Work (`dse.search.solver.settings`) at an infeasible problem where neither a time nor all conflicts are asked for."""
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Who is told how an explanation goes: `asks` what is looked at in a few words, `finds` each minimal conflict."""
+
+    asks: Callable[[str], None] = lambda _: None
+    finds: Callable[[Sequence[Demand]], None] = lambda _: None
 
 
 @dataclass(frozen=True)
@@ -73,7 +84,8 @@ def explain(
         further options, such as ``"computer.type += Spectra"``: which of them mends it, and at what price.
     time_limit_s
         seconds of wall time; what was proved until then is returned, marked as not `complete`, and so it is after
-        Ctrl-C. What was not looked at is said.
+        Ctrl-C. What was not looked at is said. Without a limit and without `every`, what takes more than about 15
+        seconds of a processor once the problem is proved infeasible is not looked at either.
     seed
         of the solver. The set of all conflicts and every figure are independent of it.
     question
@@ -98,12 +110,13 @@ def explain(
     return explain_asked(load(problem).ask(**question), wishes)
 
 
-def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
+def explain_asked(asked: Problem, wishes: Wishes, listener: Listener | None = None) -> Explanation:
     """Explain the question of a problem as it stands; see `explain`."""
     started = time.monotonic()
     for text in wishes.offers:
         with_offers(asked, (text,))  # a mistake in an offer is told before the work
     explainer = Explainer.of(asked, wishes, started)
+    explainer.listener = listener or explainer.listener
     found = explainer.explanation()
     if wishes.offers and found.status in ("infeasible", "feasible"):
         offers, complete = cheapest_offers(asked, wishes.offers, wishes.seed, explainer.oracle.deadline)
@@ -122,6 +135,7 @@ class Explainer:
     oracle: Oracle = field(repr=False)
     uncontended: Uncontended = field(repr=False)
     designs: NamedDesigns = field(repr=False)
+    listener: Listener = field(default_factory=Listener, repr=False)
     left_open: list[str] = field(default_factory=list)
     lighter: dict[Design, Design] = field(default_factory=dict, repr=False)
 
@@ -174,17 +188,26 @@ class Explainer:
         that, unless all conflicts are asked for, or a design is at hand that keeps all else.
         """
         every, limit, oracle = self.wishes.every, self.wishes.limit, self.oracle
+        if not every and self.wishes.time_limit_s is None:
+            oracle.time_left.work = EFFORT
         if not self.uncontended.is_refuted:
-            return self._mended(blank, find_conflicts(oracle, every=every, limit=limit))
+            return self._mended(blank, find_conflicts(oracle, every=every, limit=limit, heard=self._hear))
         blank = blank.with_(without_waiting=True)
-        apart = self.uncontended.conflicts(every=every, limit=limit)
+        apart = self.uncontended.conflicts(every=every, limit=limit, heard=self._hear)
         known = [frozenset(item.members) for item in apart.conflicts]
         if not every and not self._holds_without(apart.smallest):
             self.designs.unseen = self._unseen(known)
-        found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen)
+        found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen, heard=self._hear)
         if self.designs.unseen and found.smallest is not None and self._holds_as_well(found.smallest):
             self.designs.unseen = frozenset()
         return self._mended(blank, found)
+
+    def _hear(self, members: frozenset[int], is_minimal: bool) -> None:
+        """Tell of a set that has no design."""
+        if is_minimal:
+            self.listener.finds([self.designs.demand(number) for number in sorted(members)])
+        demands, questions = count_words(len(members), "demand"), count_words(self.calls, "question")
+        self.listener.asks(f"{demands} without a design, {questions} solved")
 
     def _unseen(self, known: Sequence[frozenset[int]]) -> frozenset[int]:
         """What may follow from overloads in some conflicts; nothing where that takes more time than there is."""
@@ -214,6 +237,7 @@ class Explainer:
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
+        self.listener.asks("looking for what mends it")
         members = self._statements({number for item in found.conflicts for number in item.members})
         give_up = self._give_up(found.smallest)
         if found.smallest is None and (not found.limited or self.designs.unseen):

@@ -15,6 +15,7 @@ from dse.analysis.views import View
 from dse.answers.explanation import Offer
 from dse.answers.result import decisions_of
 from dse.questions.problem import Problem, changed
+from dse.search.feasibility.guarded_model import TimeLeft
 from dse.search.feasibility.oracle import find_design
 from dse.space.build import build_space
 from dse.space.model.criteria import Metric
@@ -156,7 +157,7 @@ def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:
 def _tried(space: Space, texts: tuple[str, ...], seed: int, deadline: float | None) -> Offer:
     price = build_measure(space, Metric("price", "price", None, "price"))
     demanded = replace(space, objectives=())
-    design = find_design(demanded, price, seed=seed, deadline=deadline)
+    design = find_design(demanded, price, seed=seed, time_left=TimeLeft(deadline))
     if design is None:
         return Offer(texts, None, price.counting_unit, {})
     assert Evaluator(demanded).evaluate(design).is_feasible

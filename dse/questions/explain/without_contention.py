@@ -16,7 +16,7 @@ from dse.analysis.diagnosis.without_contention import uncontended_limit
 from dse.analysis.placement.heuristics import evenly
 from dse.analysis.validity import canonical
 from dse.analysis.views import View
-from dse.search.feasibility.conflicts import Conflicts, find_conflicts
+from dse.search.feasibility.conflicts import Conflicts, Heard, find_conflicts
 from dse.search.feasibility.oracle import Member, Oracle
 from dse.space.model.criteria import Requirement
 from dse.space.model.space import Design, Space
@@ -69,9 +69,9 @@ class Uncontended:
         except TooLargeError:
             return True
 
-    def conflicts(self, *, every: bool, limit: int) -> Conflicts:
+    def conflicts(self, *, every: bool, limit: int, heard: Heard) -> Conflicts:
         """The conflicts of a question that is refuted, as `find_conflicts` finds them."""
-        return find_conflicts(self.oracle, every=every, limit=limit)
+        return find_conflicts(self.oracle, every=every, limit=limit, heard=heard)
 
     def overloaded(self, conflict: Iterable[int]) -> frozenset[int]:
         """The processors of which more is needed than there is, whatever else of a conflict holds; by number.

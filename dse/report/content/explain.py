@@ -69,6 +69,7 @@ def explanation_page(explanation: Explanation) -> Page:
         say.strongly("Stopped early. Not looked at:")
         for text in explanation.left_open:
             say.item(text)
+        say.line("A longer --time-limit looks further.")
     spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
     say.line(f"{spent}; every design recomputed without the solver.")
     name = explanation.problem.name

@@ -12,9 +12,10 @@ and Bacchus, CP 2011).
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
+from typing import TypeAlias
 
 from ortools.sat.python import cp_model
 
@@ -24,6 +25,8 @@ from dse.search.solver.settings import sound_solver
 from dse.space.model.space import Design
 from dse.support.timelimit import OutOfTime, look_at_the_clock
 
+Heard: TypeAlias = Callable[[frozenset[int], bool], None]
+"""Who is told of a set that has no design, and whether it is a minimal conflict."""
 LIMIT = 2.0
 """Deterministic time of the first attempt at a largest set; each further one has another seed and twice as much."""
 
@@ -123,13 +126,14 @@ def find_conflicts(
     limit: int = 100,
     known: Iterable[frozenset[int]] = (),
     among: frozenset[int] | None = None,
+    heard: Heard = lambda members, is_minimal: None,
 ) -> Conflicts:
     """The conflicts of a problem that is infeasible although its structure has designs, and its smallest correction.
 
     With `every` all minimal conflicts (at most `limit`), else those that the search for the smallest correction comes
     across: at least one. Members that a user stated as one count as one in the smallest correction. What is `known` are
     sets that have no design: the conflicts in these are found first. Of members that are not `among` those that are
-    asked about no conflict or correction has any.
+    asked about no conflict or correction has any. Each set that has no design is `heard` of as soon as it is known.
     """
     asked = oracle.everything if among is None else among
     explored = _Map(oracle.statements, asked, oracle.seed)
@@ -151,9 +155,12 @@ def find_conflicts(
             witness = oracle.witness(seed)
             if witness is None:
                 reduced = seed
+                heard(reduced, False)
                 for smaller in shrinking(oracle, seed):
                     reduced = smaller
+                    heard(reduced, False)
                 conflict = proved(oracle, reduced)
+                heard(reduced, True)
                 reduced = None
                 conflicts.append(conflict)
                 explored.without_conflict(frozenset(conflict.members))

@@ -6,8 +6,11 @@ question sets true or false. Which demands are asked for changes bounds of varia
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 
 from ortools.sat.python import cp_model
@@ -24,6 +27,31 @@ from dse.search.solver_answer import Found, Unfinished
 from dse.search.workers import heard
 from dse.space.model.space import Design, Space
 from dse.support.timelimit import OutOfTime
+
+
+@dataclass
+class TimeLeft:
+    """When the questions of all who share it end: `at` by the monotonic clock, None without a limit, or after `work`.
+
+    Work is deterministic time (`dse.search.solver.settings`).
+    """
+
+    at: float | None
+    work: float = inf
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left."""
+        return self.work <= 0 or (self.at is not None and time.monotonic() >= self.at)
+
+    @contextmanager
+    def worked(self, strategy: Strategy, most: float = inf) -> Iterator[None]:
+        """A strategy at work with what is left, or with `most` of it; what it takes counts."""
+        strategy.most_work = min(most, self.work)
+        try:
+            yield
+        finally:
+            self.work -= strategy.work
 
 
 class Switchboard:
@@ -48,7 +76,7 @@ class Switchboard:
         further: Sequence[Limit] = (),
         *,
         seed: int = 0,
-        deadline: float | None = None,
+        time_left: TimeLeft | None = None,
         most_work: float = inf,
     ) -> Design | None:
         """A design that meets the demands `kept` and further limits, or None where there is none.
@@ -58,7 +86,7 @@ class Switchboard:
         Raises
         ------
         OutOfTime
-            when there is no answer by the deadline, or with `most_work`.
+            when there is no answer in the time that is left, or with `most_work`.
         RefereeError
             when the analysis refuses the solver's design.
         """
@@ -67,23 +95,25 @@ class Switchboard:
         pairs = zip(self.evaluator.limits, self.demands.limits, strict=True)
         limits = [pair for number, pair in enumerate(pairs) if number in kept]
         self._switch(kept)
+        ones = [1] * len(encoded.objectives)
         for _, guard in more:
             self._bound(guard, 1, 1)
-        strategy = Strategy(encoded, seed=seed, deadline=deadline)
-        strategy.most_work = most_work
+        time_left = time_left or TimeLeft(None)
+        strategy = Strategy(encoded, seed=seed, deadline=time_left.at)
         try:
-            while True:
-                answer = heard(strategy, lambda: strategy.minimise([1] * len(encoded.objectives), [encoded.everywhere]))
-                if isinstance(answer, Unfinished):
-                    raise OutOfTime
-                if not isinstance(answer, Found):
-                    return None
-                asked = [*limits, *more]
-                broken = refused(self.structure, answer.design, [limit for limit, _ in asked])
-                if not broken:
-                    return canonical(self.space, answer.design)
-                for number in broken:  # within what rounding admits, but not exactly
-                    strategy.exclude(answer.design, unless=[asked[number][1].negated()])
+            with time_left.worked(strategy, most_work):
+                while True:
+                    answer = heard(strategy, partial(strategy.minimise, ones, [encoded.everywhere]))
+                    if isinstance(answer, Unfinished):
+                        raise OutOfTime
+                    if not isinstance(answer, Found):
+                        return None
+                    asked = [*limits, *more]
+                    broken = refused(self.structure, answer.design, [limit for limit, _ in asked])
+                    if not broken:
+                        return canonical(self.space, answer.design)
+                    for number in broken:  # within what rounding admits, but not exactly
+                        strategy.exclude(answer.design, unless=[asked[number][1].negated()])
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)

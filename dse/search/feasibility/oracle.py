@@ -19,7 +19,7 @@ from dse.analysis.measures import Measure
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.encode.model import encode
-from dse.search.feasibility.guarded_model import Switchboard
+from dse.search.feasibility.guarded_model import Switchboard, TimeLeft
 from dse.search.referee import accepted
 from dse.search.solver.strategy import Strategy
 from dse.search.solver_answer import Found, Unfinished
@@ -41,7 +41,7 @@ class Fixed:
 
 
 Member: TypeAlias = Requirement | Rule | Fixed
-SHARED_WORK = 1.0
+SHARED_WORK = 0.1
 """Work (`dse.search.solver.settings`) at a question in the model that all questions share."""
 DIRECTED = ("<=", "<", ">=", ">")
 
@@ -82,7 +82,7 @@ def find_design(
     measure: Measure | None = None,
     *,
     seed: int = 0,
-    deadline: float | None = None,
+    time_left: TimeLeft | None = None,
     reading: Reading = build_limit,
 ) -> Design | None:
     """A design of the space, or None where there is none; with `measure` one in which it is small.
@@ -92,32 +92,27 @@ def find_design(
     Raises
     ------
     OutOfTime
-        when there is no answer by the deadline.
+        when there is no answer in the time that is left.
     RefereeError
         when the analysis refuses the solver's design.
     """
+    time_left = time_left or TimeLeft(None)
     measures = () if measure is None else (measure,)
     objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
     evaluator = Evaluator(replace(space, objectives=objectives), measures, reading=reading)
     encoded = encode(evaluator)
-    strategy = Strategy(encoded, seed=seed, deadline=deadline)
-    while True:
-        answer = heard(strategy, lambda: strategy.minimise([1] * len(measures), [encoded.everywhere]))
-        if isinstance(answer, Unfinished):
-            raise OutOfTime
-        if not isinstance(answer, Found):
-            return None
-        evaluation = accepted(evaluator, answer.design)
-        if evaluation is not None:
-            return evaluation.design
-        strategy.exclude(answer.design)  # within what rounding admits, but not exactly
-
-
-@dataclass
-class TimeLeft:
-    """When the questions of all who share it end (`at`, by the monotonic clock); None without a limit."""
-
-    at: float | None
+    strategy = Strategy(encoded, seed=seed, deadline=time_left.at)
+    with time_left.worked(strategy):
+        while True:
+            answer = heard(strategy, lambda: strategy.minimise([1] * len(measures), [encoded.everywhere]))
+            if isinstance(answer, Unfinished):
+                raise OutOfTime
+            if not isinstance(answer, Found):
+                return None
+            evaluation = accepted(evaluator, answer.design)
+            if evaluation is not None:
+                return evaluation.design
+            strategy.exclude(answer.design)  # within what rounding admits, but not exactly
 
 
 class Oracle:
@@ -219,22 +214,22 @@ class Oracle:
             most = SHARED_WORK if is_plain else inf
             try:
                 return self._switchboard.find(
-                    kept, measure, further, seed=self.seed, deadline=self.deadline, most_work=most
+                    kept, measure, further, seed=self.seed, time_left=self.time_left, most_work=most
                 )
             except OutOfTime:
-                if not is_plain or (self.deadline is not None and time.monotonic() >= self.deadline):
+                if not is_plain or self.time_left.is_over:
                     raise
                 self._is_hard = True
                 return self._apart(kept, self.seed)
 
     def _apart(self, kept: frozenset[int], seed: int) -> Design | None:
         """A design that meets these members, or None, by a model of them alone."""
-        return find_design(self.space_of(kept), seed=seed, deadline=self.deadline, reading=self.reading)
+        return find_design(self.space_of(kept), seed=seed, time_left=self.time_left, reading=self.reading)
 
     @contextmanager
     def _spent(self) -> Iterator[None]:
         """Count a question, if there is time for it."""
-        if self.deadline is not None and time.monotonic() >= self.deadline:
+        if self.time_left.is_over:
             raise OutOfTime
         self.calls += 1
         try:
