@@ -69,7 +69,8 @@ REPORT_S = 2.0
     "--workers",
     type=click.IntRange(1, 64),
     help="Regions searched at the same time, one unless told otherwise; of --insist options, then on the cores of this "
-    "machine. What is found does not depend on it.",
+    "machine. What is found does not depend on it. Good for fronts of hundreds of points with short solver calls; a "
+    "few hard calls, as with response times, may end no sooner, and use more of the processor.",
 )
 @click.option(
     "--resume",
