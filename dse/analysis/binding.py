@@ -112,7 +112,7 @@ def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: Vi
     return total
 
 
-def is_local(space: Space, connection: Connection, view: View) -> bool:
+def _is_local(space: Space, connection: Connection, view: View) -> bool:
     """Whether both ends are in one process: the connection costs nothing and binds to nothing."""
     if connection.source is None or connection.target is None:
         return False
@@ -175,6 +175,6 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     own = at(connection.latency_ns, view)
     if given:
         return least, most, "transmission time"
-    if own is not None and not is_local(space, connection, view):
+    if own is not None and not _is_local(space, connection, view):
         return own[0], own[1], "specified"
     return 0, 0, "no latency"

@@ -87,7 +87,7 @@ class Limit:
     @property
     def alone(self) -> dict[str, list[Term]]:
         """The terms of each thread that must keep the limit of one core alone; none where no core is limited."""
-        return {} if self.cores is None else thread_loads(self.measure.terms)
+        return {} if self.cores is None else _thread_loads(self.measure.terms)
 
     @property
     def together(self) -> list[list[Term]]:
@@ -265,7 +265,7 @@ def thread_values(limit: Limit, view: View, threads: Collection[str] | None = No
     }
 
 
-def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
+def _thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
     """Utilisation terms by thread: a hybrid thread's callback and timer together."""
     grouped: dict[str, list[Term]] = {}
     for term in terms:

@@ -301,7 +301,7 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     "response time": _response_time,
     "message response": _message_response,
     **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),
-    "changes": lambda space, metric, _: Measure(metric, "", change_terms(space)),
+    "changes": lambda space, metric, _: Measure(metric, "", _change_terms(space)),
     "derived": lambda space, metric, _: _sum(space, metric, space.derived[metric.index or 0].terms),
     **dict.fromkeys(("max", "min"), lambda space, metric, _: _extreme(space, metric)),
 }
@@ -322,7 +322,7 @@ def counted_decisions(space: Space) -> Iterator[tuple[int, Decision, int]]:
             yield index, decision, space.baseline[index]
 
 
-def change_terms(space: Space) -> tuple[Term, ...]:
+def _change_terms(space: Space) -> tuple[Term, ...]:
     """A summand for each decision: what it costs where a design uses it and has another option than the baseline."""
     return tuple(
         _term(index, decision, option, space.cost_of_change.get(index, 1))

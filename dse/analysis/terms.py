@@ -58,12 +58,12 @@ class Term:
     sampled: Sampled | None = None
     """What it is of, where an element of a flow may sample what another timer made."""
 
-    def rounded_up(self, view: View, scale: int) -> int:
+    def _rounded_up(self, view: View, scale: int) -> int:
         """The value in units of 1 / `scale`, every single figure in it rounded up."""
         if self.extreme is None:
             return ceil(self.value(view) * scale)
         found: int = self.extreme.pick(
-            sum(term.rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
+            sum(term._rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
         return found
 
@@ -210,7 +210,7 @@ class Measure:
     def integer(self, view: View) -> int:
         """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
         if self.rounded:
-            return sum(term.rounded_up(view, self.scale) for term in self.terms)
+            return sum(term._rounded_up(view, self.scale) for term in self.terms)
         return self.counted(self.value(view))
 
     def counted(self, value: int | Fraction) -> int:

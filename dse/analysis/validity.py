@@ -35,7 +35,7 @@ class Predicate:
     holds: Callable[[View], bool]
     why: Callable[[Design], str] | None = None
 
-    def breach(self, design: Design) -> str:
+    def _breach(self, design: Design) -> str:
         """What to say of a design in which it does not hold."""
         return self.text if self.why is None else self.why(design)
 
@@ -61,13 +61,13 @@ def canonical(space: Space, design: Design) -> Design:
     )
 
 
-def unanswered(space: Space, view: View) -> list[Decision]:
+def _unanswered(space: Space, view: View) -> list[Decision]:
     """The decisions that a design uses without an option for them."""
     open_ = (index for index, option in enumerate(view.design) if option < 0)
     return [space.decisions[index] for index in open_ if is_met(space.decisions[index], index, view)]
 
 
-def structural_predicates(space: Space) -> Iterator[Predicate]:
+def _structural_predicates(space: Space) -> Iterator[Predicate]:
     """What the architecture itself demands of every design."""
     for number, decision in enumerate(space.decisions):
         if _mentions_not_offered(decision.home):
@@ -286,7 +286,7 @@ class Rulebook:
 
     def __init__(self, space: Space) -> None:
         self.space = space
-        self.predicates = tuple(structural_predicates(space))
+        self.predicates = tuple(_structural_predicates(space))
         self.covers = covers(space)
 
     def breaches(self, design: Design) -> list[str]:
@@ -298,8 +298,8 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [f"{item.name} has no option" for item in unanswered(self.space, view)]
-        found += [item.breach(design) for item in self.predicates if not item.holds(view)]
+        found = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
+        found += [item._breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):

@@ -87,7 +87,7 @@ class FlowObservation:
         return self._outside(self.bounds_ns)
 
     @property
-    def claimed_ns(self) -> tuple[Exact, Exact]:
+    def _claimed_ns(self) -> tuple[Exact, Exact]:
         """The bounds that must hold."""
         return self.bounds_ns if self.scheduled_ns is None else self.scheduled_ns
 
@@ -98,7 +98,7 @@ class FlowObservation:
     @property
     def is_contradiction(self) -> bool:
         """Whether the observation refutes the analysis."""
-        return self._outside(self.claimed_ns) > 0 and not self.excuse
+        return self._outside(self._claimed_ns) > 0 and not self.excuse
 
     @property
     def outside_words(self) -> str:
@@ -110,7 +110,7 @@ class FlowObservation:
     @property
     def reach(self) -> Fraction | None:
         """The part of the analysed range [min, max] that was observed; None when there is nothing to reach."""
-        least, most = self.claimed_ns
+        least, most = self._claimed_ns
         if not self.latencies or most == least:
             return None
         return Fraction(max(self.latencies) - min(self.latencies), most - least)
@@ -280,7 +280,7 @@ class Simulation(Answer):
         """Every observation that refutes the analysis, in words."""
         found = [
             f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
-            f"analysed {flow.claimed_ns[0]} .. {flow.claimed_ns[1]} ns"
+            f"analysed {flow._claimed_ns[0]} .. {flow._claimed_ns[1]} ns"
             for flow in self.flows
             if flow.is_contradiction
         ]

@@ -12,7 +12,7 @@ from click.shell_completion import CompletionItem
 from dse.support.errors import DseError
 
 
-def beginning(words: Iterable[str], text: str) -> list[CompletionItem]:
+def _beginning(words: Iterable[str], text: str) -> list[CompletionItem]:
     """The words that begin with a text."""
     return [CompletionItem(word) for word in words if word.startswith(text)]
 
@@ -21,7 +21,7 @@ def examples(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
     """The names of the examples."""
     from dse.examples.shipped import example_files
 
-    return beginning([path.stem for path in example_files()], text)
+    return _beginning([path.stem for path in example_files()], text)
 
 
 def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
@@ -33,7 +33,7 @@ def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
     quoted = [f"'{name}'" if " " in name else name for name in names]
     words = [method for method in METHODS if method not in ("weights", "order")]
     words += [f"weights:{name}=" for name in quoted] + [f"order:{name}" for name in quoted]
-    return beginning(words, text)
+    return _beginning(words, text)
 
 
 def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
@@ -47,7 +47,7 @@ def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[Complet
         if decision.is_open
         for option in decision.options
     ]
-    return beginning(found, text)
+    return _beginning(found, text)
 
 
 def _problem(ctx: click.Context) -> Any:

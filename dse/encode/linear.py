@@ -142,7 +142,7 @@ class Board:
         """A literal that is true exactly when one of the given ones is."""
         return self.all_of(literal.negated() for literal in literals).negated()
 
-    def case_literal(self, case: Case[Any]) -> Any:
+    def _case_literal(self, case: Case[Any]) -> Any:
         """The literal of a case: all its options are chosen."""
         return self.all_of(self.options[decision][option] for decision, option in self.conditions(case))
 
@@ -190,7 +190,7 @@ class Board:
 
     def named(self, cases: Iterable[Case[T]], given: Given = NOTHING) -> list[tuple[Any, T]]:
         """Cases as (literal, value), exactly one of which is true (where the options in `given` are chosen)."""
-        pairs = [(self.case_literal(case), case.value) for case in cases]
+        pairs = [(self._case_literal(case), case.value) for case in cases]
         if not given:
             self.exactly_one([literal for literal, _ in pairs])
         return pairs

@@ -330,7 +330,7 @@ def _encode(evaluator: Evaluator, tuning: ModelTuning | None) -> EncodedSpace:
         contention.add_waiting(board)
         if board.open_terms:
             contention.number_cores()
-    regions = add_region_switches(board.model, objectives, board.tuning.region_unions)
+    regions = _add_region_switches(board.model, objectives, board.tuning.region_unions)
     problem = board.model.validate()
     assert not problem, problem
     weigh = partial(_weigh, evaluator, objectives)
@@ -349,7 +349,7 @@ def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design:
     )
 
 
-def add_region_switches(
+def _add_region_switches(
     model: cp_model.CpModel, objectives: Sequence[EncodedObjective], tuning: RegionUnions
 ) -> list[RegionSwitch]:
     """Switch z: variable[i] <= bound[z, i] for each objective i, the bounds as yet those of the variables; one is on.

@@ -103,7 +103,7 @@ def _rest(matrix: Floats, values: Floats) -> float:
     return float(((values - matrix @ solution) ** 2).sum())
 
 
-def spreads(summaries: Sequence[Summary]) -> list[float]:
+def _spreads(summaries: Sequence[Summary]) -> list[float]:
     """How far the samples of each size lie apart: the middle nine tenths, the deviation, or all from least to most."""
     if all(len(item.samples_ns) > 1 for item in summaries):
         return [float(np.subtract(*np.quantile(item.samples_ns, [0.95, 0.05]))) for item in summaries]
@@ -112,14 +112,14 @@ def spreads(summaries: Sequence[Summary]) -> list[float]:
     return [float(item.max_ns - item.min_ns) for item in summaries]
 
 
-def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
+def _anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
     """Ranges of sizes (positions of first and last) in which the spread jumps, against a robust line of all sizes.
 
     A spread that grows evenly with the size is none.
     """
     if len(summaries) < FEWEST_FOR_SPREAD:
         return []
-    values = np.array(spreads(summaries))
+    values = np.array(_spreads(summaries))
     sizes = np.array([float(item.size_bytes or 0) for item in summaries])
     slope, intercept = repeated_medians(sizes, values)
     expected = np.maximum(intercept + max(slope, 0.0) * sizes, np.median(values) / 2)
@@ -150,7 +150,7 @@ def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
 def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
     """A remark for each range of sizes whose spread jumps."""
     remarks = []
-    for first, last in anomalies(summaries):
+    for first, last in _anomalies(summaries):
         low, high = summaries[first].size_bytes, summaries[last].size_bytes
         where = f"from {low} to {high} B" if low != high else f"at {low} B"
         below = summaries[first - 1].size_bytes if first else None

@@ -51,7 +51,7 @@ def restated_space(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any
             raise UsageError("the result states an objective twice")
         space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
         space = with_implied(space)
-        fixed = named_choices(with_all_cores(space), effective["fixed"])
+        fixed = _named_choices(with_all_cores(space), effective["fixed"])
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
     return with_open_cores(replace(space, fixed=fixed))
@@ -165,7 +165,7 @@ def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced:
             raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
 
 
-def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
+def _named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
     """Options by decision, from names and canonical texts as results have them.
 
     Raises
@@ -183,8 +183,8 @@ def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
 
 
 def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
-    """The design of a result's point; errors as for `named_choices`, or when it leaves something open."""
-    return complete_design(space, named_choices(space, decisions))
+    """The design of a result's point; errors as for `_named_choices`, or when it leaves something open."""
+    return complete_design(space, _named_choices(space, decisions))
 
 
 def _requirements(space: Space, text: str) -> list[Requirement]:

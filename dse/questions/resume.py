@@ -119,11 +119,11 @@ def resume_robust(
     path: str | Path, problem: str | Path | None, budget: SearchLimits, watcher: RobustWatcher
 ) -> RobustResult:
     """Go on with a robust search; see `resume`."""
-    question, earlier = read_robust(path, problem)
+    question, earlier = _read_robust(path, problem)
     return solve_question(question, budget, watcher, earlier)
 
 
-def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQuestion, RobustSearch]:
+def _read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQuestion, RobustSearch]:
     """The question of a robust result, and where its search stands.
 
     Raises

@@ -38,7 +38,7 @@ from dse.support.theme import LIGHT, with_colours
 SUFFIXES = (".html", ".md", ".csv", ".json")
 
 
-def report_name(result: Result) -> str:
+def _report_name(result: Result) -> str:
     r"""The stem of a report's files: that of the problem file, in letters that every file system takes.
 
     >>> re.sub(r"[^\w.-]+", "-", "my <robot>").strip("-.")
@@ -73,7 +73,7 @@ def report_files(
     yield page, html_report(document, chosen, studies)
     yield words, markdown_report(document, top, studies)
     yield table, document.result.to_csv()
-    yield whole, report_json(document)
+    yield whole, _report_json(document)
 
 
 def markdown_report(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> str:
@@ -86,15 +86,15 @@ def markdown_report(document: Document, top: int | None = None, studies: Sequenc
 
 def page_text(page: Page, path: str) -> str:
     """The page as the suffix of a path wants it: HTML, else Markdown."""
-    return html_page(page) if is_html(path) else markdown_page(page)
+    return html_page(page) if _is_html(path) else markdown_page(page)
 
 
 def front_text(document: Document, path: str, studies: Sequence[Section] = ()) -> str:
     """The report of a front in one file, as the suffix of its path wants it."""
-    return html_report(document, None, studies) if is_html(path) else markdown_report(document, None, studies)
+    return html_report(document, None, studies) if _is_html(path) else markdown_report(document, None, studies)
 
 
-def is_html(path: str) -> bool:
+def _is_html(path: str) -> bool:
     """Whether a report of this name is HTML.
 
     >>> is_html("a.HTM"), is_html("a.md")
@@ -103,7 +103,7 @@ def is_html(path: str) -> bool:
     return Path(path).suffix.lower() in (".html", ".htm")
 
 
-def report_json(document: Document) -> str:
+def _report_json(document: Document) -> str:
     """The result in the form ``dse-result/1``, with the reasons of each alternative."""
     data: dict[str, Any] = document.result.to_dict()
     for point, alternative in zip(data["front"], document.alternatives, strict=True):
@@ -163,12 +163,12 @@ def write_report(
     from dse.report.dispatch import text_of
 
     target = Path(to)
-    sources = problem_files(answer) if isinstance(answer, Result) else []
+    sources = _problem_files(answer) if isinstance(answer, Result) else []
     with guarding(*sources):
         if target.suffix.lower() in PAGES:
             if alternative is not None or top is not None or studies:
                 raise UsageError(f"{to}: an alternative, a number of them and studies go with the report in a folder")
-            return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
+            return write_files(target.parent, [(target.name, text_of(answer, is_html=_is_html(target.name)))])
         if target.suffix[1:].isalpha() and not target.is_dir():
             raise UsageError(f"{to}: a report is a page, {' or '.join(f'NAME{end}' for end in PAGES)}, or a folder")
         if not isinstance(answer, Result):
@@ -191,7 +191,7 @@ def check_alternative(result: Result, number: int | None, name: str) -> None:
         raise UsageError(f"{name}: has no alternative {number}; ids run from 1 to {len(result.front)}")
 
 
-def problem_files(result: Result) -> list[Path]:
+def _problem_files(result: Result) -> list[Path]:
     """The files that the problem of a result was read from."""
     main = Path(result.problem.file)
     return [main, *(main.parent / name for name, _ in result.problem.includes)]
@@ -254,7 +254,7 @@ def figure_files(
     """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank)."""
     if not document.result.front:
         return
-    stem = report_name(document.result)
+    stem = _report_name(document.result)
     for name, draw in drawings(document, chosen):
         svg = draw()
         for kind in formats:
@@ -374,7 +374,7 @@ def write_figures(
     if unknown:
         raise UsageError(f"{unknown[0]}: expected png, svg or both")
     front = answer.robust if isinstance(answer, RobustResult) else answer
-    with guarding(*(problem_files(front) if isinstance(front, Result) else [])):
+    with guarding(*(_problem_files(front) if isinstance(front, Result) else [])):
         files = list(_figures(front, tuple(formats), alternative))
         if not files:
             raise UsageError("there is nothing to draw in this answer")

@@ -131,7 +131,7 @@ class Core:
         self.servers: dict[int, Server] = {}
 
     @property
-    def is_closed(self) -> bool:
+    def _is_closed(self) -> bool:
         """Whether threads have used up their budget."""
         return self.budget_ns is not None and self.used >= self.budget_ns
 
@@ -150,7 +150,7 @@ class Core:
         """A job has ended: its executor takes the next, its reservation goes on."""
         if job.task.queue is not None:
             self._begin(self.queues[job.task.queue.executor])
-        server = self.server_of(job.task)
+        server = self._server_of(job.task)
         if server is not None:
             self.offer(server, PUT_BACK)
 
@@ -163,14 +163,14 @@ class Core:
 
     def _list(self, task: SimulatedTask, urgency: int, order: int, entry: Job | ExecutorQueue) -> None:
         """Something is ready, on the core or in the reservation of its task."""
-        server = self.server_of(task)
+        server = self._server_of(task)
         if server is None:
             heappush(self.ready, (urgency, order, entry))
         else:
             heappush(server.ready, (urgency, order, entry))
             self.offer(server, order)
 
-    def server_of(self, task: SimulatedTask) -> Server | None:
+    def _server_of(self, task: SimulatedTask) -> Server | None:
         """The reservation that a task is in."""
         if task.share is None:
             return None
@@ -188,7 +188,7 @@ class Core:
         """Whether something that is ready is more urgent than the running job."""
         assert self.running is not None
         task = self.running.task
-        server = self.server_of(task)
+        server = self._server_of(task)
         urgency = task.urgency if server is None else server.share.urgency
         if self.ready and self.ready[0][0] < urgency:
             return True
@@ -200,7 +200,7 @@ class Core:
             done = now - self.since
             self.running.left -= done
             self.used += 0 if self.running.is_interrupt else done
-            server = self.server_of(self.running.task)
+            server = self._server_of(self.running.task)
             if server is not None:
                 server.used += done
             self.since = now
@@ -209,7 +209,7 @@ class Core:
         """A period of throttling or of a reservation begins; what was left of the budget is lost."""
         server = self.servers.get(of.number) if isinstance(of, ReservationShare) else None
         self.settle(now)
-        if self.running is not None and (server is None or self.server_of(self.running.task) is server):
+        if self.running is not None and (server is None or self._server_of(self.running.task) is server):
             self.put_back()
         if server is not None:
             server.used = 0
@@ -226,7 +226,7 @@ class Core:
 
     def pick(self, now: Exact) -> Exact | None:
         """Let the most urgent ready job run, if one may; how long it may at most."""
-        if not self.ready or (self.is_closed and not self.ready[0][2].is_interrupt):
+        if not self.ready or (self._is_closed and not self.ready[0][2].is_interrupt):
             return None
         first = heappop(self.ready)[2]
         length: list[Exact] = []

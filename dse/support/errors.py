@@ -139,7 +139,7 @@ class Wording:
     options = False
 
 
-def with_keywords(text: str) -> str:
+def _with_keywords(text: str) -> str:
     """A message about options as one about the keywords of Python.
 
     Commands, in backquotes, stay what they are.
@@ -167,7 +167,7 @@ class UsageError(DseError):
     def __str__(self) -> str:
         """The message, which speaks of options on the command line alone."""
         text = super().__str__()
-        return text if Wording.options else with_keywords(text)
+        return text if Wording.options else _with_keywords(text)
 
 
 @contextmanager

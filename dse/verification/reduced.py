@@ -84,7 +84,7 @@ class Reduction:
         self.tables = tables
         self.rows = [holds(diagram) for _, diagram in tables.conditions]
         for bound in tables.bounds:
-            self.rows += rows_of(bound.sum, 0)
+            self.rows += _rows_of(bound.sum, 0)
         self.left = [list(range(len(options))) for options in tables.allowed]
         self.using = by_decision(self.rows)
         """The rows that look at each decision."""
@@ -117,7 +117,7 @@ class Reduction:
         more = []
         for (total, divisor), bound in zip(self.tables.objectives, below, strict=True):
             if bound is not None:
-                more += rows_of(total, (bound - 1) * divisor)
+                more += _rows_of(total, (bound - 1) * divisor)
         for (total, divisor), bound in zip(self.tables.objectives, from_on or (), strict=False):
             if bound is not None and not total.extremes and not total.is_open:
                 more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
@@ -161,7 +161,7 @@ class ReducedRegion:
             rows, left = [row for row in self.rows if may_break(row, self.left)], [list(item) for item in self.left]
             if not self.is_easy:
                 leave_out_dominated(rows, left)
-            self._model, self._options = reduced_model(rows, left)
+            self._model, self._options = _reduced_model(rows, left)
         most = limit * SHARE_OF_CORES if self._ways is PACKING else limit
         status, solver = attempted(self._model, deadline, most, self._attempts, self._ways)
         self._attempts += 1
@@ -171,7 +171,7 @@ class ReducedRegion:
         if self._goes_on(status):
             self._parts = [] if self.levels is None else self._by_type(self.levels)
             if not self._parts:
-                self._model, _ = reduced_model(self.rows, self.left, self.levels, self._forms.pop(0))
+                self._model, _ = _reduced_model(self.rows, self.left, self.levels, self._forms.pop(0))
                 self._attempts = 0
                 self._ways = PACKING
             return self.is_refuted(limit, deadline)
@@ -215,7 +215,7 @@ class ReducedRegion:
         return self.is_empty
 
 
-def rows_of(total: Sum, most: int) -> list[Row]:
+def _rows_of(total: Sum, most: int) -> list[Row]:
     """Rows that hold wherever a sum is at most `most`: of a greatest value one more for each that it may be."""
     if not total.never_falls:
         return []
@@ -323,7 +323,7 @@ def _times(diagram: Diagram, factor: int) -> Diagram:
 # The model of a smaller question: its rows with the options that are left, and rows of cores where these are asked.
 
 
-def reduced_model(
+def _reduced_model(
     rows: Sequence[Row],
     left: Sequence[Sequence[int]],
     levels: Levels | None = None,

@@ -153,7 +153,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     yield from _late_offsets(space)
     yield from unsaid_joins(space)
     yield from drifting_joins(space)
-    yield from outside_words(possibly_outside(space, MANY_CASES))
+    yield from outside_words(_possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}
@@ -351,7 +351,7 @@ def outside_sizes(space: Space, view: View) -> Iterator[Outside]:
             yield from _outside(space, item, view)
 
 
-def possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
+def _possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
     """Messages that in some design are smaller or larger than their transmission times hold for.
 
     A connection with more than `limit` cases is left out.

@@ -103,11 +103,11 @@ def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None
         or (found.chain_ns is not None and found.release_ns)
     ):
         return None  # of what its chain did before it is known how long it took, not when
-    pieces = played_in(window, found)
+    pieces = _played_in(window, found)
     return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
 
 
-def played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
+def _played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
     """Who has the core until the end of the worst job in an executor; no gaps.
 
     What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those

@@ -67,8 +67,8 @@ def joined_row(space: Space, step: Step, component: Component, view: View) -> Ro
         return None
     found = Join(space, step.index, view)
     most, last = found.longest_wait(step)
-    least = found.shortest_wait(step)
-    method = f"{JOIN_METHOD}{found.name_of(last)}"
+    least = found._shortest_wait(step)
+    method = f"{JOIN_METHOD}{found._name_of(last)}"
     if most >= UNBOUNDED_NS:
         return Row(component.category, component.name, least, method, NO_BOUND, method + UNBOUNDED_JOIN)
     return Row(component.category, component.name, least, method, most, method)
@@ -82,7 +82,7 @@ class Join:
         self.component = space.components[number]
         self.wires = self.component.triggers
 
-    def name_of(self, wire: int) -> str:
+    def _name_of(self, wire: int) -> str:
         """The sender of the messages of an input: a component, or the connection where they come from outside."""
         connection = self.space.connections[wire]
         return connection.name if connection.source is None else self.space.components[connection.source].stated_as
@@ -105,13 +105,13 @@ class Join:
             slowest = _first_of(gaps)
             found = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
         ways = _origins_of(self.space, self.number, self.view)
-        if ways is not None and self.is_in_order(ways):
+        if ways is not None and self._is_in_order(ways):
             in_order = self._in_order(step, ways)
             if in_order[0] < found[0] or size is None:
                 found = in_order
         return found
 
-    def shortest_wait(self, step: Step) -> Exact:
+    def _shortest_wait(self, step: Step) -> Exact:
         """How long a message of the input of a step waits at least: more than 0 where it always comes before others.
 
         That is told where every input comes from a timer at once, so that nothing on the way may lose messages, and no
@@ -136,7 +136,7 @@ class Join:
         least, most = callback_ns(self.space, self.component, self.view)
         return gap if gap >= UNBOUNDED_NS else gap + most - least
 
-    def is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
+    def _is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
         """Whether no input ever has to make place for new messages before a job takes the old ones."""
         together = [origin for way in ways.values() for origin in way]
         if not arrivals(self.component, self.view).by_inputs:
@@ -347,7 +347,7 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
     ways = {wire: _delivered(space, wire, found, view) for wire in component.triggers}
     if any(way is None for way in ways.values()):
         return None
-    if joins and not Join(space, number, view).is_in_order({wire: way or () for wire, way in ways.items()}):
+    if joins and not Join(space, number, view)._is_in_order({wire: way or () for wire, way in ways.items()}):
         return None
     merged: dict[tuple[str, int], Origin] = {}
     for origin in (origin for way in ways.values() for origin in way or ()):

@@ -80,7 +80,7 @@ class Distance(NamedTuple):
         most = None if self.most_ns is None else self.most_ns + spread_ns
         return Distance(picked("max", self.least_ns - spread_ns, 0), most)
 
-    def thinned(self, lost_ns: Exact, apart_ns: Exact) -> Distance:
+    def _thinned(self, lost_ns: Exact, apart_ns: Exact) -> Distance:
         """The distance of events of which those may be lost that come less than `lost_ns` after the last one.
 
         Those that come less than `apart_ns` after it are lost.
@@ -163,7 +163,7 @@ def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: 
     pieces = component.pieces.members if component.pieces is not None else (number,)
     _, busy = processing_ns(space, pieces, view)
     apart = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
-    return arriving.thinned(picked("max", busy, apart), apart)
+    return arriving._thinned(picked("max", busy, apart), apart)
 
 
 def _together(ways: Sequence[Distance], *, joins: bool) -> Exact | None:
@@ -197,7 +197,7 @@ def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: Vi
     pieces = pieces_until(space, connection.source)
     shortest, longest = processing_ns(space, pieces, view)
     sent = found.get(pieces[0], Distance(0, None)).later(longest - shortest)
-    return sent.thinned(apart, apart).later(most - least)
+    return sent._thinned(apart, apart).later(most - least)
 
 
 def processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:

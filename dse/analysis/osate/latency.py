@@ -120,10 +120,10 @@ def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: C
 
 
 def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
-    return round_up(since.min_ns, period), round_up(since.max_ns, period)
+    return _round_up(since.min_ns, period), _round_up(since.max_ns, period)
 
 
-def round_up(passed: Exact, period: Exact) -> Exact:
+def _round_up(passed: Exact, period: Exact) -> Exact:
     """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
 
     >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)], round_up(3, 0)
@@ -240,7 +240,7 @@ def _output_row(space: Space, place: FlowPosition, left: Partition, view: View) 
 
 def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
     if space.partition_output == "major_frame":
-        return round_up(passed + left.offset_ns, left.period_ns)
+        return _round_up(passed + left.offset_ns, left.period_ns)
     window = left.duration_ns
     assert window is not None, left.name
     full = passed // window

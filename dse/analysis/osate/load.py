@@ -30,7 +30,7 @@ class BusBudget:
     findings: Annotated[tuple[Finding, ...], "OSATE's errors and warnings about them."] = ()
 
 
-def states_budgets(space: Space) -> bool:
+def _states_budgets(space: Space) -> bool:
     """Whether the problem has any budget."""
     return any(item.budget is not None for item in space.buses) or any(
         item.budget is not None for item in space.connections
@@ -42,7 +42,7 @@ def bus_budget(
 ) -> BusBudget | None:
     """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all."""
     bus = space.buses[number]
-    if not states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
+    if not _states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
         return None
     required = sum((item.budget or ZERO for item in _riders(space, number, view)), ZERO)
     findings: list[Finding] = []

@@ -209,12 +209,12 @@ def _processors(needs: _Needs) -> Iterator[ResourceUse]:
         if slot.types[needs.view[slot.type_decision]] != EMPTY:
             speeds.append(needs.speed_of(number))
             yield _use(needs, slot.name, speeds[-1], needs.bound_to("processor", number))
-    for name in partitions_of(space):
+    for name in _partitions_of(space):
         yield _use(needs, name, stated.partitions.get(name), needs.bound_to("partition", name))
     yield _system(needs, speeds, "processors")
 
 
-def partitions_of(space: Space) -> list[str]:
+def _partitions_of(space: Space) -> list[str]:
     """The names of the partitions that something is bound to, in order."""
     names = {item.partition.name for item in space.components if item.partition is not None}
     return sorted(names | {item.partition for item in space.resources.entries if item.partition is not None})
@@ -247,7 +247,7 @@ def _of_bound(
         return
     what = needs.kind
     if not capacity:
-        severity: Literal["error", "warning"] = "warning" if name in partitions_of(needs.space) else "error"
+        severity: Literal["error", "warning"] = "warning" if name in _partitions_of(needs.space) else "error"
         yield Finding(severity, f"{name} has no {what} stated, but something is bound to it")
     if total > (capacity or ZERO):
         if capacity:

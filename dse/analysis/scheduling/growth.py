@@ -33,7 +33,7 @@ class Reach:
     until: Exact | None = None
     sums = 0
 
-    def ends_at(self, time: Exact) -> None:
+    def _ends_at(self, time: Exact) -> None:
         """Some comparison comes out otherwise from then on."""
         if self.until is None or time < self.until:
             self.until = time
@@ -85,7 +85,7 @@ class Line:
             whole -= 1
         if self.slope:
             border = (whole + 1) * step if self.slope > 0 else whole * step
-            self.reach.ends_at(Fraction(1) * (border - self.at) / self.slope)
+            self.reach._ends_at(Fraction(1) * (border - self.at) / self.slope)
         return whole
 
     def _sign(self, other: Any) -> int:
@@ -94,7 +94,7 @@ class Line:
         if apart.at == 0:
             return int(apart.slope > 0) - int(apart.slope < 0)
         if apart.slope and (apart.at < 0) == (apart.slope > 0):
-            self.reach.ends_at(Fraction(1) * -apart.at / apart.slope)
+            self.reach._ends_at(Fraction(1) * -apart.at / apart.slope)
         return int(apart.at > 0) - int(apart.at < 0)
 
     def __lt__(self, other: Any) -> bool:
@@ -115,7 +115,7 @@ class Line:
     def __bool__(self) -> bool:
         return self._sign(0) != 0
 
-    def is_raised(self, other: Any) -> bool:
+    def _is_raised(self, other: Any) -> bool:
         """Whether a number, or a line, is this line a round later."""
         if other is None:
             return False
@@ -173,6 +173,6 @@ def steps_along(known: Known, grown: Mapping[Hashable, Exact], raise_all: Callab
     for key, value in given.items():
         if value is None and found[key] is None:
             continue
-        if value is None or not (value if isinstance(value, Line) else Line(value, 0, reach)).is_raised(found[key]):
+        if value is None or not (value if isinstance(value, Line) else Line(value, 0, reach))._is_raised(found[key]):
             return 0
     return ceil(reach.until) if reach.until is not None else 0

@@ -77,7 +77,7 @@ class Places:
             x += one.width + MARGIN * 1.5
             for (kind, number), centre in zip(one.nodes, one.layout.centres, strict=True):
                 if kind != "thread":
-                    self.doors.setdefault((kind, number), []).append(self.node_x(one, centre))
+                    self.doors.setdefault((kind, number), []).append(self._node_x(one, centre))
         self._place_devices()
         self._place_bars()
         self._stack()
@@ -165,7 +165,7 @@ class Places:
         """Whether a flow passes one of the connections."""
         return not self.parts.in_flows.isdisjoint(connections)
 
-    def node_x(self, one: Placed, column: float) -> float:
+    def _node_x(self, one: Placed, column: float) -> float:
         """The place across of a node of an area, in pixels."""
         return one.x + one.width / 2 + (column - one.layout.width / 2) * STEP_X
 
@@ -251,11 +251,11 @@ class Places:
             self.bar_y[bus] = y + row * BAR_STEP
         return y + len(lines) * BAR_STEP
 
-    def row_y(self, layer: int) -> float:
+    def _row_y(self, layer: int) -> float:
         """The upper edge of the boxes of a row."""
         return self.area_y + HEADER + layer * self.step_y
 
-    def device_y(self, number: int) -> float:
+    def _device_y(self, number: int) -> float:
         """The upper edge of the box of a device."""
         return self.above_y if number in self.devices_above else self.below_y
 
@@ -273,7 +273,7 @@ class Places:
         downwards = route[0][1] <= route[-1][1]
         found: list[tuple[float, float]] = []
         for place, (column, layer) in enumerate(route):
-            x, y = self.node_x(one, column), self.row_y(layer) + half
+            x, y = self._node_x(one, column), self._row_y(layer) + half
             if layer in (-1, height):
                 frame = self.area_y if layer == -1 else self.area_y + self.area_h
                 far = (x, self.above_y + self.box_h if layer == -1 else self.below_y)
@@ -302,11 +302,11 @@ class Places:
     @cached_property
     def box_at(self) -> dict[int, tuple[float, float]]:
         """The middle of the upper edge of the box of each component."""
-        found = {number: (x, self.device_y(number)) for number, x in self.device_x.items()}
+        found = {number: (x, self._device_y(number)) for number, x in self.device_x.items()}
         for one in self.placed:
             for node, (kind, number) in enumerate(one.nodes):
                 if kind == "thread":
-                    found[number] = (self.node_x(one, one.layout.centres[node]), self.row_y(self.rows[number]))
+                    found[number] = (self._node_x(one, one.layout.centres[node]), self._row_y(self.rows[number]))
         return found
 
     def legend(self, *, decided: bool) -> list[tuple[str, str]]:

@@ -138,7 +138,7 @@ def written(cls: type, source: object) -> dict[str, Any]:
     >>> written(Finding, Finding("front[2]", "is dominated"))
     {'place': 'front[2]', 'text': 'is dominated'}
     """
-    entries = entries_of(cls)
+    entries = _entries_of(cls)
     if isinstance(source, Mapping):
         there = [entry for entry in entries if entry.default is ALWAYS or entry.key in source]
         return {entry.key: entry.kind.write(source[entry.key]) for entry in there}
@@ -156,7 +156,7 @@ def read_as(cls: type[T], data: Mapping[str, Any], **more: Any) -> T:
     Finding(place='front[2]', text='is dominated')
     """
     made = {item.name for item in fields(cls) if item.init} - more.keys()  # type: ignore[arg-type]
-    entries = [entry for entry in entries_of(cls) if entry.path in made and entry.key in data]
+    entries = [entry for entry in _entries_of(cls) if entry.path in made and entry.key in data]
     return cls(**{entry.path: entry.kind.read(data[entry.key]) for entry in entries}, **more)
 
 
@@ -175,7 +175,7 @@ def _model(cls: Any) -> type[BaseModel]:
             __doc__=_first_paragraph(cls),
         )
     members: dict[str, Any] = {}
-    for entry in entries_of(cls):
+    for entry in _entries_of(cls):
         name = f"{entry.key}_" if iskeyword(entry.key) else entry.key
         more: dict[str, Any] = dict(entry.limits or {})
         if entry.default is not ALWAYS:
@@ -187,7 +187,7 @@ def _model(cls: Any) -> type[BaseModel]:
     return create_model(name, __base__=Form, __doc__=_first_paragraph(cls), __module__=cls.__module__, **members)
 
 
-def entries_of(cls: Any) -> tuple[FormEntry, ...]:
+def _entries_of(cls: Any) -> tuple[FormEntry, ...]:
     """What is written of an object of a class, in order."""
     return _listed(cls)
 
@@ -204,7 +204,7 @@ def _entries(cls: type) -> Iterator[FormEntry]:
     listed: Sequence[str | Of | type] = getattr(cls, "WRITTEN", ()) or [name for name in hints if _text_of(hints[name])]
     for item in listed:
         if isinstance(item, type):
-            yield from entries_of(item)
+            yield from _entries_of(item)
         else:
             yield _entry(cls, item if isinstance(item, Of) else Of(item))
 

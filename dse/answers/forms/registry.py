@@ -19,7 +19,7 @@ from dse.support import arguments
 from dse.support.errors import UsageError
 
 
-def form_at(place: str) -> type[BaseModel]:
+def _form_at(place: str) -> type[BaseModel]:
     """The model of a class by its place, such as ``answers.verification:Verification``."""
     home, _, name = place.partition(":")
     return model_of(getattr(import_module(f"dse.{home}"), name))
@@ -32,7 +32,7 @@ class Forms(Mapping[str, type[BaseModel]]):
         self.places = places
 
     def __getitem__(self, name: str) -> type[BaseModel]:
-        return form_at(self.places[name])
+        return _form_at(self.places[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.places)

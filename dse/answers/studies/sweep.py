@@ -69,9 +69,9 @@ class SweepRun:
             found: Sequence[Mapping[str, Any]] = self.outcome["front"]
             return found
         stretches = self.outcome["stretches"]
-        return self.of_stretch(stretches[-1]) if stretches else ()
+        return self._of_stretch(stretches[-1]) if stretches else ()
 
-    def of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    def _of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
         """The alternatives of one stretch of limits, each with its rank there."""
         assert self.outcome is not None
         known = {item["id"]: item for item in self.outcome["alternatives"]}
@@ -184,7 +184,7 @@ class SweepResult(DataAnswer):
         return codes.get(self.status, EXIT_COMPLETE)
 
     @property
-    def grid_axes(self) -> tuple[VariedAxis, ...]:
+    def _grid_axes(self) -> tuple[VariedAxis, ...]:
         """The axes that have values."""
         return tuple(axis for axis in self.axes if axis.values)
 
@@ -194,7 +194,7 @@ class SweepResult(DataAnswer):
 
         None for the first.
         """
-        last = len(self.grid_axes[-1].values) if self.grid_axes else 1
+        last = len(self._grid_axes[-1].values) if self._grid_axes else 1
         found: list[Change | None] = []
         for number, run in enumerate(self.runs):
             before = self.runs[number - 1] if number % last else None
@@ -209,7 +209,7 @@ class SweepResult(DataAnswer):
 
         return [
             {
-                "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
+                "values": dict(zip((axis.name for axis in self._grid_axes), run.values, strict=True)),
                 **(run.outcome or {"kind": "open", "status": "open"}),
                 "change": written(Change, change) if change is not None else None,
             }
@@ -252,7 +252,7 @@ class SweepResult(DataAnswer):
     @property
     def columns(self) -> list[str]:
         """The columns of `frame` and of the CSV."""
-        names = [axis.name for axis in self.grid_axes]
+        names = [axis.name for axis in self._grid_axes]
         if any(axis.interval for axis in self.axes):
             names += ["from", "to"]
         judged = ["contention"] if self.contention is not None else []
@@ -270,11 +270,11 @@ class SweepResult(DataAnswer):
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for run in self.runs:
-            head = dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True))
+            head = dict(zip((axis.name for axis in self._grid_axes), run.values, strict=True))
             head["status"] = run.status
             if run.outcome is not None and run.outcome["kind"] == "breaks":
                 for stretch in run.outcome["stretches"]:
-                    for item in run.of_stretch(stretch):
+                    for item in run._of_stretch(stretch):
                         limits = {"from": stretch["from"], "to": stretch["to"]}
                         yield {**head, **limits, **_row(item)}
                 continue

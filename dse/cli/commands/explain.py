@@ -30,7 +30,7 @@ REFUSED = {
 }
 
 
-def options_of_solve(command: F) -> F:
+def _options_of_solve(command: F) -> F:
     """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
     for name in WITHOUT_EFFECT:
         other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
@@ -66,7 +66,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
 @quiet_option
-@options_of_solve
+@_options_of_solve
 def command(
     file: str,
     minimise: tuple[str, ...],

@@ -229,7 +229,7 @@ class DesignFunction:
     def around_cores(self) -> NearbyProgram:
         """The outputs but for the load of the fullest core: which threads share one decides nothing in it."""
         if not self.outputs.about_cores:
-            return NearbyProgram(self.programs[0], self.steps_as_stated, dict(enumerate(self.programs[0].outputs)))
+            return NearbyProgram(self.programs[0], self._steps_as_stated, dict(enumerate(self.programs[0].outputs)))
         outputs, results, guards = self._formulas(self.inputs.nominal, traced=True, cores=False)
         program = Program(results, guards)
         numbers = {number: program.outputs[number] for number in range(len(outputs.names))}
@@ -248,7 +248,7 @@ class DesignFunction:
         return self.bounds_of(requirement)[-1] if requirement in self.outputs.about_cores else None
 
     @cached_property
-    def steps_as_stated(self) -> list[Fraction]:
+    def _steps_as_stated(self) -> list[Fraction]:
         """The value of each step of the first program at the values of the file."""
         return self.programs[0].run(self.inputs.nominal)
 
@@ -279,7 +279,7 @@ class DesignFunction:
         if not self.applies:
             return self._one_by_one(inputs, size)
         program = self.programs[0]
-        nominal = self.steps_as_stated
+        nominal = self._steps_as_stated
         steps = program.run(inputs)
         varying = frozenset(columns)
         found = [

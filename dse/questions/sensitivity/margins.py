@@ -256,7 +256,7 @@ def bars(
         ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
             continue
-        outputs = metrics_at(function, variable, ends)
+        outputs = _metrics_at(function, variable, ends)
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])
             if all(map(is_unbounded, (*values, nominal[number]))):
@@ -268,7 +268,7 @@ def bars(
     return tuple(sorted(found, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
 
 
-def metrics_at(
+def _metrics_at(
     function: DesignFunction, variable: Variable, values: Iterable[Fraction]
 ) -> list[Sequence[Fraction] | Mapping[int, Fraction]]:
     """The metrics by number at some values of one input: what it does not reach is as stated."""

@@ -162,7 +162,7 @@ class Inputs:
     def scale(self, data: dict[str, Any], path: str, factor: Fraction) -> None:
         """Multiply every value at a path of `data`, in place."""
         for item in self.at(path):
-            self._write(data, item, scaled_text(item, factor))
+            self._write(data, item, _scaled_text(item, factor))
 
     def _write(self, data: dict[str, Any], item: InputValue, text: str | int) -> None:
         holder: Any = data
@@ -243,7 +243,7 @@ def _ends(text: str) -> tuple[str, str]:
     return range_ends(text) or (text.strip(), text.strip())
 
 
-def scaled_text(item: InputValue, factor: Fraction) -> str | int:
+def _scaled_text(item: InputValue, factor: Fraction) -> str | int:
     """The item's text with its numbers multiplied."""
     if item.kind is COUNT:
         count = int(item.text) * factor

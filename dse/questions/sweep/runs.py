@@ -80,7 +80,7 @@ def solve_payload(payload: str, semantics: str) -> str:
         return _failure(OTHER_VERSION, f"this machine has {semantics_version()}")
     content = json.loads(payload)
     try:
-        space = effective_space(content)
+        space = _effective_space(content)
         if content["exact"] is not None:
             metric, values = content["exact"]
             axis = read_limit_axis(space, metric, values)
@@ -98,7 +98,7 @@ def solve_payload(payload: str, semantics: str) -> str:
         return _failure("invalid", str(error))
 
 
-def effective_space(content: Mapping[str, Any]) -> Space:
+def _effective_space(content: Mapping[str, Any]) -> Space:
     """The space that a run is about."""
     given = content["changes"]
     changes = Changes(**{**given, "limits": [tuple(item) for item in given["limits"]]})

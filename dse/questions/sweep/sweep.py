@@ -145,7 +145,7 @@ def sweep_asked(
     check_objectives(asked.space)
     inputs = Inputs(merged_data(asked))
     axes = read_axes(asked, inputs, vary)
-    runs = plan(axes, inputs, asked, seed)
+    runs = _plan(axes, inputs, asked, seed)
     done, found = _solved(runs, means, progress)
     limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
     outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
@@ -208,7 +208,7 @@ def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axi
     return axes
 
 
-def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
+def _plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
     """The runs of a sweep, in order."""
     exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]

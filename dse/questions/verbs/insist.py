@@ -143,20 +143,20 @@ def _search(
 
 def _outcomes(payloads: Sequence[str], machines: Machines, limit: TimeLimit) -> Iterator[tuple[int, str]]:
     if machines.scheduler is not None:
-        yield from run_on_cluster(search_payload, payloads, machines.scheduler, limit)
+        yield from run_on_cluster(_search_payload, payloads, machines.scheduler, limit)
         return
     begun, done = monotonic(), 0
     if machines.workers > 1:  # processes take seconds to start: most problems are through by then
-        for number, outcome in run_all(search_payload, payloads, 1, limit):
+        for number, outcome in run_all(_search_payload, payloads, 1, limit):
             done = number + 1
             yield number, outcome
             if monotonic() - begun > ALONE_S:
                 break
-    for number, outcome in run_all(search_payload, payloads[done:], machines.workers, limit):
+    for number, outcome in run_all(_search_payload, payloads[done:], machines.workers, limit):
         yield done + number, outcome
 
 
-def search_payload(payload: str) -> str:
+def _search_payload(payload: str) -> str:
     """The front with an option, as text: the status and the designs."""
     content = json.loads(payload)
     insistence = _prepared(content["result"])

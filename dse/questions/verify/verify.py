@@ -41,7 +41,7 @@ from dse.support.units.text import count_words
 from dse.verification.prover import Method
 
 
-def verify_with(
+def _verify_with(
     result: Result | Mapping[str, Any] | str | Path,
     robust: Callable[[Problem, Mapping[str, Any]], Witness],
     *,
@@ -272,7 +272,7 @@ def verify(
     'verified'
     """
     data = result.to_dict() if isinstance(result, RobustResult) else result
-    return verify_with(
+    return _verify_with(
         data, RobustWitness, problem=problem, method=method, time_limit_s=arguments.time_limit(time_limit_s).seconds
     )
 

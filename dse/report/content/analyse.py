@@ -105,7 +105,7 @@ def _verdict_words(analysis: Analysis) -> str:
 def _overview(analysis: Analysis) -> Iterator[Block]:
     """What is asked of the design, and how full processors and buses are."""
     if analysis.verdicts:
-        yield margin_table(analysis)
+        yield _margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
     used += [(_fullness(usage), _bus_words(usage)) for usage in analysis.buses if _is_used(usage)]
     if used:
@@ -311,7 +311,7 @@ def verdict_table(analysis: Analysis) -> Table:
     return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3))
 
 
-def margin_table(analysis: Analysis) -> Table:
+def _margin_table(analysis: Analysis) -> Table:
     """What each requirement leaves, as a share of its limit: what is violated and what is nearest first.
 
     Where each core has a limit the row is about the fullest one, of threads without a core in the partition shown.

@@ -184,7 +184,7 @@ def usage_records(
     return records
 
 
-def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The records with their place in the bar (report.js does the same)."""
     found: list[dict[str, Any]] = []
     for record in records:
@@ -196,7 +196,7 @@ def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
     """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar."""
-    records = stacked_shares(shares)
+    records = _stacked_shares(shares)
     names = list(dict.fromkeys(record["name"] for record in records))
     row = {
         "field": "name",

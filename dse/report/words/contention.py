@@ -156,7 +156,7 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     if found is None or not found.broken:
         return ""
     more = len(found.broken) - 1
-    said = f"But with response times it violates {broken_words(found.broken[0], result.space.currency)}"
+    said = f"But with response times it violates {_broken_words(found.broken[0], result.space.currency)}"
     said += f" and {more} more" if more else ""
     verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
     kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
@@ -180,7 +180,7 @@ def study_contention_words(data: Mapping[str, Any]) -> str:
     count = count if len(judged) > 1 else "the"
     verb = ("keep" if kept > 1 else "keeps") if kept or len(judged) > 1 else "does not keep"
     varied = " (a limit that varies counts apart)" if any(run["kind"] == "breaks" for run in data["runs"]) else ""
-    cores = cores_of_origins(basis["cores"])
+    cores = _cores_of_origins(basis["cores"])
     said = f"{CONTENTION_OUT}, {cores}, {count} {designs} {verb} every requirement{varied}."
     return said if kept == len(judged) else said + COUNTED_BY
 
@@ -229,10 +229,10 @@ def _safe(found: Mapping[str, Sequence[str]]) -> str:
 
 def core_words(space: Space) -> str:
     """Which cores response times are counted on."""
-    return cores_of_origins(core_origins(space))
+    return _cores_of_origins(core_origins(space))
 
 
-def cores_of_origins(origins: Collection[str]) -> str:
+def _cores_of_origins(origins: Collection[str]) -> str:
     """The cores on which response times are counted, in words, from who chooses them."""
     given = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
@@ -266,12 +266,12 @@ def contended_words(found: Contended | None, currency: str) -> str:
         return "Not checked: the time was up."
     if not found.broken:
         return "Meets every requirement."
-    shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
+    shown = "; ".join(_broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
     return f"Violates {shown}" + (f"; and {more} more" if more > 0 else "") + "."
 
 
-def broken_words(item: Broken, currency: str) -> str:
+def _broken_words(item: Broken, currency: str) -> str:
     """``jitter of f <= 20 ms (29.294 ms)``; who has no bound, where one has none."""
     if item.value is None:
         return f"{item.requirement} (unbounded: {', '.join(item.unbounded)})"

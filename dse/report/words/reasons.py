@@ -53,10 +53,10 @@ class Sentence:
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     """What is said about an alternative, most important first."""
     currency = result.space.currency
-    found = [Sentence("Among all designs", best_words(result, reasons))]
-    said = baseline_comparison_words(reasons, currency)
+    found = [Sentence("Among all designs", _best_words(result, reasons))]
+    said = _baseline_comparison_words(reasons, currency)
     if said:
-        brief = baseline_comparison_words(reasons, currency, FEW_CHANGES)
+        brief = _baseline_comparison_words(reasons, currency, FEW_CHANGES)
         found.append(Sentence("Against the baseline", said, brief))
     above, near = reasons.above, reasons.neighbour
     if above is not None:
@@ -64,7 +64,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
         found.append(_compared(label, above, currency))
     if reasons.variants:
-        found.append(Sentence("Near-identical", variants_words(reasons.variants, currency)))
+        found.append(Sentence("Near-identical", _variants_words(reasons.variants, currency)))
     if near is not None and (above is None or near.with_ != above.with_):
         found.append(_compared(f"Against #{near.with_}, its neighbour on the front", near, currency))
     if reasons.margins:
@@ -72,8 +72,8 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         said = " ".join(margin_words(margin, currency) for margin in tightest)
         found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
-        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
-    found += [Sentence(SAME, spared_words(item)) for item in reasons.spared]
+        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", _dominant_words(dominant)))
+    found += [Sentence(SAME, _spared_words(item)) for item in reasons.spared]
     found += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
         found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
@@ -81,18 +81,18 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         said = contended_words(result.contended.get(str(reasons.point.id)), currency)
         found.append(Sentence("With response times", said))
     for improvement in reasons.improvements:
-        found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
+        found.append(Sentence(f"To better {improvement.objective}", _improvement_words(improvement, result)))
     return found
 
 
-def spared_words(spared: Spared) -> str:
+def _spared_words(spared: Spared) -> str:
     """What another offset saves, where it costs nothing that was asked for."""
     before, after = (format_duration(offset) if offset else "0 ms" for offset in spared.offsets_ns)
     saved = [f"{format_duration(time)} of latency of {flow}" for flow, time in spared.saves_ns.items()]
     return f"{spared.reader}.offset {after} instead of {before} saves {listed(saved)}."
 
 
-def best_words(result: Result, reasons: Reasons) -> str:
+def _best_words(result: Result, reasons: Reasons) -> str:
     """In which objectives the point has the best value of the front."""
     point = reasons.point
     best = []
@@ -132,18 +132,20 @@ def baseline_words(reasoner: Reasoner) -> str:
 
 
 def _compared(label: str, comparison: Comparison, currency: str) -> Sentence:
-    return Sentence(label, comparison_words(comparison, currency), comparison_words(comparison, currency, FEW_CHANGES))
+    return Sentence(
+        label, _comparison_words(comparison, currency), _comparison_words(comparison, currency, FEW_CHANGES)
+    )
 
 
-def comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
+def _comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
     """What changes (at `most` so many are named), what gains, what is given up."""
     return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
 
 
-def baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
+def _baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
     """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
     if reasons.changed is None:
-        return comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
+        return _comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
     counted = {change.name for change in reasons.changed}
     others = [change for change in reasons.baseline.changes if change.name not in counted] if reasons.baseline else []
     said = [counted_words(reasons.changed, most) + _tail(others, most)]
@@ -190,7 +192,7 @@ def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
     return f"Changes {'; '.join(_first(chosen, most))}{_tail(follow, most)}"
 
 
-def variants_words(variants: Sequence[Comparison], currency: str) -> str:
+def _variants_words(variants: Sequence[Comparison], currency: str) -> str:
     """``#2 with can0 can_500k (jitter of main 0.144 ms less, price 5 EUR more); #3 with …``; of many the first ones."""
     said = []
     for item in variants[:MOST_VARIANTS]:
@@ -250,7 +252,7 @@ OTHER_TYPE = "does not apply"
 """The verdict on an implied limit of a bus whose chosen type has none."""
 
 
-def dominant_words(dominant: Dominant) -> str:
+def _dominant_words(dominant: Dominant) -> str:
     """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
     rows = listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
     if is_unbounded(dominant.total_ns):
@@ -260,7 +262,7 @@ def dominant_words(dominant: Dominant) -> str:
     return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
 
 
-def improvement_words(item: Improvement, result: Result) -> str:
+def _improvement_words(item: Improvement, result: Result) -> str:
     """Which point is next better in an objective, what it costs, and what has to change."""
     if item.point is None:
         best = result.status == "complete"

@@ -28,10 +28,10 @@ def resource_blocks(analysis: Analysis) -> Iterator[Block]:
     if budgets:
         headings = ("who", "resource", "needs", "budget", "slack")
         yield Table("Budgets of processors and memories", headings, tuple(budgets), (2, 3, 4))
-    yield from listing(resource_findings(analysis.resources), "OSATE", 0)
+    yield from listing(_resource_findings(analysis.resources), "OSATE", 0)
 
 
-def resource_findings(uses: tuple[ResourceUse, ...]) -> list[str]:
+def _resource_findings(uses: tuple[ResourceUse, ...]) -> list[str]:
     """OSATE's errors and warnings, each with its severity."""
     return [f"{item.severity}: {item.text}" for use in uses for item in use.findings]
 

@@ -28,7 +28,7 @@ ALWAYS = 7
 """Columns from here on are there where they say something."""
 
 
-def response_table(processor: str, responses: Sequence[Response]) -> Table:
+def _response_table(processor: str, responses: Sequence[Response]) -> Table:
     """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
     rows = [_row(item, processor) for item in responses]
     is_served = any(item.is_served for item in responses)
@@ -52,7 +52,7 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
     """For each processor what runs on it; a terminal shows `brief` rows in all, without what they wait for."""
     shown = {processor: found for processor, found in responses.items() if found}
     for processor, found in shown.items():
-        table = response_table(processor, found)
+        table = _response_table(processor, found)
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
             what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
@@ -69,10 +69,10 @@ def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Time
             busy = worst_busy_period(core, found)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
                 is_served = any(item.is_served for item in found)
-                yield busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
+                yield _busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
-def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
+def _busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
     """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
     whole = float(busy.end_ns)
     names = dict.fromkeys(piece.name for piece in busy.pieces)

@@ -151,7 +151,7 @@ def find_conflicts(
             witness = oracle.witness(seed)
             if witness is None:
                 reduced = seed
-                for smaller in shrinking(oracle, seed):
+                for smaller in _shrinking(oracle, seed):
                     reduced = smaller
                 conflict = proved(oracle, reduced)
                 reduced = None
@@ -169,7 +169,7 @@ def find_conflicts(
     return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped, reduced)
 
 
-def shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:
+def _shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:
     """Ever smaller parts of a set that has no design: each member in turn stays out where that changes nothing.
 
     None of them has a design, and the last is minimal. Members that come later in the problem are kept where there is

@@ -43,7 +43,7 @@ Member: TypeAlias = Requirement | Rule | Fixed
 DIRECTED = ("<=", "<", ">=", ">")
 
 
-def members_of(space: Space) -> tuple[Member, ...]:
+def _members_of(space: Space) -> tuple[Member, ...]:
     """Everything that the question demands: requirements, rules, fixed decisions, in this order."""
     fixed = [
         Fixed(decision, option, f"{space.decisions[decision].name} = {space.decisions[decision].options[option]}")
@@ -52,7 +52,7 @@ def members_of(space: Space) -> tuple[Member, ...]:
     return (*space.requirements, *space.rules, *fixed)
 
 
-def statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
+def _statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
     """Members by number, together where one limit states them: a limit of every flow, processor, core or bus."""
     found: dict[object, list[int]] = {}
     for number, item in enumerate(members):
@@ -136,9 +136,9 @@ class Oracle:
     ) -> None:
         self.space = space
         self.reading = reading
-        self.members = members_of(space)
+        self.members = _members_of(space)
         self.everything = frozenset(range(len(self.members)))
-        self.statements = statements_of(self.members)
+        self.statements = _statements_of(self.members)
         self.seed = seed
         self.time_left = time_left if time_left is not None else TimeLeft(deadline)
         self.calls = 0

@@ -231,7 +231,7 @@ class Call:
         if settled is None and is_last and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if is_loose and has_learnt and settings.linearization_level and not settings.in_order:
-            begin_from(self.encoded.model, solution)
+            _begin_from(self.encoded.model, solution)
         if settled is None and (is_last or (has_learnt and not is_loose)):
             if is_optimal and self.weights is not None:  # of a question that now is stricter
                 self.raise_least(self._bound(solver) or 0)
@@ -263,7 +263,7 @@ class Call:
         return most is None or self.weights is None or weighted(self.weights, point) <= most
 
 
-def begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
+def _begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
     """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
     model.clear_hints()
     model.proto.solution_hint.vars.extend(range(len(solution)))

@@ -75,7 +75,7 @@ class Pools:
                 set_domain(mine.constraints[constraint].linear, low, high)
         self.model.minimize(self._sum(encoded, weights))
 
-    def roomiest(self, encoded: EncodedSpace, weights: Sequence[int], most: int) -> cp_model.CpModel:
+    def _roomiest(self, encoded: EncodedSpace, weights: Sequence[int], most: int) -> cp_model.CpModel:
         """The solutions with a weighted sum of at most `most`, those first that leave most room."""
         model = self.model.clone()
         model.add(self._sum(encoded, weights) <= most)
@@ -85,7 +85,7 @@ class Pools:
     def _sum(self, encoded: EncodedSpace, weights: Sequence[int]) -> cp_model.LinearExprT:
         return cp_model.LinearExpr.weighted_sum([item.variable for item in encoded.objectives], list(weights))
 
-    def placing(self, encoded: EncodedSpace, solution: Sequence[int]) -> cp_model.CpModel:
+    def _placing(self, encoded: EncodedSpace, solution: Sequence[int]) -> cp_model.CpModel:
         """The space's own model, its decisions but for cores as in a solution, each thread on a core of its pool."""
         contention = encoded.contention
         assert contention is not None, "no core is full"
@@ -146,7 +146,7 @@ def pooled(call: Call, memory: PoolMemory, best: Found | None) -> Answer:
         if solution is None or call.out_of_time():
             return Unfinished(call.least, best)
         least = _value(encoded, weights, solution)
-        solution = _sketched(call, pools.roomiest(encoded, weights, least), tuning.room_work) or solution
+        solution = _sketched(call, pools._roomiest(encoded, weights, least), tuning.room_work) or solution
         if least > (call.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
             break
     else:
@@ -171,9 +171,9 @@ def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, b
         most = least + more * step
         if call.out_of_time() or (top is not None and most > top):
             return None
-        solution, known = known or _sketched(call, pools.roomiest(encoded, weights, most), tuning.room_work), None
-        placed = None if solution is None else _sketched(call, pools.placing(encoded, solution), tuning.place_work)
-        found = None if placed is None else judged(encoded, placed)
+        solution, known = known or _sketched(call, pools._roomiest(encoded, weights, most), tuning.room_work), None
+        placed = None if solution is None else _sketched(call, pools._placing(encoded, solution), tuning.place_work)
+        found = None if placed is None else _judged(encoded, placed)
         if placed is not None and found is not None and call.is_wanted(found.point, best):
             return found
     return None
@@ -194,7 +194,7 @@ def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
     return model
 
 
-def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
+def _judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
     """The design of a solution with its figures, as the analysis accepts it."""
     point = tuple(solution[objective.variable.index] for objective in encoded.objectives)
     settled = encoded.settled(encoded.design(solution), lambda variable: solution[variable.index], is_best=False)

@@ -63,7 +63,7 @@ def may_be_event_triggered(component: Component) -> bool:
     )
 
 
-def must_be_event_triggered(component: Component) -> bool:
+def _must_be_event_triggered(component: Component) -> bool:
     """Whether every option does."""
     protocols = set(leaves(component.protocol))
     periods = set(leaves(component.period_ns))
@@ -78,7 +78,7 @@ def _may_pass_rates_on(component: Component) -> bool:
 
 def _must_pass_rates_on(component: Component) -> bool:
     """Whether it does in every design."""
-    if must_be_event_triggered(component):
+    if _must_be_event_triggered(component):
         return True
     return set(leaves(component.protocol)) <= BY_MESSAGES and set(leaves(component.join)) == {ALL}
 
@@ -108,7 +108,7 @@ def check_activation(ledger: Ledger, space: Space) -> None:
         _check_delivery(ledger, space, connection, needed)
 
 
-def possible_cycles(space: Space) -> Iterator[str]:
+def _possible_cycles(space: Space) -> Iterator[str]:
     """Components that would dispatch each other in a cycle in some designs: ``a -> b -> a``.
 
     One shortest cycle for each set of components that all reach each other. Such designs have no rates and are none.
@@ -123,7 +123,7 @@ def possible_cycles(space: Space) -> Iterator[str]:
 
 def exclusions(space: Space) -> Iterator[str]:
     """Which combinations of options are no designs, though nothing in the file forbids them: sentences for people."""
-    for cycle in possible_cycles(space):
+    for cycle in _possible_cycles(space):
         yield f"designs are excluded in which event-triggered components dispatch each other in a cycle: {cycle}"
 
 

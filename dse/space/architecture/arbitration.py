@@ -23,7 +23,7 @@ from dse.support.units import shown
 MOST_SHOWN = 3
 
 
-def default_arbitration(model: BusType) -> Arbitration | None:
+def _default_arbitration(model: BusType) -> Arbitration | None:
     """How a bus of this type arbitrates: as stated, else by priority where its frames are those of CAN."""
     return model.arbitration or ("priority" if isinstance(model.frame, CanFrame | CanFdFrame) else None)
 
@@ -65,7 +65,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
             found.append(bus)
             continue
         _check_identifiers(ledger, models, here)
-        kinds = {name: default_arbitration(model) for name, model in models.items()}
+        kinds = {name: _default_arbitration(model) for name, model in models.items()}
         missing = next(_missing(buses, kinds, here), "")
         is_asked = any(model.arbitration for model in models.values()) or any(
             one.identifier is not None for one in here

@@ -352,7 +352,7 @@ def check_machines(
 ) -> None:
     """Every virtual bus with figures per processor type finds a figure on every machine that may run it."""
     for connection in connections:
-        machines = machine_tree(components, connection)
+        machines = _machine_tree(components, connection)
         for bus in counted(buses, connection):
             tables = [
                 leaf for tree in (bus.fixed_ns, bus.latency_ns) for leaf in leaves(tree)
@@ -409,7 +409,7 @@ def check_processes(ledger: Ledger, processors: Sequence[Processor], components:
             ledger.error((component.section, component.name, "processor"), message)
 
 
-def machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
+def _machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
     """The processor that runs a connection's middleware: the sending thread's, else the receiving one's."""
     ends = [at_home(components, end).processor for end in (connection.source, connection.target) if end is not None]
     return next((processor for processor in ends if processor is not None), None)

@@ -29,7 +29,7 @@ def with_implied(space: Space) -> Space:
     """
     stated = [item for item in space.requirements if not item.implied]
     kept = {item.metric for item in stated if _keeps_whole(item)}
-    implied = [item for item in implied_limits(space) if item.metric not in kept]
+    implied = [item for item in _implied_limits(space) if item.metric not in kept]
     return replace(space, requirements=(*stated, *implied))
 
 
@@ -38,7 +38,7 @@ def _keeps_whole(item: Requirement) -> bool:
     return is_share and item.limit.value <= 1
 
 
-def implied_limits(space: Space) -> Iterator[Requirement]:
+def _implied_limits(space: Space) -> Iterator[Requirement]:
     """100 % of every core, of every bandwidth, and of the time of every bus that carries one message at a time."""
     if space.overload == "allowed":
         return
@@ -66,7 +66,7 @@ def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
     if member.implied:
         return of
     is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
-    return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""
+    return of if is_beyond and member.metric in {item.metric for item in _implied_limits(space)} else ""
 
 
 def overloads_needed(space: Space, members: Iterable[Requirement], limit: Fraction) -> str:

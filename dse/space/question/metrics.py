@@ -238,7 +238,7 @@ def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric |
     return Metric(f"disparity of {component.name}", "max", operands=operands)
 
 
-def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
+def _core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The utilisation of ``core N of P``, or of ``each core of P``; nothing where `of` says no such thing.
 
     A core is used by the threads whose core is stated or chosen: asking for it makes open cores decisions.
@@ -331,7 +331,7 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
     return (threads[of],)
 
 
-def one_metric(space: Space, ref: MetricExpr) -> Metric:
+def _one_metric(space: Space, ref: MetricExpr) -> Metric:
     """The single metric that the words mean."""
     metrics = resolve_metrics(space, ref)
     if len(metrics) > 1:
@@ -355,7 +355,7 @@ def worst_of(name: str, metrics: Sequence[Metric], operator: str) -> Metric:
 def read_derived(space: Space, name: str, text: str) -> Derived:
     """A derived metric; all its terms must have one dimension."""
     expression: DerivedExpr = parse_derived(text)
-    terms = tuple((coefficient, one_metric(space, ref)) for coefficient, ref in expression.terms)
+    terms = tuple((coefficient, _one_metric(space, ref)) for coefficient, ref in expression.terms)
     _check_kinds(space, text, terms)
     return Derived(name, text, terms, *_check_extent(space, text, [terms]))
 
@@ -368,7 +368,7 @@ def _extreme(space: Space, ref: ExtremeRef) -> Metric:
             coefficient, inner = expression.terms[0]
             operands += [((coefficient, metric),) for metric in resolve_metrics(space, inner)]
         else:
-            operands.append(tuple((coefficient, one_metric(space, inner)) for coefficient, inner in expression.terms))
+            operands.append(tuple((coefficient, _one_metric(space, inner)) for coefficient, inner in expression.terms))
     _check_kinds(space, str(ref), [part for operand in operands for part in operand])
     _check_extent(space, str(ref), operands)
     return Metric(str(ref), ref.kind, operands=tuple(operands))
@@ -419,7 +419,7 @@ def _extent(space: Space, metric: Metric) -> tuple[Fraction, int]:
 
 
 _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
-    "utilisation": lambda space, of: core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
+    "utilisation": lambda space, of: _core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
     "busy": _busy,
     "changes": _changes,
     "data age": _data_ages,

@@ -224,7 +224,7 @@ def with_open_cores(space: Space) -> Space:
 
     What is asked are requirements, objectives, rules and fixed decisions.
     """
-    return _with_cores(space, depends_on_cores(space)) if space.open_cores or space.open_priorities else space
+    return _with_cores(space, _depends_on_cores(space)) if space.open_cores or space.open_priorities else space
 
 
 def with_all_cores(space: Space) -> Space:
@@ -267,7 +267,7 @@ def _with_cores(space: Space, wanted: bool) -> Space:
     return replace(space, decisions=(*space.decisions[:first], *added), components=tuple(components))
 
 
-def depends_on_cores(space: Space) -> bool:
+def _depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
     return _is_spoken_of(space) or any(is_scheduled(space, metric) for metric in _asked(space))
 

@@ -64,11 +64,11 @@ def _listed(value: Any) -> list[Any]:
 
 def identity_of(document: Mapping[str, Any]) -> str:
     """The digest of what a document means; see the head of this module."""
-    text = json.dumps(canonical(document), ensure_ascii=False, separators=(",", ":"))
+    text = json.dumps(_canonical(document), ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def canonical(document: Mapping[str, Any]) -> dict[str, Any]:
+def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
     """A document without what nobody computes with, sections in the order of the schema, fields in that of their names.
 
     >>> canonical({"threads": {"b": {"source": "x", "period": "1 ms"}, "a": {}}, "dse": 1, "source": "y"})
@@ -92,7 +92,7 @@ def _fields(entry: Any) -> Any:
 
 def differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
     """Where two documents differ in meaning, in words; `one` is the earlier."""
-    yield from _differing("", canonical(one), canonical(other))
+    yield from _differing("", _canonical(one), _canonical(other))
 
 
 def _differing(path: str, one: Any, other: Any) -> Iterator[str]:

@@ -138,11 +138,11 @@ def decode_text(data: bytes, file: str) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ProblemError([Diagnostic("the file is not UTF-8 text", file=file, line=line, column=0)]) from None
-    check_characters(text, file)
+    _check_characters(text, file)
     return text
 
 
-def check_characters(text: str, file: str) -> None:
+def _check_characters(text: str, file: str) -> None:
     """Refuse NUL and other control characters."""
     found = _FORBIDDEN.search(text)
     if found:
@@ -163,7 +163,7 @@ def read_yaml(text: str, file: str) -> YamlNode:
         Text that is not YAML, of which nothing is quoted (anybody may read the messages, and the file may be any that
         a problem file includes); or not the YAML described above, with every finding.
     """
-    check_characters(text, file)
+    _check_characters(text, file)
     builder, work = _NodeBuilder(file), Work()
     try:
         for event in yaml.parse(text, Loader=_LOADER):

@@ -83,10 +83,10 @@ def _words(item: ErrorDetails) -> tuple[str, str]:
 def _literal(expected: str, value: Any) -> tuple[str, str]:
     allowed = re.findall(r"'([^']*)'", expected) or [expected]
     words = f"expected {allowed[0]}" if len(allowed) == 1 else f"expected one of {', '.join(allowed)}"
-    return f"{words}, got {describe(value)}", suggestion(value, allowed)
+    return f"{words}, got {describe(value)}", _suggestion(value, allowed)
 
 
-def suggestion(value: Any, allowed: Sequence[str]) -> str:
+def _suggestion(value: Any, allowed: Sequence[str]) -> str:
     """``did you mean "x"?`` for the allowed text of another name, or the closest one; or ""."""
     if not isinstance(value, str):
         return ""
@@ -111,7 +111,7 @@ def _unknown_key(path: Sequence[PathPart], source: Source, root: type[SpecMappin
     if "totals" in fields and source.node.known(["totals", key]) == ("totals", key):
         return "unknown key", f"it is a declared total: `totals: {{{key}: …}}`"
     allowed = [info.alias or name for name, info in fields.items()]
-    return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
+    return "unknown key", _suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
 
 
 def _decimal_comma(key: str, node: YamlNode) -> str:

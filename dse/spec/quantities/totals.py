@@ -27,12 +27,13 @@ def in_declared_units(spec: Spec) -> Spec:
 
 def _converted(model: Priced, units: Mapping[str, str]) -> Priced:
     totals = {
-        key: tuple(in_unit(total, units.get(key, total.unit)) for total in given) for key, given in model.totals.items()
+        key: tuple(_in_unit(total, units.get(key, total.unit)) for total in given)
+        for key, given in model.totals.items()
     }
     return model if totals == model.totals else model.model_copy(update={"totals": totals})
 
 
-def in_unit(total: Total, unit: str) -> Total:
+def _in_unit(total: Total, unit: str) -> Total:
     """A figure in another unit; as it is where it cannot be said in it.
 
     >>> from fractions import Fraction
@@ -52,7 +53,7 @@ def in_unit_of(values: Iterable[object], total: Total) -> Total:
         where it cannot be said in it.
     """
     [unit] = {value.unit for value in values if isinstance(value, Total)}
-    found = in_unit(total, unit)
+    found = _in_unit(total, unit)
     if found.unit != unit:
         raise UnitError(f"expected a figure in {unit}, got {shown(total.unit)}")
     return found

@@ -156,7 +156,7 @@ class _UncertaintyReader:
             raise UncertaintyError(field, str(error).removeprefix(f"{field}: ")) from error
         if value < 0:
             raise UncertaintyError(field, "it must not be negative")
-        return in_base(value, self.kind)
+        return _in_base(value, self.kind)
 
     def _value(self, field: str, text: str) -> Fraction:
         """A value in coherent units; a factor, a count or a total as it is."""
@@ -253,7 +253,7 @@ def _plain(text: str) -> Fraction:
     return quantity.value
 
 
-def in_base(value: Fraction, kind: QuantityKind) -> Fraction:
+def _in_base(value: Fraction, kind: QuantityKind) -> Fraction:
     """A value in coherent units (or of a factor, count, total) in the unit of the figures."""
     if kind in BASE:
         return value / UNITS[BASE[kind]][0]

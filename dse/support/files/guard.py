@@ -24,7 +24,7 @@ Key: TypeAlias = tuple[int, int, str]
 """Device, inode and "" of a file that is there; of its folder and its name, of any file."""
 
 
-def keys_of(path: PathLike) -> frozenset[Key]:
+def _keys_of(path: PathLike) -> frozenset[Key]:
     """What tells a regular file, or one that is not there yet, from others; nothing for pipes and devices."""
     real = Path(os.path.realpath(path))
     keys: set[Key] = set()
@@ -65,7 +65,7 @@ class Guard:
         UsageError
             when it is to be written over.
         """
-        keys = keys_of(path)
+        keys = _keys_of(path)
         for key in keys - self.renewed:
             if key in self.outputs:
                 raise _input(self.outputs[key], what)
@@ -79,9 +79,9 @@ class Guard:
         UsageError
             when it is an input, or another output.
         """
-        name, keys = os.fspath(path), keys_of(path)
+        name, keys = os.fspath(path), _keys_of(path)
         if renews is not None:
-            self.renewed |= keys & keys_of(renews)
+            self.renewed |= keys & _keys_of(renews)
         for key in keys - self.renewed:
             if key in self.inputs:
                 raise _input(name, self.inputs[key])
@@ -94,13 +94,13 @@ class Guard:
 
     def is_claimed(self, path: PathLike) -> bool:
         """Whether this very output was claimed before."""
-        return any(self.outputs.get(key) == os.fspath(path) for key in keys_of(path))
+        return any(self.outputs.get(key) == os.fspath(path) for key in _keys_of(path))
 
     def replaced(self, path: PathLike) -> None:
         """A claimed output is another file now, in the same place: the inode of the old one may serve again."""
         name = os.fspath(path)
         self.outputs = {key: known for key, known in self.outputs.items() if known != name or key[2]}
-        self.outputs.update(dict.fromkeys(keys_of(path), name))
+        self.outputs.update(dict.fromkeys(_keys_of(path), name))
 
 
 def _input(output: str, what: str) -> UsageError:

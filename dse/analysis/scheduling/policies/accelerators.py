@@ -40,7 +40,7 @@ class OneOfEach:
 
 @dataclass(frozen=True, slots=True)
 class AsTheyCome:
-    """A piece that waits for all that came before it, less what its own thread took of that time (`queued_job`)."""
+    """A piece that waits for all that came before it, less what its own thread took of that time (`_queued_job`)."""
 
     task: Task
     own: tuple[Task, ...]
@@ -49,12 +49,12 @@ class AsTheyCome:
 
     def response_ns(self) -> Exact | None:
         """The longest time from its release to its end, in ns; None where it has no bound."""
-        found = queued_job(self.task, self.own, self.others)
+        found = _queued_job(self.task, self.own, self.others)
         return None if found is None else found.waited_ns + self.task.worst_ns + self.blocked_ns
 
     def parts(self) -> Parts | None:
         """What goes before it; None where it has no bound."""
-        found = queued_job(self.task, self.own, self.others)
+        found = _queued_job(self.task, self.own, self.others)
         if found is None:
             return None
         jobs = counted((item, jobs_by(item, found.until_ns)) for item in self.others)
@@ -148,7 +148,7 @@ class QueuedJob:
     ran_ns: Exact = 0
 
 
-def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
+def _queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
     """The job that waits longest where jobs run as they come, and all `own` before it have ended; None: no bound.
 
     It comes a after the executor was idle last. What the `fellows` released until then has run for a, less what its

@@ -73,7 +73,7 @@ class Chains:
 
     def never_meet(self, one: Stage, other: Stage) -> bool:
         """Whether two stages are of one chain, and never wait at the same time; one alone with its next job."""
-        return is_whole(one) and is_whole(other) and self._follow(one.key, other.key)
+        return _is_whole(one) and _is_whole(other) and self._follow(one.key, other.key)
 
     def _follow(self, one: TaskKey, other: TaskKey) -> bool:
         return (one, other) in self._pairs or (other, one) in self._pairs
@@ -85,7 +85,7 @@ class Chains:
         """
         if stage.pieces:
             return stage.first
-        return self._lines.get(stage.key) if is_whole(stage) else None
+        return self._lines.get(stage.key) if _is_whole(stage) else None
 
     @cached_property
     def _lines(self) -> Mapping[TaskKey, TaskKey]:
@@ -111,11 +111,11 @@ class Succession:
         if executor not in self._chains:
             stages = self.events.stages
             inside = (item.key for item in self.resource.entries if item.executor == executor)
-            self._chains[executor] = Chains(self.events, [key for key in inside if is_whole(stages[key])])
+            self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
         return self._chains[executor]
 
 
-def is_whole(stage: Stage) -> bool:
+def _is_whole(stage: Stage) -> bool:
     """Whether a stage is all of a thread, but for a hybrid one's callback."""
     return stage.key[1] == "thread" and not stage.pieces
 

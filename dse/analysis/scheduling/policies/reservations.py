@@ -40,10 +40,10 @@ def supply_gaps(name: str, budget_ns: int, period_ns: int) -> Task:
     >>> [response_time_ns(Task("", work, ()), [gaps]) for work in (1, 3, 4)]
     [5, 7, 10]
     """
-    return periodic(gaps_name(name), period_ns - budget_ns, period_ns, budget_ns)
+    return periodic(_gaps_name(name), period_ns - budget_ns, period_ns, budget_ns)
 
 
-def gaps_name(name: str) -> str:
+def _gaps_name(name: str) -> str:
     """What the times without the budget of a reservation are called."""
     return f"no budget of {name}"
 

@@ -96,7 +96,7 @@ class Launch:
         if self.opened > MOST_INCLUDES:
             raise problem(file, f"more than {MOST_INCLUDES:,} times a file is included")
         if file not in self.files:
-            self.files[file] = read_launch(file)
+            self.files[file] = _read_launch(file)
         before, context.file = context.file, file
         self.including.append(file)
         scope = self._actions(self.files[file].children, context, scope)
@@ -185,13 +185,13 @@ class Launch:
         """A namespace for what follows."""
         return replace(scope, namespace=joined(scope.namespace, resolve(action.text("namespace"), context)))
 
-    def remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+    def _remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A remapping for all nodes that follow."""
         pair = (resolve(action.text("from"), context), resolve(action.text("to"), context))
         spend(len(scope.remaps))
         return replace(scope, remaps=(*scope.remaps, pair))
 
-    def set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+    def _set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A parameter for all nodes that follow."""
         spend(len(scope.parameters))
         return replace(scope, parameters=(*scope.parameters, *self._parameters([action], context, "")))
@@ -201,7 +201,7 @@ class Launch:
         items = action.later(context) if action.later is not None else action.children
         return self._actions(items, context, scope)
 
-    def leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
+    def _leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
         """What is no node."""
         words = resolve(action.text("cmd", "name", "value"), context)[:80]
         self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
@@ -210,7 +210,7 @@ class Launch:
         """What a Python file does not say."""
         resolve(action.text("name"), context)
 
-    def set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
+    def _set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
         """An environment variable that the file sets."""
         context.environment[resolve(action.text("name"), context)] = resolve(action.text("value"), context)
 
@@ -342,15 +342,15 @@ ACTIONS: Mapping[str, Act] = {
     "arg": Launch.declare,
     "let": Launch.assign,
     "push_ros_namespace": Launch.push,
-    "set_remap": Launch.remap_all,
-    "set_parameter": Launch.set_for_all,
-    "set_env": Launch.set_environment,
-    "set_environment": Launch.set_environment,
+    "set_remap": Launch._remap_all,
+    "set_parameter": Launch._set_for_all,
+    "set_env": Launch._set_environment,
+    "set_environment": Launch._set_environment,
     "include": Launch.include,
     "timer": Launch.apart,
     "opaque": Launch.apart,
     "unknown": Launch.unknown,
-    "executable": Launch.leave_out,
+    "executable": Launch._leave_out,
     "node": Launch.node,
     "lifecycle_node": Launch.node,
     "node_container": Launch.container,
@@ -391,7 +391,7 @@ def joined(namespace: str, name: str) -> str:
     return "/" + "/".join(part for part in found.split("/") if part)
 
 
-def read_launch(path: Path) -> Entity:
+def _read_launch(path: Path) -> Entity:
     """The actions of a launch file, by its suffix. Errors as for `read_xml`."""
     name = path.name.lower()
     if name.endswith(".py"):

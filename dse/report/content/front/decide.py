@@ -114,7 +114,7 @@ def _insist_data(result: Result) -> dict[str, Any]:
             "status": price.item.status,
             "front": list(price.item.front),
             "kept": price.kept,
-            "best": cost_words(result, price),
+            "best": _cost_words(result, price),
         }
         for price in prices(result)
     ]
@@ -208,7 +208,7 @@ def costly(result: Result) -> list[Price]:
     return [price for price in prices(result) if not price.kept]
 
 
-def cost_words(result: Result, price: Price) -> list[str]:
+def _cost_words(result: Result, price: Price) -> list[str]:
     """For each objective the best value with an option, and what that is worse than without insisting."""
     texts = []
     for info, value, lost in zip(result.objectives, price.best, price.lost, strict=False):
@@ -226,7 +226,7 @@ def insisting_section(result: Result, top: int | None = None) -> Section:
     said = texts(f"The price of insisting: {summary_words(result)}")
     rows = []
     for price in costly(result):
-        cells = cost_words(result, price) or [NOTHING] * len(result.objectives)
+        cells = _cost_words(result, price) or [NOTHING] * len(result.objectives)
         rows.append((f"{price.item.decision} {price.item.option}", price.state, *cells))
     if rows:
         headings = ("insisting on", "alternatives kept", *(f"best {info.name}" for info in result.objectives))

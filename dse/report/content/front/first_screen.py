@@ -268,7 +268,7 @@ class Screen:
         result = self.result
         told = (unused_words(result), extrapolated_words(result), rounding_words(result))
         yield from texts(*told, exclusion_words(result.space) if result.front else "")
-        for at, (option, meaning) in enumerate(list(self.next_steps(all_listed=all_listed))[:MOST_STEPS]):
+        for at, (option, meaning) in enumerate(list(self._next_steps(all_listed=all_listed))[:MOST_STEPS]):
             yield Text(f"{'Next' if not at else '':<4}  {option:<28}  {meaning}", hang=36)
         code = f"; exit code {result.exit_code}" if result.exit_code else ""
         yield Text(f"{effort_words(result)}{code}", "quiet")
@@ -281,7 +281,7 @@ class Screen:
         if result.leaves_out_contention and len(self.waiting.kept) < len(result.front) and self.waiting.checked:
             yield "--processing response-time", "counts waiting for the CPU, chooses cores"
 
-    def next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
+    def _next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
         """Options to add to the command, each with what it does."""
         result = self.result
         if not result.front:

@@ -64,13 +64,13 @@ def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Sec
     proof, *more = document.summary
     found = document.result
     said = (unused_words(found), extrapolated_words(found), rounding_words(found), exclusion_words(document.space))
-    verdict = verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
+    verdict = _verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
     blocks = [*texts(proof, tone="strong"), *document.conflicts, *verdict, *texts(*more)]
     blocks += texts(*said) if not document.conflicts else []
     return Section("summary", "Decision summary", tuple(blocks))
 
 
-def verdict_blocks(screen: Screen) -> list[Block]:
+def _verdict_blocks(screen: Screen) -> list[Block]:
     """What changes the decision, and the recommendation, for files."""
     return [*screen.warning_blocks(), *screen.choice(with_baseline=False)]
 
