@@ -57,7 +57,11 @@ def _with_cores(space: Space, design: Design, waiting: Sequence[int]) -> Design:
 
 
 def baseline_design(space: Space) -> Design | None:
-    """Today's design; None when the problem states none, or only a part of it."""
+    """Today's design; None when the problem states none, or only a part of it.
+
+    A tuple of option numbers, one for each decision of the space, with inactive decisions at 0 (`canonical`). A
+    baseline whose choices exclude each other, or that leaves a decision open, is None, too.
+    """
     if not space.baseline:
         return None
     from dse.analysis.validity import canonical

@@ -63,7 +63,13 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
 
 
 def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, path: str | Path) -> Result:
-    """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`."""
+    """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`.
+
+    `data` has passed the checks of the form. Each point is evaluated again from its decisions; `search` has the regions
+    that are proved empty and those that are left.
+
+    Raises `UsageError` where objectives, figures, ids or ranks differ from what the analysis computes.
+    """
     space = asked.space
     evaluator = Evaluator(space)
     infos = tuple(

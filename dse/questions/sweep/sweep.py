@@ -43,14 +43,21 @@ class SweepProgress:
 
     @property
     def left_s(self) -> float | None:
-        """The seconds that the rest will take, as far as one can tell; None before the first run is solved."""
+        """The seconds that the rest will take, as far as one can tell; None before the first run is solved.
+
+        Elapsed time over runs solved, times runs left; runs that the store already had do not count as solved.
+        """
         solved = self.done - self.found
         return self.elapsed_s / solved * (self.total - self.done) if solved else None
 
 
 @dataclass(frozen=True)
 class Means:
-    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept."""
+    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept.
+
+    `workers` is a number of processes; with `scheduler`, such as ``tcp://host:8786``, runs go to a Dask cluster
+    instead. `store` is an SQLite file, None to keep nothing.
+    """
 
     workers: int = 1
     scheduler: str | None = None
@@ -139,7 +146,13 @@ def sweep_asked(
     means: Means,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> SweepResult:
-    """Sweep the question of a problem as it stands; see `sweep`."""
+    """Sweep the question of a problem as it stands; see `sweep`.
+
+    Axes are read from `vary`, runs already in the store are taken from it, the rest is solved. `progress` is called
+    after each run.
+
+    Raises `UsageError` for an axis that cannot be read or a question without objectives.
+    """
     check_workers(means.workers)
     refuse_unchecked(asked.space)
     check_objectives(asked.space)

@@ -185,7 +185,11 @@ def _check_same(result: Result, design: Design, space: Space) -> None:
 
 
 def figures(space: Space, design: Design) -> dict[str, Fraction]:
-    """Every metric of a design but how much it changes, exact, by name."""
+    """Every metric of a design but how much it changes, exact, by name.
+
+    Names of metrics to exact values in base units. An export is read back and must give equal figures before it is
+    written.
+    """
     view = View(design)
     metrics = Evaluator(space).metrics
     return {item.metric.name: item.value(view) for item in metrics if not counts_changes(space, item.metric)}

@@ -22,7 +22,11 @@ MOST_VECTORS = 5_000
 
 @dataclass(frozen=True)
 class Feasible:
-    """All feasible designs of a question: how many, and their objectives in the units of the front, each once."""
+    """All feasible designs of a question: how many, and their objectives in the units of the front, each once.
+
+    The vectors are in counting units of the objectives; several designs may share one, so that there can be fewer
+    vectors than designs.
+    """
 
     count: int
     vectors: tuple[tuple[int, ...], ...]

@@ -31,7 +31,11 @@ Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
 
 @dataclass(frozen=True)
 class Machines:
-    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler."""
+    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler.
+
+    `workers` is a number of processes; `scheduler` an address such as ``tcp://host:8786``, None to stay on this
+    machine.
+    """
 
     workers: int = 1
     scheduler: str | None = None
@@ -94,7 +98,11 @@ def insist(
 def insisted(
     result: Result, machines: Machines, limit: TimeLimit, tell: Callable[[int, int], None] = lambda done, whole: None
 ) -> Result:
-    """`insist` until a limit of time, or Ctrl-C."""
+    """`insist` until a limit of time, or Ctrl-C.
+
+    The result with `insisting`: for each option of each open decision the front with that option fixed, and its status.
+    `tell` is called with the options done and their number.
+    """
     space = result.space
     wanted = open_options(space)
     found: Fronts = {}

@@ -21,7 +21,11 @@ MOST_NAMED = 6
 
 
 def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design."""
+    """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design.
+
+    Each refuted region is proved empty by the second proof, each place outside of points and regions must be covered.
+    What cannot be proved in time is noted in ``bench.left_open``, a contradiction as a finding.
+    """
     data = bench.data
     refuted = [bench.minimised(region, f"refuted[{at}]") for at, region in enumerate(data["refuted"])]
     open_ = [bench.minimised(region, f"unexplored[{at}]") for at, region in enumerate(data["unexplored"])]

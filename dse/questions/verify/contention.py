@@ -91,7 +91,11 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
 
 
 def check_contention(bench: Bench, deadline: float | None) -> None:
-    """The core of each thread of each listed design, and what the design keeps when response times count."""
+    """The core of each thread of each listed design, and what the design keeps when response times count.
+
+    Each design is placed on cores and judged again (`ContentionReferee`); a verdict that differs from the stated one is
+    a finding. Nothing is stated where the question already counts response times.
+    """
     counted = with_contention(bench.space)
     referee = None if counted is None else ContentionReferee(counted)
     listed = _listed(bench.data)
