@@ -46,7 +46,10 @@ FRACTION = rf"-?\d{{1,{LONGEST}}}/0*[1-9]\d{{0,{LONGEST - 1}}}"
 
 
 class Form(BaseModel):
-    """Base of all models of data: unknown fields are errors, nothing is coerced, nothing changes."""
+    """Base of all models of data: unknown fields are errors, nothing is coerced, nothing changes.
+
+    Pydantic models made from answer classes; `strict` refuses ``"1"`` for 1, and data from files stay immutable.
+    """
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
 
@@ -99,7 +102,10 @@ def _same(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class ValueType:
-    """A type of values: `form` gives the type by which JSON is checked, `write` and `read` convert a value."""
+    """A type of values: `form` gives the type by which JSON is checked, `write` and `read` convert a value.
+
+    Fractions are written as text where they are not whole, tuples as lists, classes as objects.
+    """
 
     form: Callable[[], Any]
     write: Convert = _same
@@ -108,7 +114,10 @@ class ValueType:
 
 @dataclass(frozen=True)
 class FormEntry:
-    """An entry of an object in JSON: under `key` what is at `path`, left out where it is `default`."""
+    """An entry of an object in JSON: under `key` what is at `path`, left out where it is `default`.
+
+    `path` is a dotted path of attributes, `text` the description that `dse schema` prints.
+    """
 
     key: str
     path: str
@@ -118,14 +127,20 @@ class FormEntry:
     limits: Mapping[str, Any] | None = None
 
     def is_left_out(self, value: Any) -> bool:
-        """Whether the entry is left out, with this value."""
+        """Whether the entry is left out, with this value.
+
+        A default of ``[]``, ``{}`` or ``""`` stands for every empty value.
+        """
         if self.default is ALWAYS:
             return False
         return value is None or value == self.default or (self.default in ([], {}, "") and not value)
 
     @cached_property
     def get(self) -> Convert:
-        """What finds the value in the object."""
+        """What finds the value in the object.
+
+        A function from the object to the value at `path`.
+        """
         return attrgetter(self.path)
 
 
@@ -161,7 +176,10 @@ def read_as(cls: type[T], data: Mapping[str, Any], **more: Any) -> T:
 
 
 def model_of(cls: Any) -> type[BaseModel]:
-    """The model that checks the data of a class, and is the JSON Schema of them."""
+    """The model that checks the data of a class, and is the JSON Schema of them.
+
+    A pydantic model with one field for each entry of the class; its first docstring paragraph is the description.
+    """
     return _model(cls)
 
 
@@ -280,7 +298,11 @@ def _first_paragraph(item: Any) -> str:
 
 
 def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> ValueType:
-    """How values of a type are checked, written and read."""
+    """How values of a type are checked, written and read.
+
+    `hint` is the annotation of a field, `marks` what its `Annotated` says. Raises `TypeError` for types that JSON
+    answers do not have.
+    """
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return kind_of(inner[0], marks | {item for item in inner[1:] if isinstance(item, Mark)})

@@ -57,12 +57,18 @@ class SweepRun:
 
     @property
     def status(self) -> str:
-        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved."""
+        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved.
+
+        The status of a front or of the break-points of a limit; ``invalid`` where the values make no valid problem.
+        """
         return "open" if self.outcome is None else str(self.outcome["status"])
 
     @property
     def front(self) -> Sequence[Mapping[str, Any]]:
-        """The alternatives in the order of rank; of break-points, under the loosest limit."""
+        """The alternatives in the order of rank; of break-points, under the loosest limit.
+
+        Mappings as in JSON, with decisions, metrics and rank; empty for runs that failed or were not solved.
+        """
         if self.outcome is None or self.outcome["kind"] == "error":
             return ()
         if self.outcome["kind"] == "front":
@@ -80,7 +86,10 @@ class SweepRun:
 
 @dataclass(frozen=True)
 class ScaledObjective:
-    """An objective with its ends on all fronts of the sweep."""
+    """An objective with its ends on all fronts of the sweep.
+
+    The ideal and the worst point of the ranking are common to all runs, so that scores can be compared across a sweep.
+    """
 
     WRITTEN = (Objective, "best", "worst")
 
@@ -179,7 +188,10 @@ class SweepResult(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """What the command line answers with.
+
+        0, or the code for *incomplete*, *infeasible* or *invalid* as the worst status of its runs.
+        """
         codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO, "invalid": EXIT_INVALID}
         return codes.get(self.status, EXIT_COMPLETE)
 
@@ -204,7 +216,11 @@ class SweepResult(DataAnswer):
 
     @property
     def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
-        """What was found for each value, the last axis fastest."""
+        """What was found for each value, the last axis fastest.
+
+        One mapping for each run, in the form of JSON: the values on the axes, the outcome, and what changed against the
+        run before.
+        """
         from dse.answers.forms.codec import written
 
         return [
@@ -251,7 +267,10 @@ class SweepResult(DataAnswer):
 
     @property
     def columns(self) -> list[str]:
-        """The columns of `frame` and of the CSV."""
+        """The columns of `frame` and of the CSV.
+
+        Axes first, then status and rank, metrics, and a column for each decision that some design has.
+        """
         names = [axis.name for axis in self._grid_axes]
         if any(axis.interval for axis in self.axes):
             names += ["from", "to"]
