@@ -250,7 +250,7 @@ def _figures(low: LinearModel, high: LinearModel) -> list[tuple[Fraction, Fracti
 def _outwards(value: Fraction, rounding: Rounding) -> Fraction:
     """A figure with `DIGITS` digits, in the named direction.
 
-    >>> int(outwards(Fraction(524987), Rounding.DOWN)), float(outwards(Fraction(1, 3), Rounding.UP))
+    >>> int(_outwards(Fraction(524987), Rounding.DOWN)), float(_outwards(Fraction(1, 3), Rounding.UP))
     (524900, 0.3334)
     """
     if not value:

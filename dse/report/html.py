@@ -101,7 +101,10 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
 
 
 def html_page(page: Page) -> str:
-    """A page as one file, which needs no network."""
+    """A page as one file, which needs no network.
+
+    HTML text with style, scripts and data inside. Without the extra `plots` tables stand in the place of plots.
+    """
     specs = [plot.draw() for section in page.sections for plot in section.plots]
     bundle, script = libraries() if specs else "", _asset("report.js")
     nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
@@ -134,14 +137,20 @@ def _packed_json(data: Any) -> str:
 
 
 class Pool:
-    """Distinct items, numbered in the order of their first use."""
+    """Distinct items, numbered in the order of their first use.
+
+    Used to write repeated texts and data of a page once; the page refers to them by number.
+    """
 
     def __init__(self) -> None:
         self.items: list[Any] = []
         self._numbers: dict[str, int] = {}
 
     def take(self, items: Iterable[Any]) -> list[int]:
-        """The numbers of the items."""
+        """The numbers of the items.
+
+        A number for each item, in their order; a new item is added to the pool.
+        """
         numbers = []
         for item in items:
             key = item if isinstance(item, str) else json.dumps(item, sort_keys=True)
@@ -154,7 +163,10 @@ class Pool:
 
 @cache
 def environment() -> Environment:
-    """The templates of pages, each compiled once; every text in them is escaped."""
+    """The templates of pages, each compiled once; every text in them is escaped.
+
+    Jinja2 with strict undefined names: a template that asks for something that is not there fails.
+    """
     found = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
@@ -170,7 +182,7 @@ def environment() -> Environment:
 def _breakable(text: str) -> Markup:
     """The text, escaped, with a place to break the line after each dot or underscore in a name.
 
-    >>> str(breakable("main_loop.period <= 1.5 ms"))
+    >>> str(_breakable("main_loop.period <= 1.5 ms"))
     'main_<wbr>loop.<wbr>period &lt;= 1.5 ms'
     """
     return Markup(re.sub(r"([._])(?=[^\W\d_])", r"\1<wbr>", str(escape(text))))
@@ -186,7 +198,10 @@ def _asset(name: str) -> str:
 
 @cache
 def libraries() -> str:
-    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed."""
+    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed.
+
+    About 1 MB of JavaScript, the same for every page that has plots.
+    """
     if not is_installed("plots"):
         return ""
     import vl_convert

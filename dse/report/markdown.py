@@ -12,7 +12,10 @@ LINE = 100
 
 
 def markdown_page(page: Page) -> str:
-    """The page as Markdown; its plots are left out, for tables have their figures."""
+    """The page as Markdown; its plots are left out, for tables have their figures.
+
+    GitHub-flavoured Markdown; characters with a meaning in Markdown are escaped.
+    """
     lines = [f"# {escaped(page.title)}", ""]
     lines += [escaped(page.lead), ""] if page.lead else []
     for section in page.sections:

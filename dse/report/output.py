@@ -85,19 +85,25 @@ def markdown_report(document: Document, top: int | None = None, studies: Sequenc
 
 
 def page_text(page: Page, path: str) -> str:
-    """The page as the suffix of a path wants it: HTML, else Markdown."""
+    """The page as the suffix of a path wants it: HTML, else Markdown.
+
+    HTML for ``.html`` and ``.htm``, Markdown for anything else.
+    """
     return html_page(page) if _is_html(path) else markdown_page(page)
 
 
 def front_text(document: Document, path: str, studies: Sequence[Section] = ()) -> str:
-    """The report of a front in one file, as the suffix of its path wants it."""
+    """The report of a front in one file, as the suffix of its path wants it.
+
+    `studies` are further sections, such as a sensitivity study of the first design.
+    """
     return html_report(document, None, studies) if _is_html(path) else markdown_report(document, None, studies)
 
 
 def _is_html(path: str) -> bool:
     """Whether a report of this name is HTML.
 
-    >>> is_html("a.HTM"), is_html("a.md")
+    >>> _is_html("a.HTM"), _is_html("a.md")
     (True, False)
     """
     return Path(path).suffix.lower() in (".html", ".htm")
@@ -201,7 +207,10 @@ def _problem_files(result: Result) -> list[Path]:
 
 
 def study_files(data: Mapping[str, Any], csv: str | None, json: str | None) -> Iterator[tuple[str, str]]:
-    """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given."""
+    """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given.
+
+    `data` is the JSON form of a sweep or sensitivity study; names are made of the problem's name and the kind of study.
+    """
     names = study_names(data["problem"]["name"], _kind(data))
     page = study_page(data)
     yield names[0], html_page(page)
@@ -222,7 +231,10 @@ def study_names(problem: str, kind: str) -> list[str]:
 
 
 def study_figures(data: Mapping[str, Any], formats: Sequence[str]) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of a study."""
+    """(file name, content) of each plot of a study.
+
+    `formats` are ``svg`` and ``png``. Raises `UsageError` without the extra `plots`.
+    """
     stem = f"{_stem(data['problem']['name'])}-{_kind(data)}"
     for section in sections_of(data):
         for plot in section.plots:
@@ -251,7 +263,10 @@ NAMED = ("values", "title", "description", "sort", "domain")
 def figure_files(
     document: Document, formats: Sequence[str], chosen: int | None = None
 ) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank)."""
+    """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank).
+
+    Names begin with the report's name, such as ``inmark-scatter.svg``; nothing for an empty front.
+    """
     if not document.result.front:
         return
     stem = _report_name(document.result)
@@ -262,7 +277,10 @@ def figure_files(
 
 
 def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of a page; names begin with `stem`."""
+    """(file name, content) of each plot of a page; names begin with `stem`.
+
+    `formats` are ``svg`` and ``png``; characters that a file name should not have become hyphens.
+    """
     for plot in chain.from_iterable(section.plots for section in page.sections):
         svg = svg_of(plot.draw())
         name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
@@ -271,7 +289,11 @@ def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tupl
 
 
 def drawings(document: Document, chosen: int | None = None) -> Iterator[tuple[str, Callable[[], str]]]:
-    """(name, what makes its SVG) of each plot of a front, and of the design `chosen` (None: the first in rank)."""
+    """(name, what makes its SVG) of each plot of a front, and of the design `chosen` (None: the first in rank).
+
+    Front plots (scatter, parallel coordinates), then latencies, timelines, use of processors and deadlines of the
+    design.
+    """
     result = document.result
     point = next((one for one in result.front if one.id == chosen), result.front[0])
     number = point.id
@@ -296,7 +318,10 @@ def _drawn(chart: Callable[..., Spec], *data: Any) -> str:
 
 
 def svg_of(spec: Spec) -> str:
-    """The plot in light colours, at a fixed width."""
+    """The plot in light colours, at a fixed width.
+
+    SVG text, `WIDTH` px wide. Raises `UsageError` where the extra `plots` is not installed.
+    """
     with needed_for("A plot as a picture", "plots"):
         import vl_convert
 
@@ -321,7 +346,10 @@ def _literal(part: Any) -> Any:
 
 
 def png_of(svg: str) -> bytes:
-    """A plot or drawing as PNG."""
+    """A plot or drawing as PNG.
+
+    The content of a PNG file, enlarged by `SCALE`. Raises `UsageError` where the extra `plots` is not installed.
+    """
     with needed_for("A plot as a picture", "plots"):
         import vl_convert
 

@@ -144,7 +144,7 @@ def _with_keywords(text: str) -> str:
 
     Commands, in backquotes, stay what they are.
 
-    >>> with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
+    >>> _with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
     'max_jitter 20: expected a limit; `dse solve --json r.json` writes one'
     """
     option = r"(`[^`]*`)|(?<![\w-])--([a-z]+(?:-[a-z]+)*)"

@@ -126,7 +126,7 @@ def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
 def _round_up(passed: Exact, period: Exact) -> Exact:
     """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
 
-    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)], round_up(3, 0)
+    >>> [_round_up(passed, 10) for passed in (0, 3, 10, 12)], _round_up(3, 0)
     ([10, 7, 0, 8], 0)
     """
     if not period:

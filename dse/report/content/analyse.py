@@ -58,7 +58,11 @@ USAGE = (
 
 
 def analysis_page(analysis: Analysis) -> Page:
-    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics."""
+    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
+
+    A `Page` with the sections *design*, *overview*, *flows*, *responses* and *notes*; an invalid design has its
+    breaches only.
+    """
     lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
@@ -230,7 +234,11 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
 
 
 def flow_table(flow: FlowTable) -> Table:
-    """What adds up to the least and the greatest latency of a flow."""
+    """What adds up to the least and the greatest latency of a flow.
+
+    One row for each contributor, with the method by which minimum and maximum count, and a total with the jitter; times
+    in ms.
+    """
     rows: list[tuple[str, ...]] = [
         (
             f"{row.category} {row.contributor}" + (f" on {row.medium}" if row.medium else ""),
@@ -260,7 +268,10 @@ def _specified_words(range_ns: tuple[Exact, Exact] | None) -> str:
 
 
 def usage_tables(analysis: Analysis) -> list[Table]:
-    """Who uses the processors and buses, as far as somebody does."""
+    """Who uses the processors and buses, as far as somebody does.
+
+    One table for each processor and each bus with shares; empty slots are left out.
+    """
     found = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
     return found + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
 
@@ -306,7 +317,10 @@ def _share(share: Fraction, usage: Usage) -> str:
 
 
 def verdict_table(analysis: Analysis) -> Table:
-    """How the design meets each requirement, in the order of the file."""
+    """How the design meets each requirement, in the order of the file.
+
+    Columns: requirement, value, limit, slack and verdict, in the units that engineers read.
+    """
     rows = tuple(_verdict_row(analysis, verdict) for verdict in analysis.verdicts)
     return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3))
 
@@ -404,7 +418,10 @@ def _shared_bandwidth(analysis: Analysis, verdict: Verdict) -> Fraction | None:
 
 
 def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
-    """Every metric; with `base`, the analysis of today's design, that one's beside it, and the difference."""
+    """Every metric; with `base`, the analysis of today's design, that one's beside it, and the difference.
+
+    Two columns without `base`, four with it: metric, baseline, here and the signed difference.
+    """
     rows: list[tuple[str, ...]] = []
     currency = analysis.space.currency
     for name, value in analysis.metrics.items():
@@ -430,7 +447,10 @@ def _of_cores(analysis: Analysis, name: str) -> str:
 
 
 def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
-    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity."""
+    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity.
+
+    Names to fractions of the capacity, 1 for 100 %; drawn as the mark across a bar of the usage chart.
+    """
     slots = {"utilisation": analysis.processors, "load": analysis.buses}
     found: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:

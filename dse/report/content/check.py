@@ -18,7 +18,11 @@ MANY = 12
 
 
 def description_page(description: Description) -> Page:
-    """The decisions of a problem, the size of its space, and remarks."""
+    """The decisions of a problem, the size of its space, and remarks.
+
+    A `Page` with impossible requirements first, then a table of open decisions with the number of designs, and remarks;
+    a terminal shows the first decisions only.
+    """
     space = description.space
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
     blocks: list[Block] = [*listing(impossible, "impossible", 0, "wrong")]

@@ -355,7 +355,10 @@ def _bounds_of(found: Iterable[Impossible]) -> Bounds:
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
-    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms, the limit is 5 ms``."""
+    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms, the limit is 5 ms``.
+
+    One sentence with the requirement, its place, the bound that no design passes, and the limit.
+    """
     requirement = item.requirement
     where = f" ({requirement.origin})" if requirement.origin else ""
     return f"no design meets {requirement.text}{where}: {_bound_words(item, currency)}"

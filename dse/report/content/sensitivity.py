@@ -32,7 +32,11 @@ INDICES = (
 
 
 def sensitivity_sections(data: Data) -> Iterator[Section]:
-    """The sections of what ``dse-sensitivity/1`` holds."""
+    """The sections of what ``dse-sensitivity/1`` holds.
+
+    `data` is the JSON form of the answer, so that a saved study gives an equal page. Sections: margins, tornado charts,
+    uncertain inputs.
+    """
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
     broken = (f"{text}; it has no margin below" for text in data["broken"])
@@ -85,7 +89,7 @@ def _free_words(data: Data) -> str:
 def _left_out_words(parts: Sequence[str]) -> str:
     """What there was no time for.
 
-    >>> left_out_words(["margins of further inputs", "uncertain inputs"])
+    >>> _left_out_words(["margins of further inputs", "uncertain inputs"])
     'Stopped by the time limit; not computed: margins of further inputs, uncertain inputs.'
     """
     return f"Stopped by the time limit; not computed: {', '.join(parts)}."
@@ -94,7 +98,7 @@ def _left_out_words(parts: Sequence[str]) -> str:
 def _unbounded_words(metrics: Sequence[str]) -> str:
     """Of which metrics nothing is told.
 
-    >>> unbounded_words(["latency of f"])
+    >>> _unbounded_words(["latency of f"])
     'Unbounded for some of the stated values, so that nothing explains their variation: latency of f.'
     """
     named = ", ".join(metrics)
@@ -102,7 +106,11 @@ def _unbounded_words(metrics: Sequence[str]) -> str:
 
 
 def scaling_words(found: Data) -> str:
-    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data."""
+    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data.
+
+    The factor as a decimal number, exact where it is short, and the utilisation of each processor at it in % of one
+    core.
+    """
     if found["factor"] is None:
         return f"All execution times together: no requirement is violated up to {found['searched_to']} times."
     factor = Fraction(found["factor"])

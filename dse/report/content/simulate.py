@@ -27,7 +27,10 @@ HISTOGRAM = (
 
 
 def simulation_page(simulation: Simulation) -> Page:
-    """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
+    """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes.
+
+    Two sections: observations against bounds, and histograms (a detail that a terminal leaves out).
+    """
     lead = f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})"
     sections = (
         Section("simulation", "What was observed", tuple(_blocks(simulation))),

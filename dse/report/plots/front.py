@@ -112,7 +112,10 @@ def _class_order(result: Result, axis: int) -> list[str]:
 
 
 def axis_title(result: Result, axis: int) -> list[str]:
-    """``price [EUR]``, in lines."""
+    """``price [EUR]``, in lines.
+
+    Name and unit of an objective, wrapped at `TITLE_WIDTH` letters.
+    """
     info = result.objectives[axis]
     return wrap(titled(info.name, display_unit(info.unit, result.space.currency)[1]), TITLE_WIDTH)
 
@@ -245,7 +248,11 @@ def _colour_by(result: Result, axis: int) -> Spec:
 
 
 def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None) -> Spec:
-    """Every objective as an axis with its best value on top, every alternative as a line."""
+    """Every objective as an axis with its best value on top, every alternative as a line.
+
+    A Vega-Lite specification; places are normalised to 0 (worst on the front) .. 1 (best). `chosen` is the id of the
+    highlighted point.
+    """
     names = [info.name for info in result.objectives]
     values = [
         {"id": record["id"], "axis": axis, "name": names[axis], "place": record[f"n{axis}"], "text": record[f"t{axis}"]}

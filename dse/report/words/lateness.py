@@ -196,7 +196,10 @@ def _share(share_ppm: Exact) -> str:
 
 
 def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:
-    """Cuts of which each is enough: those of the thread itself first, of others the smallest."""
+    """Cuts of which each is enough: those of the thread itself first, of others the smallest.
+
+    At most `MOST_SHORTER` cuts, with times as text; the number of further ones is said.
+    """
     mine = [item for item in shorter if item.name == own or item.name.startswith(f"{own} (")]
     others = sorted((item for item in shorter if item not in mine), key=lambda item: item.by_ns)
     told = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)

@@ -14,7 +14,10 @@ SYSTEM = "system"
 
 
 def resource_blocks(analysis: Analysis) -> Iterator[Block]:
-    """A table of what there is, one of whoever has a budget, and what OSATE says of both."""
+    """A table of what there is, one of whoever has a budget, and what OSATE says of both.
+
+    Up to two tables and a list of findings; nothing for a problem without budgets (OSATE's resource budget analyses).
+    """
     if not analysis.resources:
         return
     uses = analysis.resources

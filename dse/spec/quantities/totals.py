@@ -37,7 +37,7 @@ def _in_unit(total: Total, unit: str) -> Total:
     """A figure in another unit; as it is where it cannot be said in it.
 
     >>> from fractions import Fraction
-    >>> in_unit(Total(Fraction(3, 2), "kg"), "g")
+    >>> _in_unit(Total(Fraction(3, 2), "kg"), "g")
     Total(value=Fraction(1500, 1), unit='g')
     """
     ratio = None if total.unit == unit else unit_ratio(total.unit, unit)

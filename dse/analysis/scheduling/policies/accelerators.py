@@ -159,7 +159,7 @@ def _queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Que
     While a piece of 8 runs, three jobs of 2 every 4 come, before the next piece of 2; strangers would take 8 + 2 + 2.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
-    >>> found = queued_job(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
+    >>> found = _queued_job(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
     >>> found.waited_ns + 2
     8
     """

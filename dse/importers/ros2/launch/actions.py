@@ -50,7 +50,7 @@ def as_text(value: Any) -> str:
 def _written(value: Any) -> str:
     """A value as Python writes it.
 
-    >>> written([1, {"a": "b"}, True])
+    >>> _written([1, {"a": "b"}, True])
     "[1, {'a': 'b'}, True]"
     """
     spend()

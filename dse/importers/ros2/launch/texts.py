@@ -180,7 +180,7 @@ def _put_together(given: Sequence[Any]) -> str:
 def _parent_of(path: str) -> Any:
     """The folder that has a file; NotImplemented where a substitution says which.
 
-    >>> parent_of("$(find-pkg-share p)/a/b.yaml"), parent_of("$(filename)"), parent_of("$(var x)")
+    >>> _parent_of("$(find-pkg-share p)/a/b.yaml"), _parent_of("$(filename)"), _parent_of("$(var x)")
     ('$(find-pkg-share p)/a', '$(dirname)', NotImplemented)
     """
     if path == FILE:
