@@ -29,7 +29,11 @@ def _default_arbitration(model: BusType) -> Arbitration | None:
 
 
 def check_arbitration(ledger: Ledger, spec: Spec) -> None:
-    """What is stated of the arbitration of bus types goes with the rest of them."""
+    """What is stated of the arbitration of bus types goes with the rest of them.
+
+    Mistakes go to `ledger`: arbitration of middleware, without transmission times, or by priorities that the frame does
+    not have.
+    """
     for name, model in spec.bus_types.items():
         place = ("bus_types", name, "arbitration")
         if model.arbitration is None:
@@ -101,7 +105,10 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
 
 
 def is_one_message(one: Connection, other: Connection) -> bool:
-    """Whether two connections leave one port of a component: on a broadcast bus they are one message."""
+    """Whether two connections leave one port of a component: on a broadcast bus they are one message.
+
+    Ports are compared by name; connections without a port name are separate messages.
+    """
     return one.source == other.source and one.from_port is not None and one.from_port == other.from_port
 
 

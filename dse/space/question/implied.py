@@ -61,7 +61,10 @@ def _whole(kind: str, name: str, number: int) -> Requirement:
 
 
 def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
-    """The processor or bus that must be allowed to be overloaded where a limit moves to `limit`; "" where none must."""
+    """The processor or bus that must be allowed to be overloaded where a limit moves to `limit`; "" where none must.
+
+    `limit` is in coherent units, 1 for 100 %. Explanations use it: such a limit can only move with `overload: allowed`.
+    """
     of = member.metric.name.partition(" of ")[2]
     if member.implied:
         return of

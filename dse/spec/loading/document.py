@@ -63,7 +63,11 @@ def _listed(value: Any) -> list[Any]:
 
 
 def identity_of(document: Mapping[str, Any]) -> str:
-    """The digest of what a document means; see the head of this module."""
+    """The digest of what a document means; see the head of this module.
+
+    SHA-256 in hexadecimal over canonical JSON. Comments, layout, and the order of sections and of fields do not count;
+    the order of names and of options does.
+    """
     text = json.dumps(_canonical(document), ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -91,7 +95,11 @@ def _fields(entry: Any) -> Any:
 
 
 def differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
-    """Where two documents differ in meaning, in words; `one` is the earlier."""
+    """Where two documents differ in meaning, in words; `one` is the earlier.
+
+    Sentences with the path of each difference, such as ``threads.nav.period``; used to say what changed since a result
+    was written.
+    """
     yield from _differing("", _canonical(one), _canonical(other))
 
 

@@ -48,7 +48,11 @@ MEANT: dict[str, tuple[str, ...]] = {
 
 
 def translated(item: ErrorDetails, source: Source, root: type[SpecMapping]) -> Diagnostic:
-    """A finding of pydantic with its place in the file; `root` is what the file was read as."""
+    """A finding of pydantic with its place in the file; `root` is what the file was read as.
+
+    A `Diagnostic` in plain words: unknown keys with the closest known key, missing keys, wrong types with what is
+    allowed.
+    """
     path, kind = list(item["loc"]), item["type"]
     if not path:  # the file may be any that a problem file includes: nothing of it is quoted
         return source.diagnostic([], f"expected a mapping, got {kind_of(item['input'])}")

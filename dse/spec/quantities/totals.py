@@ -13,7 +13,10 @@ SECTIONS = ("processor_types", "bus_types", "device_types", "thread_types", "dev
 
 
 def in_declared_units(spec: Spec) -> Spec:
-    """The problem with its totals' figures in their declared units; what cannot be said in them stays as written."""
+    """The problem with its totals' figures in their declared units; what cannot be said in them stays as written.
+
+    A copy in which each total of a component or type counts in the unit of ``totals`` at the top of the file.
+    """
     if not spec.totals:
         return spec
     sections: dict[str, dict[str, Priced]] = {}

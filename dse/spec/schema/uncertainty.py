@@ -51,7 +51,10 @@ class UncertaintyError(ValueError):
 
     @property
     def place(self) -> tuple[str, ...]:
-        """The entry, or the field of it that is wrong."""
+        """The entry, or the field of it that is wrong.
+
+        A path below ``uncertainty``, for the place of the message.
+        """
         return ("uncertainty", self.path, self.field) if self.field else ("uncertainty", self.path)
 
 
@@ -77,7 +80,10 @@ class UncertainInput:
 
 
 def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...], tuple[UncertaintyError, ...]]:
-    """What the problem states, in the order of the file, and every mistake in it."""
+    """What the problem states, in the order of the file, and every mistake in it.
+
+    Inputs with bounds in base units; a quantity that two entries state is a mistake of the second one.
+    """
     figures = figures_of(spec) if spec.uncertainty else ()
     found: list[UncertainInput] = []
     mistakes: list[UncertaintyError] = []
