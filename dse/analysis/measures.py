@@ -239,14 +239,20 @@ def _sum(space: Space, metric: Metric, parts: Sequence[tuple[Quantity, Metric]])
 
 
 def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
-    """The unit in which results count a dimension, and how many of it make one coherent unit."""
+    """The unit in which results count a dimension, and how many of it make one coherent unit.
+
+    A pair (name, number), such as ``("ns", 10⁹)`` for times. Other dimensions get a product of base units.
+    """
     if dimension in DISPLAY:
         return DISPLAY[dimension]
     return " ".join(f"{base}^{power}" for base, power in zip(BASES, dimension, strict=True) if power), Fraction(1)
 
 
 def all_metrics(space: Space) -> tuple[Metric, ...]:
-    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked."""
+    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked.
+
+    In the order in which results list them. Ages and exact latencies are left out for flows where they are not defined.
+    """
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
         kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
@@ -272,7 +278,10 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
 
 
 def loaded_buses(space: Space) -> list[int]:
-    """The buses, without types of virtual buses that only wrap messages: nothing is ever bound to them."""
+    """The buses, without types of virtual buses that only wrap messages: nothing is ever bound to them.
+
+    Indices of buses, in their order.
+    """
     wraps = {one for bus in space.buses for protocols in leaves(bus.protocols) for one in protocols}
     wraps |= {one for item in space.connections for one in item.protocols}
     wraps -= {number for item in space.connections for number in reachable_buses(space, item)}
@@ -354,5 +363,8 @@ def changed_decisions(space: Space, view: View) -> dict[str, int]:
 
 
 def cost_of_changes(space: Space, view: View) -> int:
-    """The figure of ``changes`` for a design."""
+    """The figure of ``changes`` for a design.
+
+    The sum over changed decisions of the baseline, 1 for each unless `cost_of_change` says otherwise.
+    """
     return sum(changed_decisions(space, view).values())

@@ -65,7 +65,10 @@ class Progress:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default)."""
+    """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default).
+
+    `workers` is the number of regions that are searched at once; the front does not depend on it.
+    """
 
     limit: TimeLimit = NEVER
     seed: int = 0

@@ -62,7 +62,10 @@ class SimulatedTask:
 
 @dataclass(frozen=True)
 class ReservationShare:
-    """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there."""
+    """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there.
+
+    Times in ns; `core` is (processor, core).
+    """
 
     number: int
     name: str
@@ -74,7 +77,10 @@ class ReservationShare:
 
 @dataclass(frozen=True)
 class Queue:
-    """The executor that runs a task's jobs, its kind, and the task's place in it: a smaller `level` goes first."""
+    """The executor that runs a task's jobs, its kind, and the task's place in it: a smaller `level` goes first.
+
+    `kind` is the rule of the executor; levels are compared as tuples.
+    """
 
     executor: int
     kind: ExecutorKind
@@ -83,7 +89,10 @@ class Queue:
 
 @dataclass(frozen=True)
 class Gap:
-    """Throttling of a core: threads run for `budget_ns` of each period."""
+    """Throttling of a core: threads run for `budget_ns` of each period.
+
+    Times in ns; other work of the processor uses the rest of each period.
+    """
 
     name: str
     budget_ns: int
@@ -153,13 +162,19 @@ class Plan:
 
     @property
     def shares(self) -> list[ReservationShare]:
-        """The reservations of which some task runs."""
+        """The reservations of which some task runs.
+
+        Each once, in the order of the tasks.
+        """
         found = {task.share.number: task.share for task in self.tasks.values() if task.share is not None}
         return list(found.values())
 
     @property
     def timers(self) -> dict[str, Fraction]:
-        """Everything with an offset of its own: the period in ns, by name."""
+        """Everything with an offset of its own: the period in ns, by name.
+
+        Tasks, periodic connections and budgets; the search draws an offset for each.
+        """
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
         budgets: list[Gap | ReservationShare] = [*self.gaps.values(), *self.shares]
         gaps = {item.name: Fraction(item.period_ns) for item in budgets}
@@ -167,11 +182,17 @@ class Plan:
 
     @property
     def phases(self) -> dict[str, Phase]:
-        """The timers that keep their phase to others, with their clock and their offset on it."""
+        """The timers that keep their phase to others, with their clock and their offset on it.
+
+        Only timers on a stated clock with a stated offset.
+        """
         return {task.name: task.phase for task in self.tasks.values() if task.phase is not None}
 
     def aligned(self, offsets_ns: Mapping[str, int], lead: str = "") -> dict[str, int]:
-        """Offsets with those of a clock as far apart as they are: each clock is where its `lead`, or first, puts it."""
+        """Offsets with those of a clock as far apart as they are: each clock is where its `lead`, or first, puts it.
+
+        In ns by name; the difference of two offsets on one clock is the stated one.
+        """
         found = dict(offsets_ns)
         clocks: dict[tuple[str, str], int] = {}
         phases = self.phases
@@ -213,7 +234,10 @@ class Plan:
         return names
 
     def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
-        """A time in which data that are not lost pass the flow, if nothing is overloaded."""
+        """A time in which data that are not lost pass the flow, if nothing is overloaded.
+
+        In ns, from periods, execution times and transmission times.
+        """
         total: Exact = 0
         for step in steps:
             if step.kind == "connection":

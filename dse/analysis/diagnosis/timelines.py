@@ -27,7 +27,10 @@ SECTION = "less urgent"
 
 @dataclass(frozen=True)
 class Piece:
-    """Some job of a thread (from 1) has the core, from the beginning of the busy period on."""
+    """Some job of a thread (from 1) has the core, from the beginning of the busy period on.
+
+    Times in ns from the beginning of the busy period; a preempted job has several pieces.
+    """
 
     name: str
     job: int

@@ -23,7 +23,10 @@ ZERO = Fraction(0)
 
 @dataclass(frozen=True, slots=True)
 class BusBudget:
-    """OSATE's budgets of a bus."""
+    """OSATE's budgets of a bus.
+
+    In B/s, exact.
+    """
 
     stated: Annotated[Fraction | None, "Its own, in B/s; null without one."]
     required: Annotated[Fraction, "The sum of those of what is bound to it."]
@@ -40,7 +43,10 @@ def _states_budgets(space: Space) -> bool:
 def bus_budget(
     space: Space, number: int, loads: dict[str, Fraction], capacity: Fraction | None, view: View
 ) -> BusBudget | None:
-    """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all."""
+    """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all.
+
+    Required budgets count connections of one message once. Findings are compared with `capacity` in B/s.
+    """
     bus = space.buses[number]
     if not _states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
         return None

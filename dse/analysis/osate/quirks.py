@@ -29,7 +29,10 @@ from dse.support.units import Exact, format_duration
 
 
 def quirks(space: Space, view: View) -> Iterator[str]:
-    """Every place of every flow where a quirk acts, in words."""
+    """Every place of every flow where a quirk acts, in words.
+
+    Sentences; none under the profile *dse*. Each has the total without the quirk, where that differs.
+    """
     if space.profile == "dse":
         return
     for flow in space.flows:

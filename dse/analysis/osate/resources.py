@@ -30,7 +30,10 @@ PER_S = 1000
 
 @dataclass(frozen=True, slots=True)
 class BudgetUse:
-    """What an entry of `budgets` needs of a resource."""
+    """What an entry of `budgets` needs of a resource.
+
+    In the unit of the resource: MIPS or bytes.
+    """
 
     WRITTEN = ("name", "used", "budget", "slack_ppm")
 
@@ -40,13 +43,19 @@ class BudgetUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the budget, as a share of it; null without one."""
+        """What is left of the budget, as a share of it; null without one.
+
+        In ppm, negative where more is used than budgeted.
+        """
         return (self.budget - self.used) / self.budget * 10**6 if self.budget else None
 
 
 @dataclass(frozen=True, slots=True)
 class ResourceUse:
-    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system."""
+    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system.
+
+    Totals are exact, in MIPS or bytes.
+    """
 
     WRITTEN = ("name", "resource", "unit", "capacity", "total", "slack_ppm", "users", "findings")
 
@@ -62,12 +71,18 @@ class ResourceUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the capacity, as a share of it; null without one."""
+        """What is left of the capacity, as a share of it; null without one.
+
+        In ppm, negative where more is needed than there is.
+        """
         return (self.capacity - self.total) / self.capacity * 10**6 if self.capacity else None
 
 
 def resource_uses(space: Space, view: View) -> tuple[ResourceUse, ...]:
-    """Every processor, partition and memory of which something is stated, and the system as a whole."""
+    """Every processor, partition and memory of which something is stated, and the system as a whole.
+
+    Processors and partitions by speed, memories by size, RAM and ROM; nothing where the problem states no budgets.
+    """
     stated = space.resources
     found: list[ResourceUse] = []
     if stated.types or stated.partitions or any(item.speed is not None for item in stated.entries):

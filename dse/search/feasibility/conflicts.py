@@ -30,7 +30,10 @@ LIMIT = 2.0
 
 @dataclass(frozen=True)
 class ConflictSet:
-    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all but member i."""
+    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all but member i.
+
+    The witnesses prove that the conflict is minimal.
+    """
 
     members: tuple[int, ...]
     witnesses: dict[int, Design]
@@ -38,7 +41,10 @@ class ConflictSet:
 
 @dataclass(frozen=True)
 class Correction:
-    """Members (by position) without which the others have the design `witness`."""
+    """Members (by position) without which the others have the design `witness`.
+
+    A relaxation set: giving up these members makes the problem feasible.
+    """
 
     members: tuple[int, ...]
     witness: Design
@@ -62,7 +68,10 @@ class Conflicts:
 
     @property
     def smallest(self) -> Correction | None:
-        """A correction that no smaller one can replace (proved), or None when time ran out before there was one."""
+        """A correction that no smaller one can replace (proved), or None when time ran out before there was one.
+
+        Smallest in the number of members.
+        """
         return self.corrections[0] if self.corrections else None
 
 
@@ -184,7 +193,10 @@ def _shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[in
 
 
 def proved(oracle: Oracle, kept: frozenset[int]) -> ConflictSet:
-    """A minimal conflict with a design for each member left out, proved again by another search."""
+    """A minimal conflict with a design for each member left out, proved again by another search.
+
+    Two searches with different seeds must agree, else an assertion fails. `kept` are positions of members.
+    """
     witnesses = {}
     for number in sorted(kept):
         witness = oracle.witness(kept - {number})

@@ -52,7 +52,10 @@ class Pools:
         self.all: list[Pool] = [pool for item in self._classes for pool in add_pools(self.model, item)]
 
     def split(self, solution: Sequence[int]) -> bool:
-        """Make kinds of cores finer where a solution takes more room than there is; whether there were any."""
+        """Make kinds of cores finer where a solution takes more room than there is; whether there were any.
+
+        True where the model was built anew and is worth another question.
+        """
         finer = False
         for item in self._classes:
             used = [pool for pool in self.all if pool.of is item and solution[pool.count.index]]
@@ -62,7 +65,10 @@ class Pools:
         return finer
 
     def follow(self, encoded: EncodedSpace, weights: Sequence[int]) -> None:
-        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has."""
+        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has.
+
+        Domains are copied, so that pools answer exactly the question that was asked of the space.
+        """
         mine, asked = self.model.proto, encoded.model.proto
         for index in range(self._shared):  # whatever was fixed when the model was kept
             known, wanted = mine.variables[index].domain, list(asked.variables[index].domain)
@@ -111,12 +117,18 @@ class Pools:
 
 @dataclass
 class PoolMemory:
-    """The pools of one model, made when its cores are known to be full, and anew when more of them are."""
+    """The pools of one model, made when its cores are known to be full, and anew when more of them are.
+
+    Building pools takes longer than most questions, so that one model is kept.
+    """
 
     pools: Pools | None = None
 
     def of(self, encoded: EncodedSpace, tuning: PooledCores) -> Pools:
-        """The pools of the model as it stands."""
+        """The pools of the model as it stands.
+
+        Built anew when more clauses about full cores are known.
+        """
         assert encoded.contention is not None, "no core is full"
         if self.pools is None or self.pools.known != encoded.contention.known:
             self.pools = Pools(encoded, tuning)
@@ -180,7 +192,10 @@ def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, b
 
 
 def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
-    """The model as it stands, wherever its objectives lie, and with the cores of a processor in any order."""
+    """The model as it stands, wherever its objectives lie, and with the cores of a processor in any order.
+
+    A copy without symmetry breaking between cores and without bounds of objectives, from which pools are made.
+    """
     assert encoded.contention is not None, "nothing is asked about response times"
     model = encoded.model.clone()
     model.clear_hints()

@@ -53,11 +53,17 @@ class SolverSettings:
     probes: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
-        """How much work a call can be expected to take at least."""
+        """How much work a call can be expected to take at least.
+
+        In deterministic time, proportional to the number of variables.
+        """
         return self.per_variable * len(model.proto.variables)
 
     def apply(self, parameters: Any, work: float) -> None:
-        """Set the parameters of a solver that is to do so much work at most."""
+        """Set the parameters of a solver that is to do so much work at most.
+
+        `parameters` is CP-SAT's parameter message; `work` is in deterministic time.
+        """
         parameters.linearization_level = self.linearization_level
         parameters.cut_level = int(self.has_cuts)
         parameters.cp_model_probing_level = 2 if self.probes else 0
@@ -116,7 +122,10 @@ ANY_PACKING = (BRIEF, (RELAXED, 0.1))
 
 
 def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[SolverSettings, float], ...]:
-    """Those of the three that fit: whether response times are in what is asked, and whether threads share cores."""
+    """Those of the three that fit: whether response times are in what is asked, and whether threads share cores.
+
+    Pairs of settings and work in deterministic time, tried one after the other.
+    """
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 
