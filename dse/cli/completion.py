@@ -25,7 +25,10 @@ def examples(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
 
 
 def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
-    """Methods of ranking; those with parameters with the objectives of the problem file, where one is named already."""
+    """Methods of ranking; those with parameters with the objectives of the problem file, where one is named already.
+
+    At most the words that begin with `text`; a file that cannot be read gives the methods alone.
+    """
     from dse.answers.ranking.ranking import METHODS
 
     problem = _problem(ctx)
@@ -37,7 +40,10 @@ def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
 
 
 def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
-    """``DECISION = OPTION`` for each option of each open decision of the problem file."""
+    """``DECISION = OPTION`` for each option of each open decision of the problem file.
+
+    Texts for ``--fix``; nothing before a problem file is named.
+    """
     problem = _problem(ctx)
     if problem is None:
         return []

@@ -33,7 +33,10 @@ class Unheard(io.FileIO):
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
+    """Run the command line and leave with its exit code.
+
+    Ctrl-C before the command is loaded ends with code 5, as one during a search does.
+    """
     code = 5  # as dse.support.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
         signal.signal(signal.SIGINT, Interrupts.note)

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def report_option(command: F) -> F:
-    """``--report PATH`` of a command whose report is one page."""
+    """``--report PATH`` of a command whose report is one page.
+
+    A decorator; the suffix is checked before the command runs.
+    """
     text = "Also write what is printed as a page: HTML (PATH.html, with plots) or Markdown (PATH.md)."
     return click.option("--report", metavar="PATH", callback=_check_report, help=text)(command)
 
@@ -32,14 +35,20 @@ def _check_report(ctx: click.Context, param: click.Parameter, value: str | None)
 
 
 def check_page_or_folder(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
-    """A report that is one page where a path is given, and files in a folder where none is."""
+    """A report that is one page where a path is given, and files in a folder where none is.
+
+    A callback of click: "" means a folder, a path must end in a suffix of `PAGES`.
+    """
     if value and not value.lower().endswith(PAGES):
         raise no_page(value)
     return value
 
 
 def no_page(path: str) -> click.BadParameter:
-    """That a report cannot go to `path`."""
+    """That a report cannot go to `path`.
+
+    Raised by the caller; names the suffixes that are possible.
+    """
     text = f"{path or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
     return click.BadParameter(text, param_hint="'--report'")
 
@@ -65,7 +74,10 @@ def in_what_is_left(limit: TimeLimit, write: Callable[[], OSError | None], failu
 
 
 def write_page(path: str | None, page: Page) -> OSError | None:
-    """Write a page where ``--report`` says, if it was given; returns the failure to do so."""
+    """Write a page where ``--report`` says, if it was given; returns the failure to do so.
+
+    HTML or Markdown by the suffix. The answer is still printed where writing fails.
+    """
     if path is None:
         return None
     from dse.report.output import page_text
@@ -121,7 +133,10 @@ def print_front(
 
 
 def write_page_figures(folder: str | None, page: Page, stem: str) -> None:
-    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder."""
+    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder.
+
+    Raises `UsageError` without the extra `plots`.
+    """
     if folder is None:
         return
     from dse.report.output import page_figures

@@ -19,7 +19,10 @@ POSTPONED = {"ortools.sat.python.cp_model": "pandas", "pydantic.plugin._loader":
 
 
 def postpone() -> None:
-    """From now on in this process; what is imported already stays."""
+    """From now on in this process; what is imported already stays.
+
+    An import hook that replaces heavy modules by placeholders, which load the module on first use.
+    """
     sys.meta_path.insert(0, _Finder())
 
 

@@ -48,7 +48,11 @@ Sizes = tuple[int, int]
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How measurements become figures; see `fit_measurements`."""
+    """How measurements become figures; see `fit_measurements`.
+
+    `sizes` and `without` select message sizes in bytes; `extremes` asks for tails up to what one sample in as many
+    exceeds.
+    """
 
     method: Method = "ols"
     quantiles: tuple[Fraction, Fraction] = (Fraction(1, 100), Fraction(99, 100))

@@ -31,7 +31,10 @@ SAMPLES = "samples"
 
 @dataclass(frozen=True)
 class FittedLine:
-    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits."""
+    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits.
+
+    Times in ns, sizes in bytes.
+    """
 
     WRITTEN = (
         *("line.fixed_ns", "line.per_byte_ns"),
@@ -44,7 +47,10 @@ class FittedLine:
 
 @dataclass(frozen=True)
 class Transport:
-    """A transport on a platform."""
+    """A transport on a platform.
+
+    Times in ns; `low_fit` and `high_fit` say how many samples lie beyond the two lines.
+    """
 
     JSON_NAME = "FittedTransport"
     WRITTEN = (
@@ -86,7 +92,10 @@ class Transport:
 
     @property
     def where(self) -> str:
-        """What was measured, and on what."""
+        """What was measured, and on what.
+
+        ``TRANSPORT on PLATFORM``, or what there is of it.
+        """
         return " on ".join(part for part in (self.transport, self.platform) if part)
 
     @property
@@ -104,7 +113,10 @@ class Transport:
 
 @dataclass(frozen=True)
 class Execution:
-    """The execution times of a callback on a platform."""
+    """The execution times of a callback on a platform.
+
+    Times in ns, one platform each.
+    """
 
     JSON_NAME = "FittedExecution"
     WRITTEN = (
@@ -163,7 +175,10 @@ class Fit(Answer):
         return self.to_yaml()
 
     def to_yaml(self, samples_file: str | None = None) -> str:
-        """The catalogue: a file that problem files include; see `_catalogue_text`."""
+        """The catalogue: a file that problem files include; see `_catalogue_text`.
+
+        YAML text with remarks as comments; `samples_file` is the CSV that uncertainties refer to.
+        """
         return _catalogue_text(self, samples_file)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -203,7 +218,10 @@ def _catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
 
 
 def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
-    """The catalogue as plain data, without remarks."""
+    """The catalogue as plain data, without remarks.
+
+    Sections `assumptions`, `bus_types`, `thread_types` and `uncertainty`, as far as there is something to say.
+    """
     data: dict[str, Any] = {}
     limits = _limits(fit)
     if limits:

@@ -33,7 +33,10 @@ CEILING_SHARE = 0.01
 
 @dataclass(frozen=True)
 class Remark:
-    """Something to know before the figures are used."""
+    """Something to know before the figures are used.
+
+    `limit_bytes` is stated where the remark is about larger messages.
+    """
 
     JSON_NAME = "FitRemark"
 
@@ -48,7 +51,10 @@ class Remark:
 
 @dataclass(frozen=True)
 class Goodness:
-    """How well a line goes through the extremes of the sizes."""
+    """How well a line goes through the extremes of the sizes.
+
+    Times in ns; an envelope has nothing beyond it.
+    """
 
     r_squared: Annotated[float | None, "The share of the variance that the line explains; null where there is none."]
     rms_ns: Annotated[float, "The root of the mean squared residual."]
@@ -58,7 +64,11 @@ class Goodness:
 
 
 def goodness(points: Points, line: LinearModel, *, upper: bool) -> Goodness:
-    """How well a line fits points."""
+    """How well a line fits points.
+
+    `points` are pairs of a size in bytes and a time in ns; `upper` looks for maxima above the line, else for minima
+    below.
+    """
     residuals = [time - line.at(size) for size, time in points]
     mean = sum((time for _, time in points), Fraction(0)) / len(points)
     total = sum((time - mean) ** 2 for _, time in points)
@@ -140,7 +150,10 @@ def _anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
 
 
 def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982)."""
+    """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982).
+
+    Floats; a robust line with a breakdown point of 50 %.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):  # NaN of each point with itself
         medians = [np.nanmedian((y[at] - y) / (x[at] - x)) for at in in_time(range(len(x)))]
     slope = float(np.median(medians))
@@ -148,7 +161,10 @@ def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
-    """A remark for each range of sizes whose spread jumps."""
+    """A remark for each range of sizes whose spread jumps.
+
+    Each names the sizes in bytes and advises a limit or ``--without``.
+    """
     remarks = []
     for first, last in _anomalies(summaries):
         low, high = summaries[first].size_bytes, summaries[last].size_bytes
@@ -165,7 +181,10 @@ def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
 
 
 def left_out_remarks(used: Sequence[int], left_out: Sequence[int]) -> list[Remark]:
-    """That sizes were measured and not used: the line says nothing of them; up to where the sizes below them were."""
+    """That sizes were measured and not used: the line says nothing of them; up to where the sizes below them were.
+
+    One for each run of neighbouring sizes.
+    """
     found = []
     for used_below, sizes in _runs(sorted(used), sorted(left_out)):
         where = f"from {sizes[0]} to {sizes[-1]} B" if len(sizes) > 1 else f"of {sizes[0]} B"
@@ -186,7 +205,10 @@ def _runs(used: Sequence[int], left_out: Sequence[int]) -> Iterator[tuple[list[i
 
 
 def saturated_remarks(summaries: Sequence[Summary]) -> list[Remark]:
-    """A remark for each row whose maximum looks like a ceiling (a time-out, a full queue, a counter's end)."""
+    """A remark for each row whose maximum looks like a ceiling (a time-out, a full queue, a counter's end).
+
+    One for each suspicious size, and one where several sizes share the greatest maximum.
+    """
     remarks = []
     for item in summaries:
         reason = _ceiling(item)
@@ -219,7 +241,10 @@ def _of(item: Summary) -> str:
 
 
 def resolution_remark(summaries: Sequence[Summary], words: Callable[[Fraction], str]) -> Remark | None:
-    """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us."""
+    """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us.
+
+    None with fewer than four figures, or where the grid is finer than 5 % of the least one.
+    """
     figures = [value for item in in_time(summaries) for value in (item.min_ns, item.max_ns) if value]
     step = _grid(figures)
     least = min(figures, default=Fraction(0))

@@ -24,7 +24,10 @@ CHARACTERS = 32
 
 
 class TooMuchError(Exception):
-    """The allowance is used up; the message says what was too much."""
+    """The allowance is used up; the message says what was too much.
+
+    Caught by the importer, which makes a located message of it.
+    """
 
 
 @dataclass
@@ -39,7 +42,10 @@ _CURRENT: ContextVar[_Allowance | None] = ContextVar("allowance", default=None)
 
 @contextmanager
 def allowed(pieces: int = PIECES) -> Iterator[None]:
-    """What is read inside has one allowance."""
+    """What is read inside has one allowance.
+
+    `pieces` is the number of parts and texts; expansion beyond it raises `TooMuchError`.
+    """
     token = _CURRENT.set(_Allowance(pieces, pieces, Work()))
     try:
         yield

@@ -88,7 +88,10 @@ def _range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
 
 
 def repeats_too_late(space: Space, flow: Flow, view: View) -> bool:
-    """Whether the hyperperiod of some stretch of a flow on one clock is too long to look through."""
+    """Whether the hyperperiod of some stretch of a flow on one clock is too long to look through.
+
+    More than `MOST_RELEASES` releases; the bound of section 3.6 then stands for the exact latency.
+    """
     return any(_releases(run) is None for run in _runs(space, flow, view)[0])
 
 

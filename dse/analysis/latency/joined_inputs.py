@@ -43,7 +43,10 @@ class Origin(NamedTuple):
     most_ns: Exact = 0
 
     def later(self, least_ns: Exact, most_ns: Exact) -> Origin:
-        """The origin of what comes so much later."""
+        """The origin of what comes so much later.
+
+        A new origin; both times are in ns and added to its range.
+        """
         return self._replace(least_ns=self.least_ns + least_ns, most_ns=self.most_ns + most_ns)
 
 
@@ -52,7 +55,10 @@ Origins: TypeAlias = "tuple[Origin, ...] | None"
 
 
 def may_wait_for_inputs(space: Space, step: Step) -> bool:
-    """Whether an element of a flow is a component that waits for its other inputs, in some design."""
+    """Whether an element of a flow is a component that waits for its other inputs, in some design.
+
+    Only under the profile *dse*, for ``join: all``.
+    """
     if step.kind != "component" or step.via is None or space.profile != "dse":
         return False
     component = space.components[step.index]
@@ -60,7 +66,10 @@ def may_wait_for_inputs(space: Space, step: Step) -> bool:
 
 
 def joined_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """The row of the wait for other inputs, of a component that needs all of them; else None."""
+    """The row of the wait for other inputs, of a component that needs all of them; else None.
+
+    Times in ns; `UNBOUNDED_NS` where a message may wait for ever (docs/semantics.md section 3.8).
+    """
     if not may_wait_for_inputs(space, step) or not is_joined(component, view):
         return None
     if not passes_rates_on(component, view):
@@ -75,7 +84,10 @@ def joined_row(space: Space, step: Step, component: Component, view: View) -> Ro
 
 
 class Join:
-    """The inputs of a component that needs all of them, in a design."""
+    """The inputs of a component that needs all of them, in a design.
+
+    `wires` are its trigger connections; rooms and gaps of queues give the longest wait.
+    """
 
     def __init__(self, space: Space, number: int, view: View) -> None:
         self.space, self.number, self.view = space, number, view
@@ -88,13 +100,19 @@ class Join:
         return connection.name if connection.source is None else self.space.components[connection.source].stated_as
 
     def room(self, wire: int) -> int | None:
-        """How many messages of an input wait at most; None where all that come do."""
+        """How many messages of an input wait at most; None where all that come do.
+
+        The queue size of the input in messages.
+        """
         return input_room(self.space, self.component, wire, self.view)
 
     # --- bounds of a wait ---------------------------------------------------------------------------------------
 
     def longest_wait(self, step: Step) -> tuple[Exact, int]:
-        """How long a message of the input of a step waits at most, and for which other one."""
+        """How long a message of the input of a step waits at most, and for which other one.
+
+        A pair of a time in ns and a connection's index; the smaller of two bounds, by queues and by order of arrival.
+        """
         own = step.via
         assert own is not None
         others = [wire for wire in self.wires if wire != own]

@@ -44,7 +44,10 @@ EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "
 
 
 def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
-    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6)."""
+    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6).
+
+    `Term` objects in ns, one for each element; their sum is the metric.
+    """
     if kind in EXACT_KINDS:
         yield _exact_term(space, flow, EXACT_KINDS[kind])
         return
@@ -56,7 +59,10 @@ def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def up_to(flow: Flow, number: int) -> Flow:
-    """A flow until a component reads what came to it."""
+    """A flow until a component reads what came to it.
+
+    A `Flow` whose last step only reads.
+    """
     place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
     return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
 
@@ -232,7 +238,10 @@ def _delivery_term(space: Space, step: Step, kind: str) -> Term:
 
 
 def message_term(space: Space, number: int) -> Term:
-    """The longest time from when a connection's message is sent until it is there, waiting for its bus included."""
+    """The longest time from when a connection's message is sent until it is there, waiting for its bus included.
+
+    A `Term` in ns.
+    """
     return _delivery_term(space, Step("connection", number), "latency")
 
 

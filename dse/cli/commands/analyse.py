@@ -60,7 +60,10 @@ def command(
 
 
 def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
-    """The design that `texts` name; where its result asks otherwise than the file, standard error says so."""
+    """The design that `texts` name; where its result asks otherwise than the file, standard error says so.
+
+    Raises `UsageError` where a result cannot be read or the decisions do not fit.
+    """
     from dse.questions.named_design import named_design
 
     found = named_design(problem, texts)

@@ -15,7 +15,10 @@ _NAME = re.compile(rb"<name>\s*([\w-]+)\s*</name>")
 
 
 class Packages:
-    """Finds packages in a workspace, which is looked through when the first one is asked for."""
+    """Finds packages in a workspace, which is looked through when the first one is asked for.
+
+    Called with a package's name, it returns the folder or None.
+    """
 
     def __init__(self, file: Path, stated: str | None) -> None:
         """`stated` is the folder that the user names; without one it is that around the package of the file."""
@@ -52,7 +55,10 @@ def _packages(root: Path) -> dict[str, Path]:
 
 
 def package_around(folder: Path) -> str | None:
-    """The name of the package that has a folder: that of the nearest package.xml, in it or above; None without one."""
+    """The name of the package that has a folder: that of the nearest package.xml, in it or above; None without one.
+
+    Read from the tag ``name`` of the package.xml.
+    """
     folders = (folder, *folder.parents)
     package = next((item for item in folders if (item / "package.xml").is_file()), None)
     return None if package is None else _name_of(package)

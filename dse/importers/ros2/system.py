@@ -100,7 +100,10 @@ def _entity_of(one: Callback) -> str:
 
 
 def seen_among(callbacks: Sequence[Callback], entities: Sequence[str]) -> list[Callback]:
-    """The callbacks of a node that were seen: by what they are in ROS; its only timer is that of any period."""
+    """The callbacks of a node that were seen: by what they are in ROS; its only timer is that of any period.
+
+    Each once, in the order of `entities`, which are texts such as ``/cam@Timer(10000000)``.
+    """
     found: dict[int, Callback] = {}
     timers = [one for one in callbacks if one.period_ns is not None]
     for entity in entities:
@@ -151,7 +154,11 @@ class Writer:
         self.executor_of: dict[int, str] = {}
 
     def document(self) -> dict[str, Any]:
-        """The problem file as plain data."""
+        """The problem file as plain data.
+
+        Problem file with threads, connections, executors and flows; figures that the source does not have are listed as
+        assumptions.
+        """
         executors = dict(self._executors())
         threads = dict(self._threads())
         connections = dict(self._connections())
@@ -188,7 +195,10 @@ class Writer:
         return found
 
     def entities(self) -> dict[str, str]:
-        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``."""
+        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
+
+        Names of threads to texts, for matching two descriptions of one system.
+        """
         callbacks = (one for group in self.system.groups for one in group.callbacks)
         return {self.threads[id(one)]: _entity_of(one) for one in callbacks}
 

@@ -38,7 +38,10 @@ TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
 
 @dataclass
 class Started:
-    """A node: `container` is the full name of that in which it is, "" where it is a process of its own."""
+    """A node: `container` is the full name of that in which it is, "" where it is a process of its own.
+
+    Names are absolute, with namespaces applied; `remaps` are pairs (from, to).
+    """
 
     name: str
     file: Path
@@ -62,7 +65,10 @@ class Scope:
 
 @dataclass
 class Launch:
-    """Goes through launch files and notes what they start."""
+    """Goes through launch files and notes what they start.
+
+    Files are read, nothing is executed; what depends on the running system is left out with a remark.
+    """
 
     packages: Packages
     nodes: list[Started] = field(default_factory=list)
@@ -86,7 +92,10 @@ class Launch:
         self._file(file, context, Scope())
 
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
-        """Note what is left out, once."""
+        """Note what is left out, once.
+
+        A warning with file and line; equal remarks are told once.
+        """
         message = _PYTHON.sub(r"\1", message).translate(SHOWN)
         found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
         self.told.setdefault(found)
@@ -162,7 +171,10 @@ class Launch:
     # --- what is set
 
     def declare(self, action: Entity, context: Context, scope: Scope) -> None:
-        """An argument of the file: as given, else its default."""
+        """An argument of the file: as given, else its default.
+
+        An argument without a value and default makes texts that use it *not static*.
+        """
         name = action.text("name")
         if "value" in action.texts:
             self.assign(action, context, scope)
@@ -215,7 +227,10 @@ class Launch:
         context.environment[resolve(action.text("name"), context)] = resolve(action.text("value"), context)
 
     def include(self, action: Entity, context: Context, scope: Scope) -> Scope:
-        """Another launch file, with its arguments."""
+        """Another launch file, with its arguments.
+
+        A missing file is a remark; a file that includes itself raises `ProblemError`.
+        """
         for given in action.of("arg", "let"):
             self.assign(given, context, scope)
         file = real(resolve(action.text("file"), context))
@@ -239,7 +254,10 @@ class Launch:
         self._composed(action, context, scope, found.name)
 
     def load(self, action: Entity, context: Context, scope: Scope) -> None:
-        """Nodes for a container that is started elsewhere."""
+        """Nodes for a container that is started elsewhere.
+
+        ``LoadComposableNodes``: the container may be in another launch file.
+        """
         target = resolve(action.text("target"), context)
         self._composed(action, context, scope, joined("/", target))  # launch_ros looks for it from the root
 
