@@ -27,7 +27,7 @@ TIME_SCALE_LIMIT = 1000
 
 
 RESPONSE_SCALE_LIMIT = 10
-"""The same where response times are in them, for which `UNBOUNDED_NS` may stand."""
+"""The finest unit of sums with response times, for which `UNBOUNDED_NS` may stand: a tenth of a ns."""
 
 
 def latency_scale(space: Space, flow: Flow) -> tuple[int, int]:

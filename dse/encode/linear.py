@@ -200,7 +200,7 @@ class Board:
         return self.named(self.cases(formula, given), given)
 
     def short_table(self, formula: Callable[[View], T], limit: int) -> list[tuple[Any, T]] | None:
-        """The same; None beyond `limit` cases."""
+        """The cases of a formula as (literal, value), exactly one of which is true; None beyond `limit` cases."""
         cases = tabulate(self.space, formula, limit)
         return self.named(cases) if cases is not None else None
 

@@ -84,7 +84,7 @@ class EncodedSpace:
         return tuple(objective.size + 1 for objective in self.objectives)
 
     def copy(self) -> EncodedSpace:
-        """The same model again, for another thread to solve."""
+        """A copy of the model, for another thread to solve."""
         model = self.model.clone()
 
         def again(variable: cp_model.IntVar) -> cp_model.IntVar:

@@ -14,7 +14,7 @@ from dse.support.errors import UsageError
 Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
 Named: TypeAlias = Texts | Mapping[str, str]
-"""The same, or the text of each name."""
+"""One text, several, or the text of each name."""
 
 
 class HasDecisions(Protocol):

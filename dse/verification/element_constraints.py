@@ -50,6 +50,6 @@ class Lookups:
         return self._ends[id(diagram)] if isinstance(diagram, Node) else (int(diagram), int(diagram))
 
     def variable(self, diagram: Diagram) -> Any:
-        """The same, always as a variable."""
+        """The value of a diagram as a variable of the model, also where it is constant."""
         found = self.value(diagram)
         return self.model.new_constant(found) if isinstance(found, int) else found

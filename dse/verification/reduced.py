@@ -196,7 +196,7 @@ class ReducedRegion:
         return bool(self._forms) and (is_open or status in (cp_model.OPTIMAL, cp_model.FEASIBLE))
 
     def _by_type(self, levels: Levels) -> list[ReducedRegion]:
-        """The same for each type of a processor that has several left; nothing where none has."""
+        """A reduced region for each type of a processor that has several types left; empty where none has."""
         decision = next((item for item in levels.types if len(self.left[item]) > 1), None)
         found = []
         for option in self.left[decision] if decision is not None else ():

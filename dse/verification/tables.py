@@ -77,7 +77,7 @@ class Tables:
 
     @property
     def bounds_are_exact(self) -> bool:
-        """The same of everything but cores."""
+        """Whether the bounds admit exactly the designs that the requirements do, limits on cores left aside."""
         return not self.late and self.waits is None and all(bound.exact for bound in self.bounds)
 
 

@@ -36,7 +36,7 @@ from dse.space.model.trees import at
 MOST_STEPS = 20_000
 """Maximum number of times that the complete search puts a thread on a core."""
 FIRST_STEPS = 1_000
-"""The same before cores are filled one after the other."""
+"""Steps of the first complete search, before cores are filled one after the other."""
 MOST_THREADS = 300
 """Maximum number of threads for the complete search; with more, only first-fit is tried."""
 

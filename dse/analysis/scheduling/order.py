@@ -220,7 +220,7 @@ def _inner(space: Space, numbers: Sequence[int], view: View) -> dict[TaskKey, in
 
 
 def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
-    """The same with the time for which what never goes before a task may keep the core all the same."""
+    """The turns with their blocking: for how long a task of lower priority may keep the core."""
     if all(space.components[turn.key[0]].section_ns is None for turn in turns):
         return turns
     sections = _sections_of(space, turns, view)

@@ -50,7 +50,7 @@ class Sentence:
     label: str
     text: str
     brief: str = ""
-    """The same with the first few of the changes, where that is shorter."""
+    """The statement with the first few changes only, where that is shorter."""
 
 
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:

@@ -68,7 +68,7 @@ class Work:
 
     @cached_property
     def _outside_by(self) -> Callable[[Exact], Exact]:
-        """The same of what preempts the executor."""
+        """The work of what preempts the executor, until a time."""
         return demand_of(self.outside, until=not self.comes_late)
 
     def end(self, work: Exact, since: Exact = 0) -> Exact:
