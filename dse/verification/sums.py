@@ -24,7 +24,7 @@ class Sum:
     waits: tuple[tuple[int, int], ...] = ()
     """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
     passages: tuple[tuple[int, int], ...] = ()
-    """Times of flows until a component reads, by their positions in the tables' `passages`, and how often each counts."""
+    """Times of flows until a component reads, by their places in the tables' `passages`, and how often each counts."""
     floors: tuple[Diagram, ...] = ()
     """Diagrams whose sum these are never less than, as often as they count."""
 
