@@ -112,7 +112,7 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
 def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, ...]:
     """The size in bytes of a connection's message on a bus, once for each way: data and overheads of all its buses.
 
-    In bytes, with the overheads of every bus on the way (docs/semantics.md section 3.3); several entries where a
+    In bytes, with the overheads of every bus on the way (docs/semantics.md, section 3.3); several entries where a
     message crosses the bus more than once.
     """
     return tuple(way_bytes(space, connection, way, view) for way in ways_over(space, connection, bus, view))

@@ -24,7 +24,7 @@ RateKey: TypeAlias = tuple[Literal["activation", "input", "slowest", "delivery"]
 def is_event_triggered(component: Component, view: View) -> bool:
     """Aperiodic, sporadic, or neither protocol nor period stated.
 
-    Jobs are then released by messages, at the rate of the inputs (docs/semantics.md section 2).
+    Jobs are then released by messages, at the rate of the inputs (docs/semantics.md, section 2).
     """
     return arrivals(component, view).by_inputs
 
@@ -58,7 +58,7 @@ def passes_rates_on(component: Component, view: View) -> bool:
 def is_joined(component: Component, view: View) -> bool:
     """Whether a job of a component needs a message of each of its triggers.
 
-    True for ``join: all`` (docs/semantics.md section 3.8).
+    True for ``join: all`` (docs/semantics.md, section 3.8).
     """
     return bool(at(component.join, view) == ALL)
 

@@ -173,7 +173,7 @@ def _carried_bytes(
 def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
     """The load of a bus without its frames, in B/s: what OSATE counts.
 
-    `Term` objects of data without headers, gaps and stuff bits (docs/semantics.md section 3.7).
+    `Term` objects of data without headers, gaps and stuff bits (docs/semantics.md, section 3.7).
     """
     slot = replace(space.buses[bus], fixed_ns=None)
     return load_terms(replace(space, buses=(*space.buses[:bus], slot, *space.buses[bus + 1 :])), bus)

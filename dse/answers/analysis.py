@@ -68,7 +68,7 @@ class FlowTable:
     def min_ns(self) -> Exact:
         """The minimum latency.
 
-        The exact sum of the rows' minima in ns (docs/semantics.md section 3); a `Fraction` only where it is no whole
+        The exact sum of the rows' minima in ns (docs/semantics.md, section 3); a `Fraction` only where it is no whole
         number.
         """
         return whole(sum((row.min_ns for row in self.rows), Fraction(0)))

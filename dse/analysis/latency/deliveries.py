@@ -17,7 +17,7 @@ from dse.support.units import Exact
 def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
     """The rows of a connection: its transmission, and its waiting where it may wait for a bus.
 
-    Times in ns; waiting has a minimum of 0 (docs/semantics.md section 5.4).
+    Times in ns; waiting has a minimum of 0 (docs/semantics.md, section 5.4).
     """
     connection = space.connections[number]
     least, most, method = transmission_ns(space, connection, view)

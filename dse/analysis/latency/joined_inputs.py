@@ -68,7 +68,7 @@ def may_wait_for_inputs(space: Space, step: Step) -> bool:
 def joined_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
     """The row of the wait for other inputs, of a component that needs all of them; else None.
 
-    Times in ns; `UNBOUNDED_NS` where a message may wait for ever (docs/semantics.md section 3.8).
+    Times in ns; `UNBOUNDED_NS` where a message may wait for ever (docs/semantics.md, section 3.8).
     """
     if not may_wait_for_inputs(space, step) or not is_joined(component, view):
         return None

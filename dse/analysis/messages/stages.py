@@ -31,7 +31,7 @@ from dse.support.units import Exact
 def counted_buses(space: Space) -> tuple[int, ...]:
     """The buses, by number, for which messages wait: none under OSATE's profiles, which have queues of their own.
 
-    Indices, ascending; a bus counts where a type of it states an `arbitration` (docs/semantics.md section 5.4).
+    Indices, ascending; a bus counts where a type of it states an `arbitration` (docs/semantics.md, section 5.4).
     """
     if space.profile != "dse" or space.bus_queuing != "counted":
         return ()
