@@ -14,7 +14,6 @@ import click
 from dse.cli.saying import in_a_line, tell, visible
 from dse.importers.registry import MOST_LOOKED_AT, is_model
 from dse.support.errors import UsageError, nearest
-from dse.support.extras import how_to_install, is_installed
 from dse.support.files import writing as files
 from dse.support.files.guard import PathLike, claim
 from dse.support.files.reading import UnreadableFileError, beginning
@@ -210,14 +209,7 @@ def report_folder(path: str) -> Path:
         raise UsageError(f"{path}: {error.strerror or error}") from error
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{path}: the folder cannot be written to")
-    tell_plots()
     return folder
-
-
-def tell_plots() -> None:
-    """Say on standard error that pages have no plots, where that is so."""
-    if not is_installed("plots"):
-        tell(f"dse: a page without plots: they need {how_to_install('plots')}")
 
 
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:

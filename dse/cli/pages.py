@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import F, console, report_folder, save, tell_plots
+from dse.cli.common import F, console, report_folder, save
 from dse.cli.saying import tell
+from dse.support.errors import UsageError
 from dse.support.files.writing import PAGES
 from dse.support.timelimit import OutOfTime, TimeLimit, until
 
@@ -29,8 +31,6 @@ def report_option(command: F) -> F:
 def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
     if value is not None and not value.lower().endswith(PAGES):
         raise no_page(value)
-    if value is not None:
-        tell_plots()
     return value
 
 
@@ -42,6 +42,27 @@ def check_page_or_folder(ctx: click.Context, param: click.Parameter, value: str 
     if value and not value.lower().endswith(PAGES):
         raise no_page(value)
     return value
+
+
+def page_path(path: str | None) -> str | None:
+    """The path of a page as ``--report`` has it, whose folder is made if need be; None where there is no page.
+
+    Called before the work, so that a folder that cannot be made ends the command at once.
+
+    Raises
+    ------
+    UsageError
+        naming the folder that cannot be made.
+    """
+    if not path:
+        return None
+    folder = Path(path).parent
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise UsageError(f"{path}: the folder {str(folder)!r} cannot be made: {why}") from error
+    return path
 
 
 def no_page(path: str) -> click.BadParameter:

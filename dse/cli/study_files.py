@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, report_folder, tell_plots
+from dse.cli.common import check_writable, report_folder
 from dse.cli.pages import check_page_or_folder
 from dse.cli.saying import tell
 from dse.support.errors import UsageError, about
@@ -57,8 +57,6 @@ def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet:
 
 def folder_of(report: str | None, folder: str) -> Path | None:
     """Where a report of several files goes, if one was asked for; made before the work."""
-    if report:
-        tell_plots()
     return report_folder(folder) if report == "" else None
 
 

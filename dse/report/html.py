@@ -200,7 +200,7 @@ def _asset(name: str) -> str:
 def libraries() -> str:
     """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed.
 
-    About 1 MB of JavaScript, the same for every page that has plots.
+    JavaScript that is put into every page with plots, so that it needs no network.
     """
     if not is_installed("plots"):
         return ""

@@ -9,7 +9,7 @@ import click
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.cli.saying import tell
 
 
@@ -27,7 +27,7 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     With the options of `dse solve` the question is the one that they ask. Exit code 3 also when `dse solve` would
     refuse it: as too large to search exactly, or for a requirement on a flow that the import could not follow.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     from dse.questions.verbs.check import check
     from dse.space.question.unchecked import unchecked_words
 

@@ -17,7 +17,7 @@ from dse.cli.common import (
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit, until
 
@@ -90,7 +90,7 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path, report)
+    check_writable(json_path, csv_path, page_path(report))
     from dse.questions.explain.explain import Wishes, explain_asked
 
     with until(time_limit):
