@@ -31,10 +31,13 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     from dse.questions.verbs.check import check
     from dse.space.question.unchecked import unchecked_words
 
-    description = check(load_told(file), **question_of(options))
+    asked = question_of(options)
+    description = check(load_told(file), **asked)
     from dse.report.content.check import description_page
 
-    answer(description_page(description), (json_path, description.to_json), report=report, every=every, quiet=quiet)
+    is_as_stated = isinstance(file, str) and file != "-" and not any(asked.values())
+    page = description_page(description, file if is_as_stated else "")
+    answer(page, (json_path, description.to_json), report=report, every=every, quiet=quiet)
     if description.too_large:
         tell(f"dse: {description.too_large}")
     if description.space.unchecked:

@@ -60,29 +60,29 @@ USAGE = (
 def analysis_page(analysis: Analysis) -> Page:
     """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
 
-    A `Page` with the sections *design*, *overview*, *flows*, *responses* and *notes*; an invalid design has its
-    breaches only.
+    A `Page` with the sections *design* (verdict, and what is counted), *overview*, *flows* and *responses*; an invalid
+    design has its breaches only.
     """
-    lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
     blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
     if not analysis.breaches:
         blocks += texts(_verdict_words(analysis), tone="strong")
         blocks += listing([f"{item.reason} ({item.origin})" for item in analysis.unread], "not analysed", 0, "wrong")
+        blocks.append(_counted(analysis))
     sections = [Section("design", "The design", tuple(blocks))]
     if not analysis.breaches:
         sections += [
             Section("overview", "Where it stands", tuple(_overview(analysis))),
             Section("flows", "Latencies", tuple(_flows(analysis))),
             Section("responses", "Response times", tuple(_responses(analysis))),
-            Section("notes", "What is counted", tuple(_notes(analysis))),
             Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
             Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
             Section("usage", "Who uses processors and buses", tuple(_usage(analysis)), is_detail=True),
             Section("metrics", "Every metric", tuple(_every_figure(analysis)), is_detail=True),
         ]
-    return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
+    name = analysis.space.name
+    return Page(f"{name}: analysis", name, tuple(section for section in sections if section.blocks))
 
 
 def _every_figure(analysis: Analysis) -> Iterator[Block]:
@@ -196,8 +196,8 @@ def _responses(analysis: Analysis) -> Iterator[Block]:
     yield from message_tables(analysis.messages, FEW_THREADS)
 
 
-def _notes(analysis: Analysis) -> Iterator[Block]:
-    """What the figures leave out, in one paragraph."""
+def _counted(analysis: Analysis) -> Text:
+    """What the figures count and leave out, in one paragraph; doubtful where a requirement fails with waiting."""
     settings = settings_of(analysis.space)
     processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
     if analysis.contended is not None:
@@ -205,7 +205,14 @@ def _notes(analysis: Analysis) -> Iterator[Block]:
         kept = f"With response times, {core_words(analysis.space)}: {said}"
     waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
     brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
-    yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
+    is_broken = analysis.contended is not None and bool(analysis.contended.broken)
+    begin = f"Counted  {basis_words(settings)}."
+    return Text(
+        " ".join(filter(None, (begin, processing, kept, buses))),
+        "doubtful" if is_broken else "plain",
+        " ".join(filter(None, (begin, *brief))),
+        hang=9,
+    )
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:
