@@ -62,10 +62,7 @@ class SimulatedTask:
 
 @dataclass(frozen=True)
 class ReservationShare:
-    """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there.
-
-    Times in ns; `core` is (processor, core).
-    """
+    """A reservation by its number: a budget of a core's time in each period, and its urgency among what runs there."""
 
     number: int
     name: str
@@ -77,10 +74,7 @@ class ReservationShare:
 
 @dataclass(frozen=True)
 class Queue:
-    """The executor that runs a task's jobs, its kind, and the task's place in it: a smaller `level` goes first.
-
-    `kind` is the rule of the executor; levels are compared as tuples.
-    """
+    """The executor that runs a task's jobs, its kind, and the task's place in it: a smaller `level` goes first."""
 
     executor: int
     kind: ExecutorKind
@@ -89,10 +83,7 @@ class Queue:
 
 @dataclass(frozen=True)
 class Gap:
-    """Throttling of a core: threads run for `budget_ns` of each period.
-
-    Times in ns; other work of the processor uses the rest of each period.
-    """
+    """Throttling of a core: threads run for `budget_ns` of each period."""
 
     name: str
     budget_ns: int
@@ -162,19 +153,13 @@ class Plan:
 
     @property
     def shares(self) -> list[ReservationShare]:
-        """The reservations of which some task runs.
-
-        Each once, in the order of the tasks.
-        """
+        """The reservations of which some task runs."""
         found = {task.share.number: task.share for task in self.tasks.values() if task.share is not None}
         return list(found.values())
 
     @property
     def timers(self) -> dict[str, Fraction]:
-        """Everything with an offset of its own: the period in ns, by name.
-
-        Tasks, periodic connections and budgets; the search draws an offset for each.
-        """
+        """Everything with an offset of its own: the period in ns, by name."""
         tasks = {task.name: task.period_ns for task in self.tasks.values() if task.period_ns is not None}
         budgets: list[Gap | ReservationShare] = [*self.gaps.values(), *self.shares]
         gaps = {item.name: Fraction(item.period_ns) for item in budgets}
@@ -182,17 +167,11 @@ class Plan:
 
     @property
     def phases(self) -> dict[str, Phase]:
-        """The timers that keep their phase to others, with their clock and their offset on it.
-
-        Only timers on a stated clock with a stated offset.
-        """
+        """The timers that keep their phase to others, with their clock and their offset on it."""
         return {task.name: task.phase for task in self.tasks.values() if task.phase is not None}
 
     def aligned(self, offsets_ns: Mapping[str, int], lead: str = "") -> dict[str, int]:
-        """Offsets with those of a clock as far apart as they are: each clock is where its `lead`, or first, puts it.
-
-        In ns by name; the difference of two offsets on one clock is the stated one.
-        """
+        """Offsets with those of a clock as far apart as they are: each clock is where its `lead`, or first, puts it."""
         found = dict(offsets_ns)
         clocks: dict[tuple[str, str], int] = {}
         phases = self.phases
@@ -234,10 +213,7 @@ class Plan:
         return names
 
     def span_ns(self, flow: int, steps: Sequence[Any]) -> Exact:
-        """A time in which data that are not lost pass the flow, if nothing is overloaded.
-
-        In ns, from periods, execution times and transmission times.
-        """
+        """A time in which data that are not lost pass the flow, if nothing is overloaded."""
         total: Exact = 0
         for step in steps:
             if step.kind == "connection":

@@ -27,7 +27,10 @@ class Lookups:
         self._ends: dict[int, tuple[int, int]] = {}
 
     def value(self, diagram: Diagram) -> Any:
-        """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only."""
+        """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only.
+
+        Variables are made once for each node; raises `OutOfTime` at the time limit.
+        """
         if not isinstance(diagram, Node):
             return int(diagram)
         if diagram.decision in self.given:

@@ -41,7 +41,10 @@ PATIENCE = 4
 
 @dataclass(frozen=True)
 class Row:
-    """The sum of `parts`, diagrams of integers, is at most `most`."""
+    """The sum of `parts`, diagrams of integers, is at most `most`.
+
+    Integers; a region is empty where the rows admit no combination of options.
+    """
 
     parts: tuple[Diagram, ...]
     most: int
@@ -91,7 +94,10 @@ class Reduction:
         self.is_empty = not narrow(self.rows, self.left, self.rows, self.using)
 
     def lesson(self, chosen: Left) -> Row | None:
-        """A row that these positions break, for their threads do not fit on cores; all designs keep it from then on."""
+        """A row that these positions break, for their threads do not fit on cores; all designs keep it from then on.
+
+        None where the threads fit, or where that is not known.
+        """
         for table in self.tables.cores:
             found = crowd(table, chosen, self.left)
             if found is not None:
@@ -101,7 +107,10 @@ class Reduction:
         return None
 
     def region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> ReducedRegion:
-        """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound)."""
+        """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound).
+
+        Bounds are exclusive above and inclusive below, in counting units.
+        """
         more = self.rows_in(below, from_on)
         rows, left = [*self.rows, *more], [list(options) for options in self.left]
         is_empty = self.is_empty or not narrow(rows, left, more, by_decision(more, self.using))
@@ -152,7 +161,10 @@ class ReducedRegion:
         self._forms = [] if levels is None else [add_pools, add_levels]  # those that were not asked yet
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
-        """Whether it can be shown, with so much deterministic time, that there is no solution."""
+        """Whether it can be shown, with so much deterministic time, that there is no solution.
+
+        True is a proof; False means a solution, or no answer within `limit` and `deadline`.
+        """
         if self.is_empty or self._has_solution:
             return self.is_empty
         if self._parts:
@@ -265,7 +277,10 @@ def narrow(
 
 
 def may_break(row: Row, left: Left) -> bool:
-    """Whether a row is too large with some of the options that are left: else it says nothing of them."""
+    """Whether a row is too large with some of the options that are left: else it says nothing of them.
+
+    Judged by the greatest value of each part by itself.
+    """
     alone = sum(max(values[option] for option in left[decision]) for decision, values in row.alone.items())
     return row.constant + alone + sum(remainder(part, left).greatest for part in row.deep) > row.most
 
@@ -289,7 +304,10 @@ def by_decision(rows: Sequence[Row], known: Mapping[int, Sequence[Row]] | None =
 
 
 def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
-    """Leave out each option for which there is another that is nowhere larger."""
+    """Leave out each option for which there is another that is nowhere larger.
+
+    `left` is changed in place; an option that is never larger in any row makes the other one superfluous.
+    """
     for decision, here in by_decision(rows).items():
         look_at_the_clock()
         for option in list(left[decision]):
@@ -384,7 +402,10 @@ def _add_in_steps(
 
 
 class RemainingOptions:
-    """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
+    """What is left of each decision, as the position of an option and as literals, each where it is asked for.
+
+    Variables are made on first use, and the two forms are linked where both exist.
+    """
 
     def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
         self.model, self.left = model, left

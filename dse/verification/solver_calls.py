@@ -110,7 +110,10 @@ def attempted(
     attempt: int = 0,
     ways: Ways = WAYS,
 ) -> Outcome:
-    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
+    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown.
+
+    A pair of the solver's status and, with a solution, the solver.
+    """
     if is_over(deadline):
         return cp_model.UNKNOWN, None
     way = ways[attempt % len(ways)]
@@ -131,7 +134,10 @@ def attempted(
 
 
 def other_solver() -> cp_model.CpSolver:
-    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 6)."""
+    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 6).
+
+    One worker, fixed seed, no presolve: settings that the search does not use.
+    """
     solver = cp_model.CpSolver()
     parameters: Any = solver.parameters
     parameters.num_workers = 1

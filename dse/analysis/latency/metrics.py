@@ -44,10 +44,7 @@ EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "
 
 
 def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
-    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6).
-
-    `Term` objects in ns, one for each element; their sum is the metric.
-    """
+    """The summands of a metric of a flow (docs/semantics.md, sections 3.1 and 3.6)."""
     if kind in EXACT_KINDS:
         yield _exact_term(space, flow, EXACT_KINDS[kind])
         return
@@ -59,10 +56,7 @@ def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def up_to(flow: Flow, number: int) -> Flow:
-    """A flow until a component reads what came to it.
-
-    A `Flow` whose last step only reads.
-    """
+    """A flow until a component reads what came to it."""
     place = next(at for at, step in enumerate(flow.steps) if (step.kind, step.index) == ("component", number))
     return replace(flow, steps=(*flow.steps[:place], replace(flow.steps[place], only_reads=True)))
 
@@ -238,10 +232,7 @@ def _delivery_term(space: Space, step: Step, kind: str) -> Term:
 
 
 def message_term(space: Space, number: int) -> Term:
-    """The longest time from when a connection's message is sent until it is there, waiting for its bus included.
-
-    A `Term` in ns.
-    """
+    """The longest time from when a connection's message is sent until it is there, waiting for its bus included."""
     return _delivery_term(space, Step("connection", number), "latency")
 
 
