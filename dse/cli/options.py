@@ -220,7 +220,11 @@ def ranking_options(command: F) -> F:
     """
     more = (
         click.option(
-            "--top", type=Top(), default="10", show_default=True, metavar="N|all", help="How many alternatives to show."
+            "--top",
+            type=Top(),
+            default="10",
+            metavar="N|all",
+            help="How many alternatives to list; else 10 in reports and with --explain, one of each kind on a screen.",
         ),
         click.option(
             "--rank-by",

@@ -24,8 +24,8 @@ from dse.cli.saying import tell
 def command(file: str, every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
-    With the options of `dse solve` the question is the one that they ask. Exit code 3 also when `dse solve` would
-    refuse it: as too large to search exactly, or for a requirement on a flow that the import could not follow.
+    Options that change the question do so as for `dse solve`. Exit code 3 also when `dse solve` would refuse the
+    problem: as too large to search exactly, or for a requirement on a flow that the import could not follow.
     """
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.check import check
