@@ -15,8 +15,8 @@ from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
 from dse.answers.base import Answer, to_file
-from dse.answers.question_data import BY_WAITING
-from dse.answers.result import ExplainedProblem, Origin, csv_text
+from dse.answers.question_data import BY_WAITING, ExplainedProblem, Origin
+from dse.answers.result import csv_text
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.support.json_fields import NULL, Data, Json, Of, Unit

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.answers.base import Answer
 from dse.answers.designs import Point
-from dse.answers.result import Origin, Result
+from dse.answers.question_data import Origin
+from dse.answers.result import Result
 from dse.support.json_fields import COUNT, NULL, Data, Json, Of, Unit
 
 if TYPE_CHECKING:

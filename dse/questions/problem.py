@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
-from dse.answers.result import Origin
+from dse.answers.question_data import Origin
 from dse.questions.builder import Builder
 from dse.questions.question import Changes, Question, changes_of
 from dse.questions.result_question import (

@@ -14,8 +14,9 @@ from dse.answers.designs import FurtherAsked, FurtherDesign, FurtherDesigns, Ins
 from dse.answers.forms.codec import Form
 from dse.answers.forms.consistency import check_data
 from dse.answers.forms.registry import FORMS
+from dse.answers.question_data import Origin
 from dse.answers.reading import no_json, read_result
-from dse.answers.result import Clash, Conflict, ObjectiveInfo, Origin, Result, Search, decisions_of
+from dse.answers.result import Clash, Conflict, ObjectiveInfo, Result, Search, decisions_of
 from dse.answers.tables.display import figures_of
 from dse.questions.complete_design import baseline_design
 from dse.questions.problem import Problem, origin_of

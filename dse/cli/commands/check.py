@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from typing import Any
 
 import click
@@ -10,7 +12,7 @@ from dse.cli.common import all_option, check_writable, in_time, json_option, loa
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
 from dse.cli.pages import answer, page_path, report_option
-from dse.cli.saying import tell
+from dse.cli.saying import say, tell
 
 
 @click.command("check", cls=GroupedCommand)
@@ -21,7 +23,9 @@ from dse.cli.saying import tell
 @json_option
 @quiet_option
 @in_time
-def command(file: str, every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any) -> int:
+def command(
+    file: str | os.PathLike[str], every: bool, report: str | None, json_path: str | None, quiet: bool, **options: Any
+) -> int:
     """Validate a problem file; describe its decisions, its size, and what a careful reader would remark.
 
     Options that change the question do so as for `dse solve`. Exit code 3 also when `dse solve` would refuse the
@@ -35,9 +39,11 @@ def command(file: str, every: bool, report: str | None, json_path: str | None, q
     description = check(load_told(file), **asked)
     from dse.report.content.check import description_page
 
-    is_as_stated = isinstance(file, str) and file != "-" and not any(asked.values())
-    page = description_page(description, file if is_as_stated else "")
+    page = description_page(description)
     answer(page, (json_path, description.to_json), report=report, every=every, quiet=quiet)
+    is_shown = not quiet and json_path != "-" and not description.exit_code
+    if is_shown and isinstance(file, str) and file != "-" and not any(asked.values()):
+        say(f"Next       dse solve {shlex.quote(file)}")
     if description.too_large:
         tell(f"dse: {description.too_large}")
     if description.space.unchecked:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-
 from dse.questions.verbs.check import Description
 from dse.report.content.explain import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
@@ -21,11 +19,11 @@ HANG = 10
 """Where the text behind a label begins."""
 
 
-def description_page(description: Description, file: str = "") -> Page:
+def description_page(description: Description) -> Page:
     """The decisions of a problem, the size of its space, what is asked, and remarks.
 
     A `Page` with the counts, impossible requirements, a table of open decisions, objectives, limits and rules; a
-    terminal shows the first ones. `file` is the path for the command to go on with; without it none is suggested.
+    terminal shows the first ones.
     """
     space = description.space
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
@@ -38,8 +36,6 @@ def description_page(description: Description, file: str = "") -> Page:
     blocks += texts(scale_words(space))
     blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
     blocks.append(Text(f"{'Counted':<{HANG}} {basis_words(settings_of(space))}", hang=HANG + 1))
-    if file and not description.exit_code:
-        blocks.append(Text(f"{'Next':<{HANG}} dse solve {shlex.quote(file)}", hang=HANG + 1))
     lead = f"{space.name}: {'too large to search exactly' if description.too_large else 'valid'}"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))
 

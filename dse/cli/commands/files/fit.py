@@ -85,8 +85,8 @@ def command(
     """
     if output == "-" and json_path == "-":
         raise click.UsageError("only one of -o and --json can go to standard output")
-    samples = [_samples_path(output)] if output not in (None, "-") else []
-    check_writable(output, json_path, page_path(report), *samples)
+    further = [_samples_path(output)] if output not in (None, "-") else []
+    check_writable(output, json_path, page_path(report), *further)
     from dse.fitting.fitted import samples_table
     from dse.questions.verbs.fit import fit
 
