@@ -24,11 +24,17 @@ MOST_SUMS = 20_000
 
 
 class TooLongError(Exception):
-    """Formulas take more than `MOST_SUMS`."""
+    """Formulas take more than `MOST_SUMS`.
+
+    The rounds are then made one by one.
+    """
 
 
 class Reach:
-    """Until which t the comparisons that were made come out the same; None for ever."""
+    """Until which t the comparisons that were made come out the same; None for ever.
+
+    Shared by all lines of one computation; each comparison may shorten it.
+    """
 
     until: Exact | None = None
     sums = 0
@@ -40,7 +46,10 @@ class Reach:
 
 
 class Line:
-    """The number ``at + slope * t`` for t greater than 0 and below its `reach`."""
+    """The number ``at + slope * t`` for t greater than 0 and below its `reach`.
+
+    Arithmetic and comparisons of such numbers give the steps for which the fixed point grows by equal amounts.
+    """
 
     __slots__ = ("at", "reach", "slope")
     __hash__: ClassVar[None]  # type: ignore[assignment]

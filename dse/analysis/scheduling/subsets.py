@@ -25,7 +25,10 @@ Groups: TypeAlias = Sequence[Sequence[int]]
 
 
 class Subsets:
-    """Answers by the threads that are asked about, and by the options of the decisions that were looked at."""
+    """Answers by the threads that are asked about, and by the options of the decisions that were looked at.
+
+    Keyed by what was looked at only, so that designs that differ elsewhere share an answer.
+    """
 
     def __init__(self) -> None:
         self._kept: dict[int, tuple[Space, Sequence[int], Answers]] = {}

@@ -23,24 +23,36 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True, slots=True)
 class OneOfEach:
-    """A piece that waits for one job of each of these, and for less urgent work that has begun."""
+    """A piece that waits for one job of each of these, and for less urgent work that has begun.
+
+    Pieces of threads whose jobs end before their next release come once at most.
+    """
 
     task: Task
     others: tuple[Task, ...]
     blocked_ns: Exact
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns."""
+        """The longest time from its release to its end, in ns.
+
+        The sum of one job of each other piece, the blocking and its own time.
+        """
         return self.task.worst_ns + self.blocked_ns + sum(item.worst_ns for item in self.others)
 
     def parts(self) -> Parts | None:
-        """What goes before it."""
+        """What goes before it.
+
+        One job of each other piece, and the blocking.
+        """
         return Parts(counted((item, 1) for item in self.others), blocked_ns=self.blocked_ns)
 
 
 @dataclass(frozen=True, slots=True)
 class AsTheyCome:
-    """A piece that waits for all that came before it, less what its own thread took of that time (`_queued_job`)."""
+    """A piece that waits for all that came before it, less what its own thread took of that time (`_queued_job`).
+
+    First come, first served (docs/semantics.md, section 4.7).
+    """
 
     task: Task
     own: tuple[Task, ...]
@@ -48,12 +60,18 @@ class AsTheyCome:
     blocked_ns: Exact
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns; None where it has no bound."""
+        """The longest time from its release to its end, in ns; None where it has no bound.
+
+        The wait behind others, the blocking and its own time.
+        """
         found = _queued_job(self.task, self.own, self.others)
         return None if found is None else found.waited_ns + self.task.worst_ns + self.blocked_ns
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound."""
+        """What goes before it; None where it has no bound.
+
+        Jobs of the others that come until the release, less what ran meanwhile.
+        """
         found = _queued_job(self.task, self.own, self.others)
         if found is None:
             return None
@@ -80,7 +98,10 @@ class ByPriority:
         return [(self.first, None, 0), *behind]
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns; None where it has no bound."""
+        """The longest time from its release to its end, in ns; None where it has no bound.
+
+        The greatest over the ways in which an earlier job of its own may have begun.
+        """
         longest: Exact | None = None
         for window, item, time in self._ways():
             found = window.response_ns()
@@ -92,7 +113,10 @@ class ByPriority:
         return longest
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound."""
+        """What goes before it; None where it has no bound.
+
+        Those of the way with the longest wait.
+        """
         ways: list[Parts] = []
         for window, item, time in self._ways():
             found = window.parts()
