@@ -96,7 +96,7 @@ def _both(term: Term, view: View) -> tuple[Fraction, Fraction]:
 
 
 def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
-    """Those of some requirements that no design meets, as far as bounds show it, with both figures.
+    """The requirements among `limits` that no design meets, as far as bounds show it, with both figures.
 
     `Impossible` objects with the bound and the limit. A requirement that is not listed may be infeasible all the same.
     """

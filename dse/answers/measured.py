@@ -82,18 +82,18 @@ class Prediction:
 
     @property
     def of_measured(self) -> Annotated[Fraction | None, NUMBER]:
-        """That as a share of the measured value; null where it is 0.
+        """The distance beyond the prediction as a share of the measured value; null where it is 0.
 
-        The distance `beyond` as a share of the extreme sample; None, too, where that is unbounded.
+        `beyond` over the extreme sample; None, too, where that is unbounded.
         """
         value = self.seen.high if self._is_above else self.seen.low
         return self.beyond / value if value and not is_unbounded(value) else None
 
     @property
     def of_predicted(self) -> Annotated[Fraction | None, NUMBER]:
-        """That as a share of the predicted value; null where it is 0.
+        """The distance beyond the prediction as a share of the predicted value; null where it is 0.
 
-        The distance `beyond` as a share of the predicted end; None, too, where that is unbounded.
+        `beyond` over the predicted end; None, too, where that is unbounded.
         """
         value = self.high if self._is_above else self.low
         return self.beyond / value if value and not is_unbounded(value) else None

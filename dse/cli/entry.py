@@ -25,7 +25,7 @@ class Unheard(io.FileIO):
     """A stream for what is said beside the answer: where nobody reads any more, it is said to nobody."""
 
     def write(self, data: Any) -> int:
-        """As in a file; without a reader everything counts as written."""
+        """Write data as to a file; without a reader everything counts as written."""
         try:
             return super().write(data) or 0
         except BrokenPipeError:

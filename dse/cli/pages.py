@@ -66,7 +66,7 @@ def page_path(path: str | None) -> str | None:
 
 
 def no_page(path: str) -> click.BadParameter:
-    """That a report cannot go to `path`.
+    """The error for a report that cannot go to `path`.
 
     Raised by the caller; names the suffixes that are possible.
     """

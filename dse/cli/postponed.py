@@ -65,7 +65,7 @@ class _Loader:
         self.other = other
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """As its own loader does."""
+        """The module as its own loader makes it."""
         made: ModuleType | None = self.loader.create_module(spec)
         return made
 

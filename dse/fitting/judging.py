@@ -181,7 +181,7 @@ def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
 
 
 def left_out_remarks(used: Sequence[int], left_out: Sequence[int]) -> list[Remark]:
-    """That sizes were measured and not used: the line says nothing of them; up to where the sizes below them were.
+    """The remark that sizes were measured and not used, with the greatest size up to which the line holds.
 
     One for each run of neighbouring sizes.
     """

@@ -279,7 +279,7 @@ class _SampleReader:
         self.rows.append((found, self.line))
 
     def _check(self, found: Summary) -> None:
-        """That the figures can be those of samples."""
+        """Check that the figures can be those of samples."""
         if found.min_ns > found.max_ns:
             self._wrong("the minimum is above the maximum", self.line)
             return

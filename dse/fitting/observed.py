@@ -84,7 +84,7 @@ class Observed:
 
     @property
     def text(self) -> str:
-        """As a requirement says it.
+        """The figure and its name as a requirement has them.
 
         Such as ``latency of "main loop"``, with quotes where there is a name.
         """
@@ -95,7 +95,7 @@ class Observed:
 
     @property
     def words(self) -> str:
-        """As a reader sees it."""
+        """The figure and its name as a reader sees them."""
         return f"{self.figure} of {self.name}" if self.name else self.figure
 
     @property

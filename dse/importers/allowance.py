@@ -20,7 +20,7 @@ PIECES = 1_000_000
 MOST_TEXT = 100_000
 """The greatest number of characters of one text."""
 CHARACTERS = 32
-"""So many characters count as one piece."""
+"""The number of characters that count as one piece."""
 
 
 class TooMuchError(Exception):

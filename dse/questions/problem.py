@@ -295,7 +295,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
 
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
-    """Those that are not asked for yet in the same words; another limit of the same metric is another requirement."""
+    """Add the requirements that are not there yet word for word; another limit on one metric is another requirement."""
     asked = {(item.text, item.metric) for item in requirements if not item.implied}
     requirements += [item for item in found if (item.text, item.metric) not in asked]
 

@@ -204,7 +204,7 @@ def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
 
 
 def _requirements(space: Space, text: str) -> list[Requirement]:
-    """Those of the file with this text; else what the text says."""
+    """The requirements of the file with this text; else what the text says."""
     own = [item for item in space.requirements if item.text == text and not item.implied]
     if own:
         return own

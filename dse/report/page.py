@@ -143,7 +143,7 @@ class Timeline:
     marks: tuple[tuple[float, str], ...] = ()
 
     def lines(self, width: int) -> list[str]:
-        """As lines of `width` letters: ``#`` where somebody has it, ``|`` at a moment.
+        """The lanes as lines of `width` letters: ``#`` where somebody has it, ``|`` at a moment.
 
         One line for each lane, its name first, and a line with both ends of the time scale. ASCII only.
         """

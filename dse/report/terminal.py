@@ -32,7 +32,7 @@ SCREEN = 39
 
 
 def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:
-    """Its lead and its sections, but for those that say what a file rests on, and the details.
+    """Print the lead and the sections of a page, but for those that say what a file rests on, and the details.
 
     With `every` also these, and every row of each table; without, the last line says what is left out. Where it has
     more than so many `lines` the longest of the tables and lists that have a `brief` show less of themselves.

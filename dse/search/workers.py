@@ -158,7 +158,7 @@ CHECKPOINT_S = 1.0
 SHARE = 0.02
 """Of the time, so much is meant for checkpoints; it stays below 5 %, as one may cost more than was expected."""
 WAIT_S = 0.04
-"""So much waiting in a checkpoint is other work of the machine, or of the thread that searches; what is more counts."""
+"""Waiting in a checkpoint that is taken for other work of the machine or of the search; more than that counts."""
 SECOND = 0.25
 """The second checkpoint waits until the first one is no larger share of the time."""
 

@@ -22,7 +22,7 @@ GRACE = 0.1
 """A limit is kept to this share of it, or to a second where that is more."""
 A_TICK_S = 1e-9
 A_MOMENT_S = 0.5
-"""So long may take what an answer is nothing without, also where a short limit was over before it began."""
+"""The least time for steps without which there is no answer, also where a short limit was over before they began."""
 
 
 class OutOfTime(DseError):

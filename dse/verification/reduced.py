@@ -33,7 +33,7 @@ SHARE_OF_CORES = 2
 
 
 MOST_LESSONS = 40
-"""So often a smaller question that has a solution is asked again with a row that refuses it."""
+"""The greatest number of times that a smaller question with a solution is asked again, with a row against it."""
 
 PATIENCE = 4
 """After so many attempts at pooled cores each core is asked for by itself; without cores after one."""

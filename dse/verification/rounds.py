@@ -16,7 +16,7 @@ from dse.verification.solver_calls import Outcome, SolverWay, Ways, ask, attempt
 MOVING = 0.1
 """Deterministic time for other cores of a solution whose threads wait longer than it says."""
 MOST_MOVES = 20
-"""So many times, each with what was learnt from the one before."""
+"""The greatest number of such attempts, each with what was learnt from the one before."""
 IS_HARD = 2
 """A question that took so many attempts of each way says which way to favour."""
 

@@ -28,7 +28,7 @@ from dse.space.model.trees import at
 KINDS = ("utilisation", "core utilisation")
 """The metrics of processors whose limits are told of."""
 OF_BUSES = ("load", "busy")
-"""Those of buses."""
+"""Kinds of metrics of buses."""
 
 
 @dataclass(frozen=True)

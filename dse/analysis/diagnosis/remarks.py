@@ -118,7 +118,7 @@ def _on_processors(space: Space) -> Iterator[Component]:
 
 
 def _untimed(names: Sequence[str]) -> Iterator[str]:
-    """That threads count as taking no time."""
+    """The remark that threads count as taking no time."""
     if names:
         more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         yield (
@@ -251,7 +251,7 @@ def _reversed(row: Row) -> str:
 
 
 def _too_small(space: Space, flow: Flow, found: Sequence[str]) -> Iterator[str]:
-    """That the maximum and the jitter of a flow are too small, for minima above maxima."""
+    """The remark that the maximum and the jitter of a flow are too small, for minima above maxima."""
     if found:
         more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
         setting = "" if space.profile == "dse" else f" (worst case by {space.worst_case.replace('_', ' ')})"
@@ -281,7 +281,7 @@ def _no_time(space: Space, bus: Bus, chosen: str) -> str:
 
 
 def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
-    """That the messages of a bus may take longer than its bandwidth says, by the worst example."""
+    """The remark that messages of a bus may take longer than its bandwidth says, by the worst example."""
     found: list[_Transfer] = []
     for item in users:
         cases = tabulate(space, partial(_transfer, space, number, item), MANY_CASES)

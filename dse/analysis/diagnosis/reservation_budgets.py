@@ -43,7 +43,7 @@ class ReservationBudget:
 def budget_of(
     space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]
 ) -> ReservationBudget | None:
-    """That of a thread, by number, which `is_in_time` with some response times; None where it is in no reservation.
+    """The budget of a thread's reservation, and the least with which it is in time; None outside of reservations.
 
     `number` is the component's index, `is_in_time` judges a response time in ns (None: no bound).
     """

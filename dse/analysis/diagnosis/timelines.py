@@ -79,7 +79,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
 
 
 def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
-    """That of the segment that ends longest after its own release: one job, for those before it have ended."""
+    """The busy period of the segment that ends longest after its own release: one job, as earlier ones ended."""
     found = []
     for item in segments:
         window = item.window
@@ -98,7 +98,7 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
 
 
 def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None:
-    """That of a thread in an executor that runs jobs as they come, or by priority."""
+    """The busy period of a thread in an executor that runs jobs as they come, or by priority."""
     found = window.worst_job()
     if (
         found is None

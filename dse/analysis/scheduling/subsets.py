@@ -16,7 +16,7 @@ from dse.space.model.space import Space
 from dse.support.units import Exact
 
 KEPT = 20_000
-"""So many answers are remembered at most."""
+"""The greatest number of answers that are remembered."""
 KEPT_SPACES = 4
 Known: TypeAlias = dict[TaskKey, Exact | None]
 Options: TypeAlias = tuple[int, ...]

@@ -175,7 +175,7 @@ class SweepResult(DataAnswer):
 
     @property
     def status(self) -> Literal["complete", "infeasible", "incomplete", "invalid"]:
-        """That of all runs together.
+        """The status of all runs together.
 
         It is ``invalid`` when some value makes no valid problem, ``incomplete`` when the sweep was stopped, and
         ``infeasible`` when all runs are.

@@ -123,7 +123,7 @@ class _Merger:
         }
 
     def document(self) -> dict[str, Any]:
-        """Both as one."""
+        """The document of both descriptions as one."""
         ours, theirs = dict(self.first.document), self.second.document
         self._rename(ours, theirs)
         found = {key: value for key, value in ours.items() if key not in SECTIONS}

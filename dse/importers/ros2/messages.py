@@ -146,7 +146,7 @@ class Types:
             return name
 
     def _check(self, name: str) -> Iterator[Diagnostic]:
-        """That every type in a definition is there, that none contains itself, and that no array is longer than any."""
+        """Check that every type in a definition is there, that none contains itself, and that no array is too long."""
         file, text = self.own[name]
         mistakes = [(field, words) for field, node in self.fields[name] if (words := _wrong(node))]
         for field, words in mistakes:

@@ -102,7 +102,7 @@ class DesignFunction:
         listed = [item for item in all_metrics(space) if item.kind not in EXACT_KINDS]  # no functions: jobs
         named = {item.name: item for item in (*listed, *(objective.metric for objective in space.objectives))}
         self.metrics = tuple(named.values())
-        """Those of the problem as stated: with other numbers of cores there are others of single cores."""
+        """The metrics of the problem as stated: with other numbers of cores there are others of single cores."""
         self.partitions: dict[int, deque[Mapping[int, int]]] = {}
         """The last partitions of threads on cores that were found to keep a requirement, by its number."""
         self.further: tuple[Further, ...] = ()

@@ -21,10 +21,10 @@ from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Pr
 from dse.spec.schema.fields import COUNT
 
 WORTH_IT = 3
-"""So often the analysis is run where the known expressions do not apply, before new ones are made."""
+"""The number of runs of the analysis where known expressions do not apply, before new ones are made."""
 
 MOST_PARTITIONS = 8
-"""So many partitions of threads on cores are tried again before another is looked for."""
+"""The number of known partitions of threads on cores that are tried before another is looked for."""
 
 TOO_LONG = 12
 """After figures that are too long to remember, so many places are analysed before it is tried again."""

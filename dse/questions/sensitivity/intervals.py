@@ -166,7 +166,7 @@ def slopes_over(program: Program, values: Sequence[Interval], seeds: Mapping[int
 
 
 def _slope_of_extreme(operation: str, values: tuple[Interval, Interval], slopes: tuple[Interval, Interval]) -> Interval:
-    """That of the number that counts, where it is decided which that is; else anything that both slopes span."""
+    """The slope of the number that counts, where it is decided which that is; else the hull of both slopes."""
     for this, that in ((0, 1), (1, 0)):
         low, high = values[this], values[that]
         if (low[0] >= high[1]) if operation == "max" else (low[1] <= high[0]):

@@ -185,7 +185,7 @@ class _Parts:
             return None
 
     def collected(self, what: str, items: Iterator[T]) -> tuple[T, ...]:
-        """As many of some items as there was time for."""
+        """The items for which there was time."""
         found: list[T] = []
         with suppress(OutOfTime):
             look_at_the_clock()

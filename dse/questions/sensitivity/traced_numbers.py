@@ -239,7 +239,7 @@ class Traced(Fraction):
 
     @property
     def denominator(self) -> int:
-        """See `numerator`.
+        """The denominator of the plain number.
 
         A guard ``== value`` is noted, because whoever reads the integer may use it in ways that no expression can
         follow.

@@ -140,7 +140,7 @@ def _check_more(
 def _check_rest(
     bench: Bench, prover: Prover, group: _Group, known: Sequence[Design], count: int, cores: set[int]
 ) -> None:
-    """That there is another design near the point, or none, as the entry says.
+    """Check that there is another design near the point, or none, as the entry says.
 
     Designs that differ in the cores of their threads only may count as one where nothing that is shown depends on it.
     """

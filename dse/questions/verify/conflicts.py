@@ -233,7 +233,7 @@ class _Court:
     def _check_unbounded(
         self, place: str, members: Sequence[Requirement], others: Sequence[Demand], alone: Reply | None
     ) -> None:
-        """That giving it up leaves a design, and that none of those has a bound.
+        """Check that giving it up leaves a design, and that no such design has a bound.
 
         Which threads are named for that depends on the design that was found, and is not checked.
         """

@@ -48,7 +48,7 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
 
 
 def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit) -> dict[str, Contended]:
-    """As many as time suffices for, in their order; Ctrl-C ends it, and keeps what was found until then."""
+    """Verdicts for which there is time, in the order of the designs; Ctrl-C ends it, and keeps what was found."""
     found: dict[str, Contended] = {}
     if not designs:
         return found

@@ -152,7 +152,7 @@ def _check_costs(bench: Bench, means: ProofMeans) -> None:
 
 
 def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
-    """That the problem means what the one that was solved meant, and what the result says of its files is true."""
+    """Check that the problem means what the solved one meant, and that what the result says of its files is true."""
     stated = bench.data["problem"]
     for text in found.differs:
         bench.find("problem.identity", f"{bench.problem.loaded.path} is not the problem that was solved: {text}")

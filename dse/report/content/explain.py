@@ -273,7 +273,7 @@ def _no_limit(threads: Sequence[str]) -> str:
 
 
 def _because(item: Relaxation) -> str:
-    """That the threads without a bound have none because of others."""
+    """The remark that the threads without a bound have none because of others."""
     late = [one for one in item.example.late if one.thread in item.unbounded]
     causes = list(dict.fromkeys(name for one in late for name in one.endless if name not in item.unbounded))
     if not causes or not all(one.endless for one in late):

@@ -61,7 +61,7 @@ def processing_words(settings: Mapping[str, str]) -> str:
 
 
 def uncounted_words(space: Space) -> str:
-    """That the profile counts no response times at all, where something asked is about a flow.
+    """The remark that the profile counts no response times at all, where something asked is about a flow.
 
     Empty where nothing is asked of a flow, or the profile counts response times.
     """
@@ -78,7 +78,7 @@ def waiting_words(space: Space) -> str:
 
 
 def waiting_left_words(space: Space) -> str:
-    """That messages do not wait for a bus that may carry them, in short.
+    """The remark that messages do not wait for a bus that may carry them, in short.
 
     Empty where waiting for every such bus is counted. See docs/semantics.md on arbitration.
     """
@@ -115,7 +115,7 @@ def arbitration_words(space: Space) -> str:
 
 
 def study_waiting_words(data: Mapping[str, Any]) -> str:
-    """That bus arbitration is not counted, from the data of a study; "" where it is, or no flow is asked about.
+    """The remark that bus arbitration is not counted, from the data of a study; "" where it is, or no flow counts.
 
     One sentence; `data` is the JSON form of a sweep or sensitivity study.
     """
@@ -281,7 +281,7 @@ def _cores_of_origins(origins: Collection[str]) -> str:
 
 
 def cores_origin(space: Space) -> str:
-    """That first-fit chooses the cores of a design, in brackets, as far as it does.
+    """The remark that first-fit chooses the cores of a design, in brackets, as far as it does.
 
     Empty where no core is chosen by first-fit.
     """

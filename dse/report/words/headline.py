@@ -151,7 +151,7 @@ class Waiting:
 
     @cached_property
     def warning(self) -> str:
-        """That designs violate limits with waiting: all that were checked, or the first; "" where it need not be said.
+        """The warning that designs violate limits with waiting: all that were checked, or the first; else "".
 
         How many of them do, the limit, and the least excess.
         """

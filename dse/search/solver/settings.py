@@ -103,7 +103,7 @@ CLOSING_RANGE = replace(CLOSING, any_value=True)
 FINDING = SolverSettings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = SolverSettings(1, has_cuts=False, weight=1.0, narrows=True)
-"""Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 9)."""
+"""Bounds and designs in turns, for sums of waiting times, which no relaxation bounds well (decision record 9)."""
 WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
 BARE_IN_ORDER = SolverSettings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = SolverSettings(2, has_cuts=False, weight=1.0, in_order=True)
@@ -122,7 +122,7 @@ ANY_PACKING = (BRIEF, (RELAXED, 0.1))
 
 
 def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[SolverSettings, float], ...]:
-    """Those of the three that fit: whether response times are in what is asked, and whether threads share cores.
+    """The attempts to find any design: by whether response times are in what is asked, and whether threads share cores.
 
     Pairs of settings and work in deterministic time, tried one after the other.
     """

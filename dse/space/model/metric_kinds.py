@@ -47,7 +47,7 @@ INNER = {
     "core utilisation": KINDS["utilisation"],
     "message response": MetricKind("connection", TIME),
 }
-"""Those that are asked for in other words."""
+"""Kinds that are asked for in other words."""
 MADE = ("total", "derived", "max", "min")
 """Kinds of metrics that a problem file makes itself."""
 BUILT_IN = tuple(KINDS)

@@ -229,7 +229,7 @@ def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
 
 
 def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric | None:
-    """That of a component with the place of its first step in each flow that comes by."""
+    """The disparity of a component, with the place of its first step in each flow that passes it."""
     component, one = space.components[number], Quantity(Fraction(1), DIMENSIONLESS, "")
     ways: dict[tuple[tuple[str, int], ...], int] = {}
     for index, at in places.items():

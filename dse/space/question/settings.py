@@ -106,7 +106,7 @@ def with_deadlines(space: Space, origin: Callable[[Component | Connection], str]
 
 
 def deadline_requirements(space: Space, origin: Callable[[Component | Connection], str]) -> list[Requirement]:
-    """That each thread on a processor, and each message, ends by its deadline, as far as `Space.deadlines` says.
+    """A requirement for each deadline of a thread or message that `Space.deadlines` counts.
 
     With ``all`` a thread without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
     """

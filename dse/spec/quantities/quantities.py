@@ -153,7 +153,7 @@ def figures_of(spec: Spec) -> tuple[Figure, ...]:
 
 
 def matching(figures: Sequence[F], path: str) -> list[F]:
-    """Those that a path stands for: its own, or all below it.
+    """The figures that a path stands for: its own, or all below it.
 
     An exact path gives one figure; ``threads.nav`` gives everything that is stated of the thread.
     """

@@ -113,7 +113,7 @@ class Succession:
         self._chains: dict[int, Chains] = {}
 
     def chains(self, executor: int) -> Chains:
-        """Those of one executor.
+        """The chains of one executor.
 
         Made on the first call for an executor; `executor` is its number.
         """

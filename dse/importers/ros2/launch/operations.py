@@ -13,7 +13,7 @@ from dse.importers.ros2.launch.entities import Entity
 
 T = TypeVar("T", bound=Collection[Any])
 NAMES = 8
-"""So many names that are copied count as one piece of the allowance."""
+"""The number of copied names that count as one piece of the allowance."""
 MOST_BITS = 10_000
 """Whole numbers are not longer than this."""
 NUMBERS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {

@@ -21,12 +21,12 @@ from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import obstacle, real
 
 MOST_INCLUDES = 5000
-"""So often files are included, be it one file many times."""
+"""The greatest number of includes, be it one file many times."""
 DEEPEST = 80
-"""So deep groups and included files may be within each other."""
+"""The greatest depth of groups and included files within each other."""
 MOST_NODES = 10_000
 NAMES = 8
-"""So many arguments that a group keeps count as one piece of the allowance."""
+"""The number of arguments kept by a group that count as one piece of the allowance."""
 PIECES = 20
 """What a node counts of the allowance, besides its remappings and parameters."""
 _PYTHON = re.compile(r"\$\(python ([^()]*)\)?")

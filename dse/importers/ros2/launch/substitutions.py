@@ -15,7 +15,7 @@ from typing import Any
 from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 
 DEEPEST = 60
-"""So deep substitutions and parentheses may be within each other."""
+"""The greatest depth of substitutions and parentheses within each other."""
 HIDDEN = {ord("("): "\ue000", ord(")"): "\ue001"}
 """What stands for parentheses of an expression within a substitution."""
 SHOWN = {ord(hidden): chr(code) for code, hidden in HIDDEN.items()}
