@@ -106,8 +106,7 @@ class ChosenModel:
     def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
         """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time.
 
-        AADL source whose system implementation extends the imported one and refines types, bindings and properties;
-        OSATE instantiates it unchanged.
+        AADL source whose system implementation extends the imported one and refines types, bindings and properties.
         """
         self._slots()
         self._components(response_times or {})
