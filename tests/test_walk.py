@@ -60,14 +60,15 @@ def test_every_other_command_of_the_page_runs(
     assert "Traceback" not in "".join(capsys.readouterr())
 
 
-@pytest.mark.parametrize("name", ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry"])
+PROBLEMS = ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry", "shared_state"]
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_every_problem_of_the_report_is_solved(name: str) -> None:
     result = dse.solve(FOLDER / f"{name}.yaml")
     assert result.status == "complete" and result.front
     assert dse.analyse(FOLDER / f"{name}.yaml").is_feasible
-    assert {path.stem for path in FOLDER.glob("*.yaml")} == {
-        "ethernet", "remote", "budgets", "power", "middleware", "differential_odometry",
-    }  # fmt: skip
+    assert {path.stem for path in FOLDER.glob("*.yaml")} == {*PROBLEMS}
 
 
 def test_what_the_page_says_that_dse_adds() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from dse.importers.registry import STORED_PORTS
 from dse.space.architecture.cycles import shortest_cycle, strong_components
 from dse.space.architecture.joins import ALL, BY_MESSAGES, may_join
 from dse.space.model.arrivals import BY_INPUTS
@@ -27,7 +28,7 @@ def with_triggers(
     result: list[Component] = []
     for component, found in zip(components, arriving, strict=True):
         incoming = tuple(found)
-        triggers = tuple(n for n in incoming if connections[n].port != "data")
+        triggers = tuple(n for n in incoming if _dispatches(connections[n], component))
         stated = spec.threads[component.stated_as].dispatch_trigger if component.section == "threads" else None
         if component.pieces is not None and len(result) != component.pieces.members[0]:
             stated = None
@@ -37,6 +38,15 @@ def with_triggers(
             triggers = tuple(names[name] for name in stated if name in own)
         result.append(replace(component, incoming=incoming, triggers=triggers))
     return tuple(result)
+
+
+def _dispatches(connection: Connection, target: Component) -> bool:
+    """Whether what comes over a connection dispatches its target, where no triggers are stated.
+
+    Shared data (``category: data``) take whatever is written, at once: they only pass on how often that is.
+    """
+    is_written = connection.port == "data_access" and target.category == "data"
+    return is_written or connection.port not in STORED_PORTS
 
 
 def _check_triggers(

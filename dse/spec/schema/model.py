@@ -66,7 +66,7 @@ Category: TypeAlias = Annotated[Literal[
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
 ], Respelt()]  # fmt: skip
 Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
-Port: TypeAlias = Annotated[Literal["event_data", "event", "data", "feature"], Respelt()]
+Port: TypeAlias = Annotated[Literal["event_data", "event", "data", "data_access", "feature"], Respelt()]
 
 WITH_FIGURES = " with figures "
 

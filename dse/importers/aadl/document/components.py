@@ -16,7 +16,7 @@ from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found, reference_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Path
-from dse.importers.registry import Key, Place
+from dse.importers.registry import STORED_PORTS, Key, Place
 
 EXECUTING = ("thread", "device", "subprogram", "abstract")
 """Categories that OSATE reads execution times of."""
@@ -316,7 +316,7 @@ def broken_cycles(document: Mapping[str, Any]) -> Iterator[str]:
     following: dict[str, list[tuple[str, str]]] = {name: [] for name in eager}
     for name, item in document.get("connections", {}).items():
         one, other = item.get("from"), item.get("to")
-        is_trigger = item.get("port") != "data" and "rate" not in item and "data_rate" not in item
+        is_trigger = item.get("port") not in STORED_PORTS and "rate" not in item and "data_rate" not in item
         is_trigger = is_trigger and name in components.get(other, {}).get("dispatch_trigger", [name])
         if one in eager and other in eager and is_trigger:
             following[one].append((name, other))

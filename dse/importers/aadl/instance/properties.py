@@ -247,7 +247,7 @@ class Properties:
     def is_asked(self, stated: Stated) -> bool:
         """Whether something looked it up."""
         if stated.holder == DATA_TYPE:
-            return stated.property[0] in ("data_size", "source_data_size")
+            return stated.property[0] in ("data_size", "source_data_size", "concurrency_control_protocol")
         holders = [stated.holder, *([] if stated.holder in (FEATURE, MEMBER) else [ANY])]
         return any((holder, *stated.property) in self.asked for holder in holders)
 
