@@ -92,7 +92,7 @@ connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
       queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
       deadline: 1 s, source: s}
-  x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
+  x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}, reply: {data_size: 1 B}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
       source: s}
@@ -256,7 +256,7 @@ def test_every_field_is_documented_where_its_section_is(name: str) -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2", "UnreadFlow")
+    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2", "UnreadFlow", "Reply")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame", "EthercatFrame", "FlexrayFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from dse.importers.registry import STORED_PORTS
-from dse.space.architecture.cycles import shortest_cycle, strong_components
 from dse.space.architecture.joins import ALL, BY_MESSAGES, may_join
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, closest
 from dse.spec.schema.model import Spec
+from dse.support.graphs import shortest_cycle, strong_components
 from dse.support.units import shown
 
 
@@ -30,7 +30,7 @@ def with_triggers(
         incoming = tuple(found)
         triggers = tuple(n for n in incoming if _dispatches(connections[n], component))
         stated = spec.threads[component.stated_as].dispatch_trigger if component.section == "threads" else None
-        if component.pieces is not None and len(result) != component.pieces.members[0]:
+        if component.part_of or (component.pieces is not None and len(result) != component.pieces.members[0]):
             stated = None
         if stated is not None:
             own = [connections[n].name for n in incoming]

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.architecture.buses import read_further, read_protocols
+from dse.space.architecture.calls import Calls, connections_of_calls
 from dse.space.architecture.carriers import counted
 from dse.space.architecture.clocks import clock_of, read_communication, read_offset
 from dse.space.architecture.executors import Homes, home_of, served_by
@@ -207,16 +208,18 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
 
 
 def build_connections(
-    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component]
+    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], calls: Calls
 ) -> tuple[Connection, ...]:
-    """Every connection of the problem."""
+    """Every connection of the problem, with what calls send, and what leads from piece to piece of a thread."""
     wires = {item.name: number for number, item in enumerate(buses)}
-    senders, receivers = ends_by_name(components)
-    found = [
-        _build_connection(ledger, spec, buses, wires, components, name, _ends(ledger, spec, senders, receivers, name))
-        for name in spec.connections
-    ]
-    return (*found, *inner_connections(components))
+    senders, receivers = ends_by_name([item for item in components if not item.part_of])
+    senders = {**senders, **calls.last}
+    requests = {link.name: (link.source, link.target) for link in calls.links}
+    found = {}
+    for name in spec.connections:
+        ends = requests.get(name) or _ends(ledger, spec, senders, receivers, name)
+        found[name] = _build_connection(ledger, spec, buses, wires, components, name, ends)
+    return (*found.values(), *connections_of_calls(spec, calls, found), *inner_connections(components))
 
 
 def _build_connection(
@@ -286,7 +289,8 @@ def _ends(
             ledger.doubt(f"{name}.{key}")
     source = None if given.from_ is None else senders.get(given.from_)
     target = None if given.to is None else receivers.get(given.to)
-    if given.to is not None and target is not None and given.queue_size is not None and senders[given.to] != target:
+    reader = spec.threads.get(given.to) if given.to is not None else None
+    if reader is not None and target is not None and given.queue_size is not None and reader.segments is not None:
         message = f"{shown(given.to)} has segments: how long jobs wait in a queue for it is not analysed"
         ledger.error(("connections", name, "queue_size"), message)
     return source, target

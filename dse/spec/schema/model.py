@@ -194,6 +194,16 @@ class Messages(SpecMapping):
     source: Line | None = None
 
 
+class Reply(SpecMapping):
+    """What comes back from a call: the size of the answer, and what the caller does when it is there."""
+
+    data_size: DataSize | None = None
+    compute_execution_time: TimeRanges | None = None
+    latency: TimeRange | None = None
+    identifier: Identifier | None = None
+    source: Line | None = None
+
+
 class Connection(SpecMapping):
     """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
 
@@ -216,6 +226,7 @@ class Connection(SpecMapping):
     latency: Options[TimeRange] | None = None
     identifier: Options[Identifier] | None = None
     deadline: Options[Duration] | None = None
+    reply: Reply | None = None
     source: Line | None = None
 
 

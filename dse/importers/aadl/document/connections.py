@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -79,7 +80,7 @@ class ConnectionWriter:
 
     def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
         """Remarks on each kind of access that no flow runs over, and on locks of shared data."""
-        looked_at = {wire for item in counted for wire in item.wires}
+        looked_at = {wire for item in (*counted, *self._told_calls(counted)) for wire in item.wires}
         for item in self.model.wiring.instances:
             for end in (item.source, item.target):
                 if end is not None and end.category == "data":
@@ -93,6 +94,20 @@ class ConnectionWriter:
                     if wire in looked_at:
                         continue
                     self.model.library.remark(text, wire.member.item.place)
+
+    def _told_calls(self, counted: set[ConnectionInstance]) -> Iterator[ConnectionInstance]:
+        """The accesses to subprograms over which a thread calls what another one provides, each after its remark."""
+        for item in self.model.wiring.instances:
+            if item in counted or item.source is None or item.target is None:
+                continue
+            ends = ((item.source, item.source_path, "requires"), (item.target, item.target_path, "provides"))
+            features = [(self.model.features.leaf(end, path), given) for end, path, given in ends]
+            is_access = item.wires[0].member.item.kind == "subprogram access"
+            if is_access and all(leaf is not None and leaf.direction == given for leaf, given in features):
+                text = f"{{}} calls {item.target.title}: nothing is made of that, as in OSATE; in a file that decides, "
+                text += "under profile dse, it is a connection with a `reply`"
+                self.model.library.remark(text, item.wires[0].member.item.place, about=item.source.title)
+                yield item
 
     def _tell_lock(self, data: Instance) -> None:
         """A remark where those that share data lock it: their waiting for each other is blocking, which is stated."""
