@@ -60,16 +60,8 @@ def test_every_other_command_of_the_page_runs(
     assert "Traceback" not in "".join(capsys.readouterr())
 
 
-PROBLEMS = [
-    "ethernet",
-    "remote",
-    "budgets",
-    "power",
-    "middleware",
-    "differential_odometry",
-    "shared_state",
-    "request_reply",
-]
+PROBLEMS = ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry", "shared_state"]
+PROBLEMS += ["request_reply", "component_parameters"]
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

@@ -17,6 +17,7 @@ from dse.space.architecture.segments import ends_by_name, inner_connections
 from dse.space.model.arrivals import PROTOCOLS
 from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor, at_home
 from dse.space.model.trees import Choice, PerProcessorType, Tree, graft, leaves
+from dse.space.parameters import read_parameters
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.question.open_cores import check_core, cores_named
 from dse.space.question.open_priorities import read_priority
@@ -86,14 +87,18 @@ def build_component(
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
-    def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
-        reader = FieldReader(ledger, owner, field_name, kind, write, machine, machines)
+    def read(field_name: str, kind: str, write: Callable[[Any], str], of: Owner | None = None) -> Tree:
+        reader = FieldReader(ledger, of or owner, field_name, kind, write, machine, machines)
         return reader.read(lambda model: getattr(model, field_name, None))
 
     protocol = read("dispatch_protocol", "protocol", str)
     stated_period = read("period", "duration", format_duration)
     period = _period_in_use(ledger, path, name, protocol, stated_period)
     clock = clock_of(ledger, spec, section, name, processor)
+    by_value = read_parameters(ledger, name, given) if section == "threads" else None
+    if by_value is not None and any(item.compute_execution_time for item in (given, *(one for _, one in owner.types))):
+        text = "a parameter states what it takes with each of its values: it has no execution time besides"
+        ledger.error((*by_value.path, "compute_execution_time"), text)
     join, pairing = read_join(ledger, spec, owner, protocol, period) if section == "threads" else (None, None)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
@@ -105,7 +110,7 @@ def build_component(
         process=process,
         protocol=protocol,
         period_ns=period,
-        execution_ns=read("compute_execution_time", "time range", format_time_range),
+        execution_ns=read("compute_execution_time", "time range", format_time_range, by_value),
         callback_ns=read("callback_execution_time", "time range", format_time_range),
         latency_ns=read("latency", "time range", format_time_range),
         deadline_ns=read("deadline", "duration", format_duration),

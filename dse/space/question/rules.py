@@ -24,6 +24,7 @@ ORDERED = (
     "money",
     "power",
     "total",
+    "parameter",
     "count",
     "identifier",
 )

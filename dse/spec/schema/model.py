@@ -109,6 +109,27 @@ class Segment(SpecMapping):
     source: Line | None = None
 
 
+def _figure_text(value: Any) -> Any:
+    """A plain number, such as the mean of a factor, as text."""
+    return repr(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+FigureText: TypeAlias = Annotated[
+    Line,
+    BeforeValidator(_figure_text),
+    WithJsonSchema({"type": ["string", "number"], "description": "A quantity with its unit, or a plain factor."}),
+]
+
+
+class Parameter(SpecMapping):
+    """A parameter of a thread: the range of what it may be, its value, and what the thread takes with each value."""
+
+    range: Line | None = None
+    value: Options[FigureText] | None = None
+    compute_execution_time: dict[Name, TimeRanges] | None = None
+    source: Line | None = None
+
+
 class Thread(ThreadType):
     """A thread (or abstract component) of the architecture.
 
@@ -128,6 +149,7 @@ class Thread(ThreadType):
     join: Options[Join] | None = None
     pairing: Options[Pairing] | None = None
     segments: SomeItems[Segment] | None = None
+    parameters: dict[Name, Parameter] = {}
 
 
 class Clock(SpecMapping):
@@ -307,18 +329,6 @@ RuleText: TypeAlias = Annotated[
             ]
         }
     ),
-]
-
-
-def _figure_text(value: Any) -> Any:
-    """A plain number, such as the mean of a factor, as text."""
-    return repr(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-FigureText: TypeAlias = Annotated[
-    Line,
-    BeforeValidator(_figure_text),
-    WithJsonSchema({"type": ["string", "number"], "description": "A quantity with its unit, or a plain factor."}),
 ]
 
 
