@@ -27,7 +27,7 @@ def text(document: dict[str, Any]) -> str:
 def vectors(document: dict[str, Any]) -> list[tuple[Fraction, ...]]:
     found = dse.solve(dse.loads(text(document)))
     assert found.status == "complete"
-    return [tuple(point.objectives.values()) for point in found.front]
+    return [tuple(map(Fraction, point.objectives.values())) for point in found.front]
 
 
 @pytest.mark.parametrize("seed", cases(6, 5))

@@ -43,7 +43,7 @@ def random_parameters(seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
     nav = {"processor": "pc", "period": ["20 ms", "50 ms"]}
     other = {"processor": "pc", "period": "40 ms", "compute_execution_time": times()}
     bound = rng.choice(values)
-    size = {"range": "2 m .. 50 m", "value": [f"{100 * value} cm" for value in values]}
+    size: dict[str, Any] = {"range": "2 m .. 50 m", "value": [f"{100 * value} cm" for value in values]}
     size["compute_execution_time"] = {f"{value} m": time for value, time in table.items()}
     mine = {**base, "threads": {"nav": {**nav, "parameters": {"size": size}}, "other": other}}
     mine["rules"] = [f"nav.size >= {bound} m", f"nav.size == {bound * 1000} mm implies nav.period == 20 ms"]

@@ -62,9 +62,9 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
         parameter = read_parameter(key, text)
         if isinstance(parameter, Parameter):
             stated_of.setdefault(parameter.thread, []).append(parameter)
-    for thread, own in own_parameters(space).items():
+    for thread, declared_names in own_parameters(space).items():
         called = {item.field for item in stated_of.get(thread, ())}
-        declared = [Parameter(thread, name, name, "", False) for name in own if name not in called]
+        declared = [Parameter(thread, name, name, "", False) for name in declared_names if name not in called]
         stated_of.setdefault(thread, []).extend(declared)
     nodes: dict[str, list[int]] = {}
     same: dict[str, str] = {}

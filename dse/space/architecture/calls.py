@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from dse.importers.registry import STORED_PORTS
 from dse.space.architecture.activation import must_be_event_triggered
@@ -178,6 +178,7 @@ class _Made:
         )
         execution = reader.read(lambda model: model.compute_execution_time)
         works = execution is not None
+        absent: dict[str, Any] = dict.fromkeys(OF_THE_FIRST_JOB)
         return self._add(
             replace(
                 caller,
@@ -190,7 +191,7 @@ class _Made:
                 protocol="aperiodic",
                 execution_ns=execution,
                 figures=AdditiveFigures(None, None, {}),
-                **dict.fromkeys(OF_THE_FIRST_JOB),
+                **absent,
             )
         )
 

@@ -296,7 +296,7 @@ def _ends(
     target = None if given.to is None else receivers.get(given.to)
     reader = spec.threads.get(given.to) if given.to is not None else None
     if reader is not None and target is not None and given.queue_size is not None and reader.segments is not None:
-        message = f"{shown(given.to)} has segments: how long jobs wait in a queue for it is not analysed"
+        message = f"{shown(str(given.to))} has segments: how long jobs wait in a queue for it is not analysed"
         ledger.error(("connections", name, "queue_size"), message)
     return source, target
 

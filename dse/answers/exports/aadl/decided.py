@@ -120,8 +120,8 @@ class Decided:
         for key, entry in (given.get("parameters") or {}).items():
             table, reference = (entry or {}).get("compute_execution_time"), self.space.references.get(f"{name}.{key}")
             chosen = None if reference is None else at(reference.tree, self.view)
-            row = None if chosen is None or not table else value_in(table, chosen)
-            if row is not None:
+            row = None if chosen is None else value_in(table or {}, chosen)
+            if table and row is not None:
                 return self._chosen(section, name, {"compute_execution_time": table[row]})
         return {}
 
