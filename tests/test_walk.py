@@ -60,14 +60,16 @@ def test_every_other_command_of_the_page_runs(
     assert "Traceback" not in "".join(capsys.readouterr())
 
 
-@pytest.mark.parametrize("name", ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry"])
+PROBLEMS = ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry", "shared_state"]
+PROBLEMS += ["request_reply", "component_parameters"]
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_every_problem_of_the_report_is_solved(name: str) -> None:
     result = dse.solve(FOLDER / f"{name}.yaml")
     assert result.status == "complete" and result.front
     assert dse.analyse(FOLDER / f"{name}.yaml").is_feasible
-    assert {path.stem for path in FOLDER.glob("*.yaml")} == {
-        "ethernet", "remote", "budgets", "power", "middleware", "differential_odometry",
-    }  # fmt: skip
+    assert {path.stem for path in FOLDER.glob("*.yaml")} == {*PROBLEMS}
 
 
 def test_what_the_page_says_that_dse_adds() -> None:
@@ -84,6 +86,20 @@ def test_what_the_page_says_that_dse_adds() -> None:
         found = dse.analyse(ROOT / "problems" / "inmark.yaml", {"computer.type": computer})
         assert rounded(Fraction(found.metrics["jitter of software_chain"]) / 10**6, "0.000") == jitter
         assert f"{jitter} ms" in PAGE
+
+
+def test_what_the_page_says_of_the_listings_of_chapter_4() -> None:
+    shared, called, set_up = (dse.solve(FOLDER / f"{name}.yaml") for name in
+                              ("shared_state", "request_reply", "component_parameters"))  # fmt: skip
+    asked = "max(latency)"
+    slow = [point for point in shared.front if point.decisions["main_loop.period"] == "20 ms"]
+    found = [
+        dse.analyse(FOLDER / "shared_state.yaml").metrics[f"latency of {side}_to_pose"] for side in ("left", "right")
+    ]
+    assert [slow[0].objectives[asked], max(found)] == [29_660_000, 32_630_000]
+    assert [round(point.objectives["latency of wanted_to_plan"] / 10**6) for point in called.front] == [254, 962]
+    assert len(set_up.front) == 3
+    assert all(text in PAGE for text in ("32.63 to 29.66 ms", "within 254 ms", "within 962 ms"))
 
 
 def test_the_estimate_of_section_5_1_is_what_a_serial_line_and_a_bridge_carry() -> None:

@@ -9,11 +9,11 @@ from functools import lru_cache
 from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
-from dse.space.architecture.cycles import shortest_cycle, strong_components
 from dse.space.architecture.joins import ALL, LATEST
 from dse.space.model.arrivals import Arrivals, arrivals_of
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
+from dse.support.graphs import shortest_cycle, strong_components
 from dse.support.units import Exact
 
 NS_PER_S = 10**9

@@ -25,9 +25,9 @@ from dse.analysis.rates import (
 )
 from dse.encode.linear import EXACT_LIMIT, Board, Form, Given, ceil_int, check_exact
 from dse.space.architecture.activation import trigger_graph
-from dse.space.architecture.cycles import strong_components
 from dse.space.model.arrivals import PROTOCOLS
 from dse.space.model.trees import leaves
+from dse.support.graphs import strong_components
 
 
 def add_acyclic_activation(board: Board) -> None:

@@ -23,6 +23,8 @@ from dse.support.timelimit import in_time
 
 Key: TypeAlias = tuple[str | int, ...]
 """Keys and positions that lead to a value of a problem file, such as ``("threads", "nav", "period")``."""
+STORED_PORTS = ("data", "data_access")
+"""Kinds of ports at which data lie until their reader runs: nothing that comes there dispatches it."""
 
 
 @dataclass(frozen=True, slots=True)

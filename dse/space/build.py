@@ -10,6 +10,7 @@ from dse.space.architecture.activation import check_activation, with_triggers
 from dse.space.architecture.arbitration import check_arbitration, with_arbitration
 from dse.space.architecture.budgets import build_resources
 from dse.space.architecture.buses import build_buses, check_bus_types
+from dse.space.architecture.calls import with_calls
 from dse.space.architecture.clocks import check_clocks, grid_in_use
 from dse.space.architecture.components import (
     build_component,
@@ -62,15 +63,16 @@ def build_space(loaded: LoadedSpec) -> Space:
         build_component(ledger, spec, processors, homes, section, name) for section, name in _component_names(spec)
     )
     components = with_pieces(ledger, spec, processors, components)
+    components, calls = with_calls(ledger, spec, processors, components)
     executors = build_executors(ledger, spec, processors, homes.executors, components)
     reservations = build_reservations(ledger, spec, homes, components)
-    connections = build_connections(ledger, spec, buses, components)
+    connections = build_connections(ledger, spec, buses, components, calls)
     check_machines(ledger, processors, buses, components, connections)
     check_processes(ledger, processors, components)
     components = with_triggers(ledger, spec, components, connections)
     check_arbitration(ledger, spec)
     buses = with_arbitration(ledger, spec, buses, connections)
-    flows = build_flows(ledger, spec, components, connections)
+    flows = build_flows(ledger, spec, components, connections, calls)
     space = Space(
         name=spec.name,
         profile=spec.profile,

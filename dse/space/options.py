@@ -24,6 +24,7 @@ from dse.support.units import (
     parse_data_rate,
     parse_duration_ns,
     parse_money,
+    parse_parameter,
     parse_period_ns,
     parse_power_mw,
     parse_rate_hz,
@@ -54,6 +55,7 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "money": parse_money,
     "power": parse_power_mw,
     "total": parse_total,
+    "parameter": parse_parameter,
     "count": int,
     "identifier": lambda text: int(text, 0),
 }

@@ -9,6 +9,7 @@ Read `errors.py` first: every mistake of a user is a `Diagnostic` with its place
 * `arguments.py`: arguments of the Python verbs, checked as the options of the command line are.
 * `json_fields.py`: the words in which a class says what is written of it as JSON.
 * `extras.py`: libraries of optional extras, and the message where one is not installed.
+* `graphs.py`: cycles in directed graphs.
 * `theme.py`: colours by name, for pages and drawings.
 * `plugins.py`: what other packages add by entry points.
 * `version.py`: the version of the program, and the version of the meaning of its figures.

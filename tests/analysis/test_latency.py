@@ -47,7 +47,7 @@ def receiver_rows(
 # --- sampling -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("port", ["event_data", "event", "data", "feature"])
+@pytest.mark.parametrize("port", ["event_data", "event", "data", "data_access", "feature"])
 def test_sampling_whatever_the_port(port: str) -> None:
     assert receiver_rows(PERIODIC, port) == [("sampling", 20), DONE]
     assert ("sampling", 20) in receiver_rows(PERIODIC, port, "osate-2.2")
@@ -58,8 +58,8 @@ def test_osate_today_samples_data_ports_and_abstract_features(port: str) -> None
     assert receiver_rows(PERIODIC, port, "osate-2.19", sender="period: 15 ms") == [("sampling", 20), DONE]
 
 
-@pytest.mark.parametrize("port", ["event_data", "event"])
-def test_osate_today_does_not_sample_event_ports(port: str) -> None:
+@pytest.mark.parametrize("port", ["event_data", "event", "data_access"])
+def test_osate_today_does_not_sample_event_ports_and_shared_data(port: str) -> None:
     assert receiver_rows(PERIODIC, port, "osate-2.19") == [DONE]
 
 
@@ -149,6 +149,7 @@ def test_hybrid_callback_then_timer() -> None:
         ("osate-2.2", "event_data", IMPLICIT, 2),  # not explicitly periodic: 1 * 2
         ("osate-2.19", "event_data", APERIODIC, None),
         ("osate-2.19", "data", APERIODIC, 2),  # 1 * 2
+        ("osate-2.19", "data_access", APERIODIC, None),
         ("osate-2.19", "data", SPORADIC, 20),  # 1 * 20
         ("osate-2.19", "data", PERIODIC, None),
         ("osate-2.19", "data", HYBRID, None),  # neither sporadic nor timed nor aperiodic

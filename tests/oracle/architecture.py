@@ -11,6 +11,8 @@ from .problem import as_list
 PERIODS = ("5 ms", "7 ms", "10 ms", "16667 us", "20 ms", "33333 us", "50 ms", "62.5 ms", "100 ms", "1 s")
 SIZES = ("1 B", "8 B", "30 B", "64 B", "125 bit", "333 B", "1 KB", "1.5 KB")
 RATES = ("3 Hz", "7.5 Hz", "20 Hz", "33.3 Hz", "0.1 kHz")
+STORED = ("data", "data_access")
+"""Ports that dispatch nobody."""
 DATA_RATES = ("100 B/s", "1234 B/s", "1.5 KB/s", "9.6 kbit/s", "1001 bit/s")
 BANDWIDTHS = ("125 kbit/s", "20.5 KBytesps", "11520 B/s", "1 Mbit/s", "250 Kbitsps", "115200 bit/s")
 FRAMES = (
@@ -417,10 +419,10 @@ class Architecture:
             body["data_rate"] = self.some(DATA_RATES, "data_rate")
         self._bind(body)
         if receiver is not None and (extra or not self._may_be_triggered(receiver)) and self.chance(0.4):
-            body["port"] = "data"
+            body["port"] = "data_access" if len(self.connections) % 3 == 0 else "data"
         elif self.chance(0.15):
             body["port"] = self.rng.choice(["event", "event_data"])
-        triggers = receiver is not None and body.get("port") != "data" and self._may_be_triggered(receiver)
+        triggers = receiver is not None and body.get("port") not in STORED and self._may_be_triggered(receiver)
         if self.chance(0.25) and not ("bus" in body and "data_rate" not in body) and not triggers:
             del body["data_size"]
         if self.on("connection_latency", 0.5) or ("bus" not in body and self.chance(0.4)):
@@ -448,7 +450,7 @@ class Architecture:
     def _add_triggers_and_queues(self) -> None:
         for name, body in (*self.threads.items(), *self.document["devices"].items()):
             triggers = [
-                c for c, ends in self.connections.items() if ends.get("to") == name and ends.get("port") != "data"
+                c for c, ends in self.connections.items() if ends.get("to") == name and ends.get("port") not in STORED
             ]
             if not self._may_be_triggered(name):
                 continue
@@ -571,7 +573,7 @@ def state_joins(rng: random.Random, document: dict[str, Any]) -> None:
         ways = as_list(body.get("dispatch_protocol") or ("periodic" if "period" in body else "aperiodic"))
         coming = [key for key, wire in document["connections"].items() if wire.get("to") == name]
         triggers = body.get("dispatch_trigger") or [
-            key for key in coming if document["connections"][key].get("port") != "data"
+            key for key in coming if document["connections"][key].get("port") not in STORED
         ]
         if len(as_list(triggers)) < 2 or "type" in body or ways == ["periodic"] or rng.random() < 0.5:
             continue

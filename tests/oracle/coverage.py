@@ -97,8 +97,8 @@ def _connection_features(problem: Problem) -> Iterator[str]:
                 homes = [set(as_list(problem.component(end).get("processor"))) for end in (body["from"], body["to"])]
                 if homes[0] & homes[1]:
                     yield "connection on one processor" if len(homes[0] | homes[1]) == 1 else "perhaps on one processor"
-        if body.get("port") == "data":
-            yield "data port"
+        if body.get("port") in ("data", "data_access"):
+            yield "data port" if body["port"] == "data" else "data access"
         if "bus" not in body:
             yield "unbound connection"
         if any(bus in problem.sections["bus_types"] for bus in as_list(body.get("bus"))):

@@ -319,7 +319,7 @@ class Reading:
         """The connections whose messages dispatch a component."""
         triggers = self.problem.component(name).get("dispatch_trigger")
         if triggers is None:
-            return [c for c in self.problem.incoming[name] if self.get(c, "port") != "data"]
+            return [c for c in self.problem.incoming[name] if self.get(c, "port") not in ("data", "data_access")]
         return as_list(triggers)
 
     def states_rate(self, connection: str) -> bool:

@@ -589,6 +589,7 @@ KINDS = {
     "threads.dispatch_trigger",
     "thread without processor",
     "data port",
+    "data access",
     "feedback",
     "boundary",
     "unbound connection",

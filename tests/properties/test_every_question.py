@@ -155,7 +155,7 @@ def with_osates_words(text: str, rng: random.Random) -> str:
             continue
         words = []
         if section == "connections" and "port" not in line:
-            words += [f"port: {rng.choice(['data', 'data', 'feature', 'event_data'])}"]
+            words += [f"port: {rng.choice(['data', 'data_access', 'feature', 'event_data'])}"]
             words += [f"timing: {rng.choice(['immediate', 'delayed'])}"] * (rng.random() < 0.4)
         words += carried(section, line, problem, rng)
         if section == "bus_types" and rng.random() < 0.3:

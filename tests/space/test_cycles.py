@@ -7,7 +7,7 @@ import random
 import networkx
 import pytest
 
-from dse.space.architecture.cycles import shortest_cycle, strong_components
+from dse.support.graphs import shortest_cycle, strong_components
 
 
 @pytest.mark.parametrize("seed", range(60))

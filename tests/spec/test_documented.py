@@ -83,7 +83,8 @@ threads:
       category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
-      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us, join: all, pairing: latest}
+      source: s, offset: 1 ms, communication: let, non_preemptive: 1 us, join: all, pairing: latest,
+      parameters: {u: {value: 1 m}}}
   h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
   i: {reservation: l, period: 1 ms, compute_execution_time: 1 us}
 executors: {n: {kind: fifo, processor: p, priority: 1, core: 1, reservation: l, source: s}}
@@ -92,7 +93,7 @@ connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
       queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
       deadline: 1 s, source: s}
-  x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}}
+  x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}, reply: {data_size: 1 B}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
       source: s}
@@ -258,7 +259,7 @@ def test_the_keys_that_types_of_threads_leave_out_are_marked() -> None:
 
 
 def test_every_key_that_is_documented_is_taken() -> None:
-    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2", "UnreadFlow")
+    parts = ("Interrupt", "Throttling", "Segment", "Partition", "Messages", "Ros2", "UnreadFlow", "Reply", "Parameter")
     frames = ("CanFrame", "CanFdFrame", "SerialFrame", "EthernetFrame", "EthercatFrame", "FlexrayFrame")
     known = set().union(*(fields_of(name) for name in (*CLASSES.values(), *frames, "Spec", "TransmissionTime", *parts)))
     for name in (*CLASSES.values(), *frames, *parts, "Spec"):

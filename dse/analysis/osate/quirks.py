@@ -42,6 +42,7 @@ def quirks(space: Space, view: View) -> Iterator[str]:
             yield from _early_deadline(space, flow, place, view)
             yield from _partition(space, flow, place, view)
             yield from _bus_period(space, flow, place, view)
+            yield from _shared_data(space, flow, place, view)
 
 
 def _total_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
@@ -146,6 +147,20 @@ def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> It
         least = format_duration(_total_ns(space, flow, view)[0] - period)
         told = f"OSATE adds the {what} {format_duration(period)} of what carries {wire.name} to the minimum as well"
         yield f"{told}, for it takes the system for synchronous: without it {flow.name} takes at least {least}"
+
+
+def _shared_data(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
+    """Q10: what a periodic component reads of shared data waits for its timer, of which nothing is counted."""
+    step = place_step(space, place)
+    if step.kind != "component" or step.via is None or space.profile == OLD:
+        return
+    wire, reader = space.connections[step.via], space.components[step.index]
+    if wire.port != "data_access" or not is_sampling(space, reader, view):
+        return
+    wires = [replace(item, port="data") if item is wire else item for item in space.connections]
+    told = _instead(replace(space, connections=tuple(wires)), flow, view)
+    lost = f"OSATE counts no sampling of data that {reader.name} has access to"
+    yield f"{lost}: with it, as of a data port, {flow.name} takes {told}"
 
 
 def _listed(names: Sequence[str]) -> str:

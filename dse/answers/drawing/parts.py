@@ -157,7 +157,10 @@ class Parts:
         )
 
     def _processors(self, component: int) -> tuple[int, ...]:
-        found = set(leaves(self.space.components[component].processor, dict(self.space.fixed)))
+        item = self.space.components[component]
+        if item.processor is None and item.part_of:  # a job that takes no time is where its thread is
+            item = self.space.components[self.space.component_numbers[item.part_of]]
+        found = set(leaves(item.processor, dict(self.space.fixed)))
         return tuple(sorted(found - {None}))
 
     def _sort(self, number: int, item: Connection) -> None:

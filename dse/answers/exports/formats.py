@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from dse.analysis.diagnosis.front_verdicts import core_by
@@ -16,10 +16,13 @@ from dse.answers.tables.display import exact
 from dse.answers.tables.graph import architecture_graph
 from dse.space.model.space import EMPTY, Design, Space, at_home
 from dse.space.model.trees import at
+from dse.space.parameters import KIND as PARAMETER
 from dse.spec.loading.writing import yaml_text
+from dse.spec.quantities.totals import in_unit_of
 from dse.spec.schema.model import Ros2
-from dse.spec.schema.ros2 import Parameter, read_parameter
+from dse.spec.schema.ros2 import FIELDS, Parameter, read_parameter
 from dse.support.errors import UsageError
+from dse.support.units import Total, UnitError
 
 
 def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None = None) -> str:
@@ -33,12 +36,23 @@ def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None
     UsageError
         when the problem states no parameters, or one has no value in this design.
     """
-    if names is None or not names.parameters:
+    names = names or Ros2()
+    if not names.parameters and not own_parameters(space):
         hint = (
             "state what the nodes declare under `ros2: parameters`, as `dse import` of launch and parameter files does"
         )
         raise UsageError(f"the problem states no parameters of nodes: {hint}")
     return "\n".join([f"# {_line(title)}", PLACES, *_nodes(space, design, names)]) + "\n"
+
+
+def own_parameters(space: Space) -> Mapping[str, Sequence[str]]:
+    """The parameters with a value that threads state, by thread."""
+    found: dict[str, list[str]] = {}
+    for reference in space.references.values():
+        if reference.kind == PARAMETER:
+            thread, _, name = reference.name.rpartition(".")
+            found.setdefault(thread, []).append(name)
+    return found
 
 
 def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
@@ -48,11 +62,15 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
         parameter = read_parameter(key, text)
         if isinstance(parameter, Parameter):
             stated_of.setdefault(parameter.thread, []).append(parameter)
+    for thread, declared_names in own_parameters(space).items():
+        called = {item.field for item in stated_of.get(thread, ())}
+        declared = [Parameter(thread, name, name, "", False) for name in declared_names if name not in called]
+        stated_of.setdefault(thread, []).extend(declared)
     nodes: dict[str, list[int]] = {}
     same: dict[str, str] = {}
     others: list[str] = []
     for number, component in enumerate(space.components):
-        if component.section != "threads" or not space.is_last_piece(number):
+        if component.section != "threads" or component.part_of or not space.is_last_piece(number):
             continue
         if component.name not in stated_of:
             others.append(component.name)
@@ -83,6 +101,9 @@ def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> It
     """The parameters that the user names, with the chosen figures."""
     numbers = {component.name: number for number, component in enumerate(space.components)}
     for item in stated:
+        if item.field not in FIELDS:
+            yield _own_parameter(space, item, view)
+            continue
         period = at(space.components[numbers[item.thread]].period_ns, view)
         rate = rate_hz(space, ("activation", numbers[item.thread]), view)
         if item.field == "period" and period is None:
@@ -95,6 +116,25 @@ def _own_parameters(space: Space, stated: Sequence[Parameter], view: View) -> It
             raise UsageError(f"{item.name}: {float(value):g} {item.unit} is no whole number")
         text = str(value) if item.is_whole else _float(float(value))
         yield f"    {yaml_text(item.name)}: {text}  # {_line(item.thread)}, {item.field} [{item.unit}]"
+
+
+def _own_parameter(space: Space, item: Parameter, view: View) -> str:
+    """A parameter of the thread itself, with its value: a whole number where it has no unit and all of them are."""
+    reference = space.references[f"{item.thread}.{item.field}"]
+    chosen: Total = at(reference.tree, view)
+    value, unit = chosen.value, chosen.unit
+    if item.unit:
+        try:
+            value, unit = in_unit_of([Total(value, item.unit)], chosen)
+        except UnitError as error:
+            raise UsageError(f"{item.name}: {error.message}") from error
+    values = [one for one in reference.texts if isinstance(one, Total)]
+    is_whole = item.is_whole or (not unit and all(one.value.denominator == 1 for one in values))
+    if is_whole and value.denominator != 1:
+        raise UsageError(f"{item.name}: {float(value):g} {unit} is no whole number")
+    text = str(value) if is_whole else _float(float(value))
+    told = f"{item.thread}, {item.field}" + (f" [{unit}]" if unit else "")
+    return f"    {yaml_text(item.name)}: {text}  # {_line(told)}"
 
 
 PINNING = (

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import PUBLISHERS, Imported
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer, seen_among
+from dse.importers.ros2.system import CALL_HINT, Callback, Group, System, Wire, Writer, seen_among
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 UNDEFINED = "UNDEFINED"
@@ -104,7 +104,8 @@ class _Reader:
             if kind != "service":
                 self.file.wrong(item, f"expected timer_callback or subscription_callback, got {kind[:40]!r}")
             self.left_out.add((node, name))
-            self.file.remark(item, f"{name} of {node} is left out: nothing says how often a service is called")
+            text = f"{name} of {node} is left out: nothing says who calls a service, and how often"
+            self.file.remark(item, text, CALL_HINT)
             return
         full = name if name.startswith("/") else f"{node}/{name}"
         if (node, name) in self.callbacks:

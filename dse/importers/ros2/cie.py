@@ -7,12 +7,12 @@ what is in it: ``/node@Subscription(/topic)@Timer(100000000)``.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from dse.importers.registry import Imported
-from dse.importers.ros2.system import Callback, Group, System, Wire, Writer
+from dse.importers.ros2.system import CALL_HINT, Callback, Group, System, Wire, Writer
 from dse.importers.ros2.yaml_places import LocatedFile, LocatedValue
 
 WHAT = "a configuration of the callback-isolated executor"
@@ -49,6 +49,7 @@ def _system(file: LocatedFile) -> System:
     found = System()
     idle = 0
     seen: dict[str, int] = {}
+    clients = _clients(groups)
     for item in groups:
         text = file.needed(item, "id")
         if text in seen:
@@ -56,7 +57,7 @@ def _system(file: LocatedFile) -> System:
                 item, f"{text[:80]} is there twice, first in line {seen[text]}", "timers of one period look alike"
             )
         seen[text] = item.line
-        group = _group(file, item, text)
+        group = _group(file, item, text, clients)
         if group is None:
             continue
         if not group.callbacks:
@@ -78,7 +79,18 @@ def _system(file: LocatedFile) -> System:
     return found
 
 
-def _group(file: LocatedFile, item: LocatedValue, text: str) -> Group | None:
+def _clients(groups: Sequence[LocatedValue]) -> Mapping[str, Sequence[str]]:
+    """The nodes with a client of each service, by the service's name."""
+    found: dict[str, list[str]] = {}
+    for item in groups:
+        node, *parts = item["id"].text.split("@")
+        for match in filter(None, map(_PART.fullmatch, parts)):
+            if match["kind"] == "Client" and node not in found.setdefault(match["what"] or "", []):
+                found[match["what"] or ""].append(node)
+    return found
+
+
+def _group(file: LocatedFile, item: LocatedValue, text: str, clients: Mapping[str, Sequence[str]]) -> Group | None:
     """A callback group by its id; None where that is none."""
     node, *parts = text.split("@")
     if not node.startswith("/") or not parts:
@@ -104,7 +116,9 @@ def _group(file: LocatedFile, item: LocatedValue, text: str) -> Group | None:
         elif match["kind"] == "Subscription" and what not in SERVICES_OF_PARAMETERS:
             group.callbacks.append(Callback(f"{node}/on{what}", node, item, topic=what))
         elif match["kind"] == "Service" and not what.startswith(f"{node}/"):
-            file.remark(item, f"{what} of {node} is left out: nothing says how often a service is called")
+            callers = ", ".join(clients.get(what, ()))
+            why = f"which callback of {callers} calls it, and" if callers else "who calls it, and"
+            file.remark(item, f"{what} of {node} is left out: nothing says {why} how often", CALL_HINT)
     _urgency(file, item, group)
     return group
 

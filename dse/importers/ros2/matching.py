@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from dse.importers.registry import Imported
+from dse.importers.registry import STORED_PORTS, Imported
 from dse.importers.ros2.yaml_places import ros_name
 from dse.support.errors import Diagnostic
 from dse.support.timelimit import in_time
@@ -216,7 +216,7 @@ def _connections(found: Match, first: Imported, second: Imported) -> None:
 
 
 def _ends(body: Mapping[str, Any]) -> tuple[str, str, bool]:
-    return body.get("from", ""), body.get("to", ""), body.get("port") == "data"
+    return body.get("from", ""), body.get("to", ""), body.get("port") in STORED_PORTS
 
 
 def _members(threads: Mapping[str, Any], names: Mapping[str, str] | None = None) -> dict[str, frozenset[str]]:
@@ -290,7 +290,7 @@ def _what(document: Mapping[str, Any], name: str, nodes: Mapping[str, str | None
     if period is not None or body.get("dispatch_protocol") == "periodic":
         return "Timer(None)" if period is not None else ""
     for wire, ends in (document.get("connections") or {}).items():
-        if ends.get("to") == name and ends.get("port") != "data":
+        if ends.get("to") == name and ends.get("port") not in STORED_PORTS:
             both = [nodes.get(end) or "" for end in (ends.get("from", ""), name)]
             suffixes = (ros_name("".join(both)), ros_name(both[1]), "")
             end = next(text for text in suffixes if not text or wire.endswith(f".{text}"))

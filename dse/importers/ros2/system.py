@@ -22,6 +22,9 @@ NO_TIMES = (
     "import again with --times, or state them."
 )
 
+CALL_HINT = "state the callback as a thread, and who calls it by a connection with a `reply`"
+"""What to do about the callback of a service."""
+
 
 @dataclass
 class Callback:

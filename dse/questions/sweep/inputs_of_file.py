@@ -17,7 +17,7 @@ from typing import Any
 from dse.questions.problem import Problem
 from dse.space.model.metric_kinds import asks_for_changes
 from dse.space.model.space import Space
-from dse.spec.quantities.quantities import BASE, EXECUTION, FIELDS, LIKE_A_PATH, PARTS, RANGES
+from dse.spec.quantities.quantities import BASE, EXECUTION, FIELDS, LIKE_A_PATH, OF_REPLIES, PARTS, RANGES
 from dse.spec.schema.fields import COUNT
 from dse.spec.schema.quantity_fields import TOTAL
 from dse.support.errors import UsageError, did_you_mean
@@ -204,14 +204,27 @@ def _fields(data: Mapping[str, Any]) -> Iterator[tuple[str, Place, QuantityKind,
                     yield f"{section}.{name}.{field_name}", (section, name, field_name), kind, entry[field_name]
             for key, value in (entry.get("totals") or {}).items():
                 yield f"{section}.{name}.totals.{key}", (section, name, "totals", key), TOTAL, value
-            for number, item in enumerate(entry.get("segments") or ()):
-                place = (section, name, "segments", number, EXECUTION)
-                yield f"{section}.{name}.segments[{number}].{EXECUTION}", place, TIME_RANGE, item[EXECUTION]
+            yield from _inner(section, name, entry)
             times = entry.get("transmission_time")
             if isinstance(times, dict):
                 yield from _transmission(
                     f"{section}.{name}.transmission_time", (section, name, "transmission_time"), times
                 )
+
+
+def _inner(section: str, name: str, entry: Mapping[str, Any]) -> Iterator[tuple[str, Place, QuantityKind, Any]]:
+    """The fields of segments, of a reply, and of parameters."""
+    for number, item in enumerate(entry.get("segments") or ()):
+        place = (section, name, "segments", number, EXECUTION)
+        yield f"{section}.{name}.segments[{number}].{EXECUTION}", place, TIME_RANGE, item[EXECUTION]
+    reply = entry.get("reply") or {}
+    for key, kind in OF_REPLIES.items():
+        if reply.get(key) is not None:
+            yield f"{section}.{name}.reply.{key}", (section, name, "reply", key), kind, reply[key]
+    for key, item in (entry.get("parameters") or {}).items():
+        if (item or {}).get(EXECUTION) is not None:
+            of = (section, name, "parameters", key, EXECUTION)
+            yield f"{section}.{name}.parameters.{key}.{EXECUTION}", of, TIME_RANGE, item[EXECUTION]
 
 
 def _transmission_parents(path: str) -> list[str]:

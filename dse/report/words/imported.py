@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
+from dse.importers.registry import STORED_PORTS
 from dse.support.errors import Diagnostic
 
 MOST_NAMED = 6
@@ -79,7 +80,8 @@ def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
     def lacking(bodies: Mapping[str, Body], is_so: Callable[[str, Body], bool]) -> list[str]:
         return [name for name, body in bodies.items() if is_so(name, body)]
 
-    triggered = {body.get("to") for body in connections.values() if body.get("port") != "data"}
+    triggered = {body.get("to") for body in connections.values() if body.get("port") not in STORED_PORTS}
+    threads = {name: body for name, body in threads.items() if body.get("category") != "data"}
     timed = lacking(threads, lambda name, body: not has(body, "compute_execution_time"))
     yield from _line("threads", timed, threads, "compute_execution_time [ms]", "without it {} counts as taking no time")
     open_ = lacking(threads, lambda name, body: not has(body, "period") and _is_timed(name, body, triggered))

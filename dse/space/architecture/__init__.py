@@ -7,7 +7,8 @@ Read `components.py` first; `space/build.py` calls this folder in order.
 * `carriers.py`, `frames.py`: buses that may carry a message; bits of a message on the wire.
 * `arbitration.py`: whether messages wait for each other on a bus.
 * `executors.py`: executors and reservations.
-* `activation.py`, `cycles.py`: components that dispatch each other; cycles in directed graphs.
+* `calls.py`: calls that are answered, as jobs that requests and replies dispatch.
+* `activation.py`: components that dispatch each other.
 * `joins.py`: threads that need a message of each of their triggers.
 * `clocks.py`: clocks, offsets, and the moment at which data pass.
 * `flows.py`, `budgets.py`: end-to-end flows; stated budgets of processors and memories (OSATE).

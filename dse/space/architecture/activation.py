@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from dse.space.architecture.cycles import shortest_cycle, strong_components
+from dse.importers.registry import STORED_PORTS
 from dse.space.architecture.joins import ALL, BY_MESSAGES, may_join
 from dse.space.model.arrivals import BY_INPUTS
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, closest
 from dse.spec.schema.model import Spec
+from dse.support.graphs import shortest_cycle, strong_components
 from dse.support.units import shown
 
 
@@ -31,9 +32,9 @@ def with_triggers(
     result: list[Component] = []
     for component, found in zip(components, arriving, strict=True):
         incoming = tuple(found)
-        triggers = tuple(n for n in incoming if connections[n].port != "data")
+        triggers = tuple(n for n in incoming if _dispatches(connections[n], component))
         stated = spec.threads[component.stated_as].dispatch_trigger if component.section == "threads" else None
-        if component.pieces is not None and len(result) != component.pieces.members[0]:
+        if component.part_of or (component.pieces is not None and len(result) != component.pieces.members[0]):
             stated = None
         if stated is not None:
             own = [connections[n].name for n in incoming]
@@ -41,6 +42,15 @@ def with_triggers(
             triggers = tuple(names[name] for name in stated if name in own)
         result.append(replace(component, incoming=incoming, triggers=triggers))
     return tuple(result)
+
+
+def _dispatches(connection: Connection, target: Component) -> bool:
+    """Whether what comes over a connection dispatches its target, where no triggers are stated.
+
+    Shared data (``category: data``) take whatever is written, at once: they only pass on how often that is.
+    """
+    is_written = connection.port == "data_access" and target.category == "data"
+    return is_written or connection.port not in STORED_PORTS
 
 
 def _check_triggers(
@@ -70,7 +80,7 @@ def may_be_event_triggered(component: Component) -> bool:
     )
 
 
-def _must_be_event_triggered(component: Component) -> bool:
+def must_be_event_triggered(component: Component) -> bool:
     """Whether every option does."""
     protocols = set(leaves(component.protocol))
     periods = set(leaves(component.period_ns))
@@ -85,7 +95,7 @@ def _may_pass_rates_on(component: Component) -> bool:
 
 def _must_pass_rates_on(component: Component) -> bool:
     """Whether it does in every design."""
-    if _must_be_event_triggered(component):
+    if must_be_event_triggered(component):
         return True
     return set(leaves(component.protocol)) <= BY_MESSAGES and set(leaves(component.join)) == {ALL}
 

@@ -59,7 +59,8 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
         reached = sorted(number for number in carriers(buses, wire) if not buses[number].virtual)
         for number in reached:
             on_bus.setdefault(number, []).append(wire)
-        if wire.identifier is not None and not spec.connections[wire.name].bus:
+        stated = spec.connections.get(wire.name)  # none of a reply
+        if stated is not None and wire.identifier is not None and not stated.bus:
             ledger.error(("connections", wire.name, "identifier"), "an identifier is that of a message on a `bus`")
     found = []
     for number, bus in enumerate(buses):

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from dse.space.architecture.buses import read_further, read_protocols
+from dse.space.architecture.calls import Calls, connections_of_calls
 from dse.space.architecture.carriers import counted
 from dse.space.architecture.clocks import clock_of, read_communication, read_offset
 from dse.space.architecture.executors import Homes, home_of, served_by
@@ -16,6 +17,7 @@ from dse.space.architecture.segments import ends_by_name, inner_connections
 from dse.space.model.arrivals import PROTOCOLS
 from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor, at_home
 from dse.space.model.trees import Choice, PerProcessorType, Tree, graft, leaves
+from dse.space.parameters import read_parameters
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
 from dse.space.question.open_cores import check_core, cores_named
 from dse.space.question.open_priorities import read_priority
@@ -89,14 +91,18 @@ def build_component(
     machine = by_machine(ledger, processors, name, processor)
     machines = frozenset(item for leaf in leaves(processor) if leaf is not None for item in processors[leaf].types)
 
-    def read(field_name: str, kind: str, write: Callable[[Any], str]) -> Tree:
-        reader = FieldReader(ledger, owner, field_name, kind, write, machine, machines)
+    def read(field_name: str, kind: str, write: Callable[[Any], str], of: Owner | None = None) -> Tree:
+        reader = FieldReader(ledger, of or owner, field_name, kind, write, machine, machines)
         return reader.read(lambda model: getattr(model, field_name, None))
 
     protocol = read("dispatch_protocol", "protocol", str)
     stated_period = read("period", "duration", format_duration)
     period = _period_in_use(ledger, path, name, protocol, stated_period)
     clock = clock_of(ledger, spec, section, name, processor)
+    by_value = read_parameters(ledger, name, given) if section == "threads" else None
+    if by_value is not None and any(item.compute_execution_time for item in (given, *(one for _, one in owner.types))):
+        text = "a parameter states what it takes with each of its values: it has no execution time besides"
+        ledger.error((*by_value.path, "compute_execution_time"), text)
     join, pairing = read_join(ledger, spec, owner, protocol, period) if section == "threads" else (None, None)
     categories = [given.category, *(model.category for _, model in owner.types)]
     category = next((item for item in categories if item), section[:-1])
@@ -108,7 +114,7 @@ def build_component(
         process=process,
         protocol=protocol,
         period_ns=period,
-        execution_ns=read("compute_execution_time", "time range", format_time_range),
+        execution_ns=read("compute_execution_time", "time range", format_time_range, by_value),
         callback_ns=read("callback_execution_time", "time range", format_time_range),
         latency_ns=read("latency", "time range", format_time_range),
         deadline_ns=read("deadline", "duration", format_duration),
@@ -211,19 +217,22 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
 
 
 def build_connections(
-    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component]
+    ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component], calls: Calls
 ) -> tuple[Connection, ...]:
     """Every connection of the problem.
 
-    In the order of the file, followed by the inner connections between pieces of threads.
+    In the order of the file, followed by what calls send besides, and by the inner connections between pieces of
+    threads.
     """
     wires = {item.name: number for number, item in enumerate(buses)}
-    senders, receivers = ends_by_name(components)
-    found = [
-        _build_connection(ledger, spec, buses, wires, components, name, _ends(ledger, spec, senders, receivers, name))
-        for name in spec.connections
-    ]
-    return (*found, *inner_connections(components))
+    senders, receivers = ends_by_name([item for item in components if not item.part_of])
+    senders = {**senders, **calls.last}
+    requests = {link.name: (link.source, link.target) for link in calls.links}
+    found = {}
+    for name in spec.connections:
+        ends = requests.get(name) or _ends(ledger, spec, senders, receivers, name)
+        found[name] = _build_connection(ledger, spec, buses, wires, components, name, ends)
+    return (*found.values(), *connections_of_calls(spec, calls, found), *inner_connections(components))
 
 
 def _build_connection(
@@ -293,8 +302,9 @@ def _ends(
             ledger.doubt(f"{name}.{key}")
     source = None if given.from_ is None else senders.get(given.from_)
     target = None if given.to is None else receivers.get(given.to)
-    if given.to is not None and target is not None and given.queue_size is not None and senders[given.to] != target:
-        message = f"{shown(given.to)} has segments: how long jobs wait in a queue for it is not analysed"
+    reader = spec.threads.get(given.to) if given.to is not None else None
+    if reader is not None and target is not None and given.queue_size is not None and reader.segments is not None:
+        message = f"{shown(str(given.to))} has segments: how long jobs wait in a queue for it is not analysed"
         ledger.error(("connections", name, "queue_size"), message)
     return source, target
 

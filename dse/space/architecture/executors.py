@@ -167,10 +167,11 @@ def build_executors(
         if not members and is_whole:
             ledger.error(path, "no thread runs in this executor")
         for number in members:
-            thread = spec.threads[components[number].name]
+            stated_as = components[number].stated_as
+            thread = spec.threads[stated_as]
             if thread.priority is not None and "callback_group" not in given.kind:
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
-                ledger.error(("threads", components[number].name, "priority"), message, "state that of the executor")
+                ledger.error(("threads", stated_as, "priority"), message, "state that of the executor")
         is_open = any(isinstance(components[number].executor, Choice) for number in members)
         for field_name in ("kind", "priority", "processor") if is_open else ():
             ledger.narrow(f"{name}.{field_name}", partial(where_there_is_one, components, members, index))

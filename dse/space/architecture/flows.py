@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from dse.space.architecture.calls import Calls
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.clocks import speaks_of_clocks, with_past
 from dse.space.architecture.frames import Frame, is_framed
@@ -18,24 +19,27 @@ from dse.support.units import format_duration, shown
 
 
 def build_flows(
-    ledger: Ledger, spec: Spec, components: Sequence[Component], connections: Sequence[Connection]
+    ledger: Ledger, spec: Spec, components: Sequence[Component], connections: Sequence[Connection], calls: Calls
 ) -> tuple[Flow, ...]:
     """Every flow of the problem, connected.
 
     A `Flow` has its steps (components and connections, with the figures that the flow states) and its stated latency
-    range in ns. Gaps in a path go to `ledger`.
+    range in ns. One through a component that calls leads through who answers. Gaps in a path go to `ledger`.
     """
     result = []
     clocked = speaks_of_clocks(spec, components)
-    by_name = {item.stated_as: number for number, item in enumerate(components)}
+    by_name = {item.stated_as: number for number, item in enumerate(components) if not item.part_of}
     wires = {item.name: number for number, item in enumerate(connections) if not item.is_inner}
+    ways = {
+        first: [(wires[wire], number) for wire, number in way if wire in wires] for first, way in calls.ways.items()
+    }
     paths = {other: item.path for other, item in spec.flows.items()}
     between: dict[tuple[int | None, int | None], list[int]] = {}
     for number, item in enumerate(connections):
         between.setdefault((item.source, item.target), []).append(number)
     for name, given in spec.flows.items():
         ledger.work.go_on(10)
-        tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths)
+        tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths, ways)
         steps = tracer.trace(given.path, (name,))
         steps = with_way(components, steps)
         if clocked:
@@ -71,6 +75,7 @@ class _Tracer:
     by_name: Mapping[str, int]
     wires: Mapping[str, int]
     flows: Mapping[str, Sequence[str | PathElement]]
+    ways: Mapping[int, Sequence[tuple[int, int]]]
     steps: list[Step] = field(default_factory=list)
     previous: int | None = None
     wire: int | None = None
@@ -117,8 +122,9 @@ class _Tracer:
         pieces = self.components[here].pieces
         if pieces is not None and figures is not None:
             self.ledger.error(where, f"{shown(pieces.thread)} has segments: their figures are those of every flow")
-        members = (here,) if pieces is None else pieces.members
-        here, *further = members
+        here, *pieces_behind = (here,) if pieces is None else pieces.members
+        further = [(self.components[number].triggers[0], number) for number in pieces_behind]
+        further += self.ways.get(here, ())
         if self.wire is None and self.previous is not None:
             self.wire = self._only_connection(where, self.previous, here)
             if self.wire is None:
@@ -135,11 +141,11 @@ class _Tracer:
             self._forget()
         step = Step("component", here, self.wire, self.previous, figures=figures, unlinked=unlinked)
         self.steps.append(step)
-        for number in further:
-            wire = self.components[number].triggers[0]
+        for wire, number in further:
             self.steps.append(Step("connection", wire))
-            self.steps.append(Step("component", number, wire, number - 1))
-        self.previous, self.wire = members[-1], None
+            self.steps.append(Step("component", number, wire, self.connections[wire].source))
+            here = number
+        self.previous, self.wire = here, None
 
     def _connection(self, where: Path, number: int) -> None:
         connection = self.connections[number]

@@ -161,7 +161,7 @@ class Component:
     `stated_period_ns` is the period also where the protocol has none (unless it was to be decided), and `bound` whether
     the thread is bound to its processor or only has figures of it, and `partition` where it runs there, all for OSATE
     alone. A piece of a thread that has segments knows all its `pieces`: each but the first is dispatched by the one
-    before.
+    before. `part_of` is the thread or device of the file of which calls make this a further job ("" of one itself).
     """
 
     name: str
@@ -194,6 +194,7 @@ class Component:
     bound: bool = True
     partition: Partition | None = None
     pieces: Pieces | None = None
+    part_of: str = ""
 
     @property
     def is_lone(self) -> bool:
@@ -202,8 +203,8 @@ class Component:
 
     @property
     def stated_as(self) -> str:
-        """The name of the thread or device in the file, of which this may be a piece."""
-        return self.name if self.pieces is None else self.pieces.thread
+        """The name of the thread or device in the file, of which this may be a piece or a further job."""
+        return self.part_of or (self.name if self.pieces is None else self.pieces.thread)
 
 
 @dataclass(frozen=True)
@@ -321,7 +322,7 @@ class Space:
     deadlines: str = "none"
     """Which deadlines of threads count: ``stated``, ``all`` (a thread without one ends by its period) or ``none``."""
     states_baseline: bool = False
-    """Whether the file states a baseline, be it of fixed fields alone, which `baseline` leaves out."""
+    """Whether the file states a baseline, also of fixed fields alone, which `baseline` leaves out."""
     cost_of_change: Mapping[int, int] = field(default_factory=dict)
     """What changing a decision of the baseline counts, by decision; 1 where none is stated."""
     partition_output: str = "major_frame"
@@ -422,9 +423,6 @@ class Space:
     @cached_property
     def _decision_numbers(self) -> Mapping[str, int]:
         return {decision.name: index for index, decision in reversed(tuple(enumerate(self.decisions)))}
-
-
-# What has a core or a part of its time beside threads by themselves: executors, reservations, pieces, partitions.
 
 
 ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]

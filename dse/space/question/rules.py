@@ -25,6 +25,7 @@ ORDERED = (
     "money",
     "power",
     "total",
+    "parameter",
     "count",
     "identifier",
 )

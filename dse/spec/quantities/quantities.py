@@ -77,7 +77,9 @@ PARTS = ("fixed", "per_byte")
 LIKE_A_PATH = 0.5
 """How alike a path must be to one that was given for being suggested (see `dse.support.errors.nearest`)."""
 EXECUTION = "compute_execution_time"
-"""The figure that each segment of a thread has."""
+"""The figure that each segment of a thread has, a reply, and a parameter with each value."""
+OF_REPLIES = {"data_size": SIZE, EXECUTION: TIME_RANGE, "latency": TIME_RANGE}
+"""The figures of the reply of a call."""
 RANGES = (TIME_RANGE, TRANSMISSION)
 BASE = dict.fromkeys((PERIOD, DURATION, *RANGES), "ns") | {
     SIZE: "B",
@@ -194,6 +196,13 @@ def _model(path: str, model: Any, kinds: Mapping[str, QuantityKind], make: Make)
             _model(f"{path}.segments[{number}]", item, {EXECUTION: TIME_RANGE}, make)
             for number, item in enumerate(model.segments)
         )
+    if getattr(model, "reply", None) is not None:
+        update["reply"] = _model(f"{path}.reply", model.reply, OF_REPLIES, make)
+    if getattr(model, "parameters", None):
+        update["parameters"] = {
+            key: _model(f"{path}.parameters.{key}", item, {EXECUTION: TIME_RANGE}, make)
+            for key, item in model.parameters.items()
+        }
     times = getattr(model, "transmission_time", None)
     if isinstance(times, TransmissionTime):
         update["transmission_time"] = _transmission(f"{path}.transmission_time", times, make)
@@ -216,7 +225,7 @@ def _transmission(path: str, times: TransmissionTime, make: Make) -> Transmissio
 def _field(path: str, given: Any, kind: QuantityKind, make: Make) -> Any:
     if isinstance(given, dict):
         return {machine: _field(f"{path}.{machine}", item, kind, make) for machine, item in given.items()}
-    if isinstance(given, int):
+    if isinstance(given, int | TimeRange):
         return _value(path, given, kind, make)
     several = len(given) > 1
     return tuple(

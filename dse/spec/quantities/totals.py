@@ -58,5 +58,6 @@ def in_unit_of(values: Iterable[object], total: Total) -> Total:
     [unit] = {value.unit for value in values if isinstance(value, Total)}
     found = _in_unit(total, unit)
     if found.unit != unit:
-        raise UnitError(f"expected a figure in {unit}, got {shown(total.unit)}")
+        what = f"a figure in {unit}" if unit else "a number without a unit"
+        raise UnitError(f"expected {what}, got {shown(total.unit)}")
     return found

@@ -66,7 +66,7 @@ Category: TypeAlias = Annotated[Literal[
     "bus", "virtual_bus", "data", "subprogram", "subprogram_group",
 ], Respelt()]  # fmt: skip
 Timing: TypeAlias = Literal["sampled", "immediate", "delayed"]
-Port: TypeAlias = Annotated[Literal["event_data", "event", "data", "feature"], Respelt()]
+Port: TypeAlias = Annotated[Literal["event_data", "event", "data", "data_access", "feature"], Respelt()]
 
 WITH_FIGURES = " with figures "
 
@@ -109,6 +109,27 @@ class Segment(SpecMapping):
     source: Line | None = None
 
 
+def _figure_text(value: Any) -> Any:
+    """A plain number, such as the mean of a factor, as text."""
+    return repr(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+FigureText: TypeAlias = Annotated[
+    Line,
+    BeforeValidator(_figure_text),
+    WithJsonSchema({"type": ["string", "number"], "description": "A quantity with its unit, or a plain factor."}),
+]
+
+
+class Parameter(SpecMapping):
+    """A parameter of a thread: the range of what it may be, its value, and what the thread takes with each value."""
+
+    range: Line | None = None
+    value: Options[FigureText] | None = None
+    compute_execution_time: dict[Name, TimeRanges] | None = None
+    source: Line | None = None
+
+
 class Thread(ThreadType):
     """A thread (or abstract component) of the architecture.
 
@@ -128,6 +149,7 @@ class Thread(ThreadType):
     join: Options[Join] | None = None
     pairing: Options[Pairing] | None = None
     segments: SomeItems[Segment] | None = None
+    parameters: dict[Name, Parameter] = {}
 
 
 class Clock(SpecMapping):
@@ -194,6 +216,16 @@ class Messages(SpecMapping):
     source: Line | None = None
 
 
+class Reply(SpecMapping):
+    """What comes back from a call: the size of the answer, and what the caller does when it is there."""
+
+    data_size: DataSize | None = None
+    compute_execution_time: TimeRanges | None = None
+    latency: TimeRange | None = None
+    identifier: Identifier | None = None
+    source: Line | None = None
+
+
 class Connection(SpecMapping):
     """A connection; sizes in bytes, rates exact fractions of Hz and B/s."""
 
@@ -216,6 +248,7 @@ class Connection(SpecMapping):
     latency: Options[TimeRange] | None = None
     identifier: Options[Identifier] | None = None
     deadline: Options[Duration] | None = None
+    reply: Reply | None = None
     source: Line | None = None
 
 
@@ -296,18 +329,6 @@ RuleText: TypeAlias = Annotated[
             ]
         }
     ),
-]
-
-
-def _figure_text(value: Any) -> Any:
-    """A plain number, such as the mean of a factor, as text."""
-    return repr(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
-FigureText: TypeAlias = Annotated[
-    Line,
-    BeforeValidator(_figure_text),
-    WithJsonSchema({"type": ["string", "number"], "description": "A quantity with its unit, or a plain factor."}),
 ]
 
 

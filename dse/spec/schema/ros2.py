@@ -14,6 +14,7 @@ from dse.support.units import PARAMETER_TIMES_NS as UNITS
 from dse.support.units import shown
 
 FIELDS = ("period", "rate", "offset")
+EXPECTED = "expected THREAD.period, THREAD.rate, THREAD.offset or THREAD.PARAMETER"
 _PARAMETER = re.compile(r"(?P<name>[A-Za-z_][\w./-]*)(\s*\[\s*(?P<whole>int\s+)?(?P<unit>\w+)\s*\])?")
 _NODE = re.compile(r"(/[A-Za-z_]\w*)+")
 HOLE = re.compile(r"\{([^{}]*)\}")
@@ -22,9 +23,10 @@ HOLE = re.compile(r"\{([^{}]*)\}")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that holds the `field` (period, rate or offset) of a thread, in `unit`; `is_whole`: as an integer.
+    """A parameter that holds the `field` of a thread, in `unit`; `is_whole`: as an integer.
 
-    `field` is ``period``, ``rate`` or ``offset``; `name` is the parameter as its ROS 2 node declares it.
+    `field` is ``period``, ``rate``, ``offset`` or a parameter of the thread, whose `unit` is "" for that of its own;
+    `name` is the parameter as its ROS 2 node declares it.
     """
 
     thread: str
@@ -59,9 +61,16 @@ def read_parameter(key: str, text: str) -> Parameter | str:
     'Hz'
     """
     thread, _, field = key.rpartition(".")
-    if field not in FIELDS or not thread:
-        return "expected THREAD.period, THREAD.rate or THREAD.offset"
+    if not thread:
+        return EXPECTED
     found = _PARAMETER.fullmatch(text.strip())
+    if field not in FIELDS:
+        if found is None:
+            return "expected the name of a parameter, and its unit in brackets where it is another one"
+        is_whole = found["whole"] is not None or found["unit"] == "int"
+        return Parameter(
+            thread, field, found["name"], "" if found["unit"] in (None, "int") else found["unit"], is_whole
+        )
     known = RATES if field == "rate" else UNITS
     if found is None or (found["unit"] is not None and found["unit"] not in known):
         units = ", ".join(known)
@@ -95,6 +104,8 @@ def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
             yield ("ros2", "parameters", key), found
         elif found.thread not in spec.threads:
             yield ("ros2", "parameters", key), f"there is no thread {shown(found.thread)}"
+        elif found.field not in (*FIELDS, *spec.threads[found.thread].parameters):
+            yield ("ros2", "parameters", key), f"{EXPECTED}: it has no parameter {shown(found.field)}"
     yield from _groups(spec, stated)
 
 

@@ -363,6 +363,12 @@ def parse_ratio(text: str) -> Fraction:
     return quantity.value
 
 
+def parse_parameter(text: str) -> Total:
+    """A figure as written, with any unit or none."""
+    quantity = parse_quantity(text)
+    return Total(as_written(quantity).value, quantity.unit)
+
+
 def parse_total(text: str) -> Total:
     """A figure with any unit, both as written.
 

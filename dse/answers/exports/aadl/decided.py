@@ -12,6 +12,7 @@ from dse.analysis.osate.media import media
 from dse.analysis.views import View
 from dse.space.model.space import EMPTY, Design, Space
 from dse.space.model.trees import Choice, NotOffered, at
+from dse.space.parameters import value_in
 from dse.spec.schema.hardware import TransmissionTime
 from dse.support.errors import UsageError
 
@@ -62,7 +63,7 @@ class Decided:
         return self._chosen(section, name, given)
 
     def _fields(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
-        chosen = self._chosen(section, name, given)
+        chosen = self._chosen(section, name, given) | self._by_parameter(section, name, given)
         kind = chosen.get("type")
         if section in ("devices", "threads") and kind is not None:
             types = self.document.get(TYPED[section]) or {}
@@ -113,6 +114,8 @@ class Decided:
             return {total: self._one(f"{name}.totals.{total}", text) for total, text in value.items()}
         if key == "type":
             return self._one(f"{name}.type", value if isinstance(value, list) else [value])
+        if key == "parameters" and isinstance(value, dict):
+            return {item: self._parameter(f"{name}.{item}", entry or {}) for item, entry in value.items()}
         if key in LISTS or not isinstance(value, list | dict):
             return value
         if isinstance(value, dict):
@@ -120,6 +123,21 @@ class Decided:
             if isinstance(value, dict):
                 return value
         return self._one(f"{name}.{key}", value)
+
+    def _parameter(self, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
+        """A parameter of a thread with its chosen value; what the thread takes with it is the thread's."""
+        kept = {key: value for key, value in entry.items() if key != "compute_execution_time"}
+        return {**kept, "value": self._one(name, kept["value"])} if "value" in kept else kept
+
+    def _by_parameter(self, section: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What a thread takes with the chosen value of the parameter that says so."""
+        for key, entry in (given.get("parameters") or {}).items():
+            table, reference = (entry or {}).get("compute_execution_time"), self.space.references.get(f"{name}.{key}")
+            chosen = None if reference is None else at(reference.tree, self.view)
+            row = None if chosen is None else value_in(table or {}, chosen)
+            if table and row is not None:
+                return self._chosen(section, name, {"compute_execution_time": table[row]})
+        return {}
 
     def _one(self, name: str, value: Any) -> Any:
         if not isinstance(value, list):

@@ -25,13 +25,19 @@ from dse.answers.exports.aadl.paths import entered_times
 from dse.importers.aadl.ours import OURS
 from dse.space.model.space import Design, Space
 from dse.space.question.settings import settings_of
+from dse.support.arguments import respelt
 from dse.support.units import Exact, parse_rate_hz
 
 SETTINGS = (
     "name", "offset_grid", "assumptions", "totals", "clocks", "metrics", "requirements", "objectives",
 )  # fmt: skip
 """Keys of the top level that go along as they are."""
-PORTS = {"event_data": "event data port", "event": "event port", "data": "data port", "feature": "feature"}
+PORTS = {
+    "event_data": "event data port", "event": "event port", "data": "data port", "data_access": "data access",
+    "feature": "feature",
+}  # fmt: skip
+GIVING = {"data access": ("provides", "requires")}
+"""How features of the sending and the receiving end begin, where not ``out`` and ``in``."""
 BOUND = ("from", "to", "bus", "further_buses", "source")
 """Fields of connections and buses that say where they are: as ends and bindings."""
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
@@ -297,10 +303,10 @@ class WholeModel:
         for name, entry in wires.items():
             own = self.links[name] = self._named(name)
             rest = {key: value for key, value in entry.items() if key not in BOUND}
-            kind = PORTS[rest.pop("port", "event_data")]
+            kind = PORTS[respelt(rest.pop("port", "event_data"), PORTS)]
             data = size(rest["data_size"]) if "data_size" in rest else None
             classifier, sending = "", []
-            if data is not None and kind in ("event data port", "data port", "feature"):
+            if data is not None and kind != "event port":
                 del rest["data_size"]
                 if "type_size" in rest:
                     sending, data = [f"Data_Size => {data};"], str(size(rest.pop("type_size")))
@@ -351,16 +357,18 @@ class WholeModel:
         self, own: str, entry: Mapping[str, Any], kind: str, sending: list[str], waiting: list[str]
     ) -> None:
         """The features of both ends with their properties, and of the processes around; `kind` with the classifier."""
-        for key, direction, stated in (("from", "out", sending), ("to", "in", waiting)):
+        words = next((pair for start, pair in GIVING.items() if kind.startswith(start)), ("out", "in"))
+        sides = (("from", "out", words[0], sending), ("to", "in", words[1], waiting))
+        for key, direction, gives, stated in sides:
             block = f" {{{' '.join(stated)}}}" if stated else ""
             end = self._end(entry.get(key))
-            feature = f"{own}_{direction} : {direction} {kind}"
+            feature = f"{own}_{direction} : {gives} {kind}"
             end.features.append(f"{feature}{block};")
             process = self._process_of(end)
             if process is not None and not self._is_inside(entry):
                 process.features.append(f"{feature};")
                 ends = (f"{end.own}.{own}_out", f"{own}_out") if key == "from" else (f"{own}_in", f"{end.own}.{own}_in")
-                word = "feature" if kind.split()[0] == "feature" else "port"
+                word = _connection_word(kind)
                 process.connections.append(f"{own}_{direction}side : {word} {ends[0]} -> {ends[1]};")
 
     def _process_of(self, part: ComponentDraft) -> ComponentDraft | None:
@@ -368,7 +376,7 @@ class WholeModel:
 
     def _declare(self, own: str, entry: Mapping[str, Any], block: str, kind: str) -> None:
         one, other = self._end(entry.get("from")), self._end(entry.get("to"))
-        word = "feature" if kind == "feature" else "port"
+        word = _connection_word(kind)
         process = self._process_of(one)
         if self._is_inside(entry) and process is not None:
             process.connections.append(f"{own} : {word} {one.own}.{own}_out -> {other.own}.{own}_in{block};")
@@ -393,3 +401,8 @@ class WholeModel:
             is_inside=self._is_inside,
             profile=self.decided.space.profile,
         ).write()
+
+
+def _connection_word(kind: str) -> str:
+    """How a connection between features of a kind begins."""
+    return next((word for word in ("feature", *GIVING) if kind.startswith(word)), "port")

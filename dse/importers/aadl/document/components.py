@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
 from dse.importers.aadl.document.hardware import HardwareWriter, Sheet
 from dse.importers.aadl.document.partitions import PartitionWriter
-from dse.importers.aadl.document.values import Span, number_text, time_range, whole, word
+from dse.importers.aadl.document.values import (
+    Span,
+    first_number,
+    number_text,
+    plain_range,
+    shown_place,
+    text_of,
+    time_range,
+    whole,
+    word,
+)
 from dse.importers.aadl.instance.flows import EndToEnd, Stop
 from dse.importers.aadl.instance.inheritance import Flat
 from dse.importers.aadl.instance.instance import Instance
@@ -16,7 +27,7 @@ from dse.importers.aadl.instance.model import InstanceModel
 from dse.importers.aadl.instance.properties import Found, reference_in
 from dse.importers.aadl.ours import OURS
 from dse.importers.aadl.syntax.tree import Path
-from dse.importers.registry import Key, Place
+from dse.importers.registry import STORED_PORTS, Key, Place
 
 EXECUTING = ("thread", "device", "subprogram", "abstract")
 """Categories that OSATE reads execution times of."""
@@ -26,6 +37,12 @@ DISPATCHED = ("thread", "device", "abstract")
 """Categories whose Dispatch_Protocol counts."""
 LATENT = ("bus", "virtual bus", "device", "processor", "virtual processor", "system", "memory", "abstract")
 """Categories whose own Latency counts where a flow names no flow specification."""
+OF_PARAMETERS = ("Integer_Range", "Real_Range", "Measurement_Unit", "Initial_Value")
+TAKEN = frozenset(
+    ("period", "deadline", "priority", "core", "offset", "type", "processor", "latency", "price", "power")
+)
+"""Names that a parameter of a thread cannot have, for its fields have them."""
+_UNIT = re.compile(r"[A-Za-zµ%°][^\s,]*")
 EVENTS = ("event port", "event data port")
 TIMES = (("compute_execution_time", "Compute_Execution_Time", ""), ("response_time", "Response_Time", "SEI"))
 PROTOCOLS = {"periodic": "periodic", "sporadic": "sporadic", "aperiodic": "aperiodic", "timed": "aperiodic",
@@ -105,11 +122,48 @@ class ComponentWriter:
             self.model.library.remark(text, deadline.place, about=component.title or component.name)
         if category == "thread":
             sheet.read("priority", self.model.properties.of(component, "Priority"), whole, "Priority")
+            self._parameters(sheet, component)
         if category == "device":
             self.hardware.clocked(sheet, component)
         self.hardware.priced(sheet, component)
         sheet.extra(self.model.properties.of(component, "Extra", OURS))
         return sheet
+
+    def _parameters(self, sheet: Sheet, thread: Instance) -> None:
+        """Data of a thread with a range or an initial value (AADL's Data_Model): its parameters."""
+        found: dict[str, Any] = {}
+        for data in (item for item in thread.below() if item.category == "data"):
+            stated = {key: self.model.properties.of(data, key, "Data_Model") for key in OF_PARAMETERS}
+            places = [item.place for item in stated.values() if item is not None]
+            entry = self._parameter(stated)
+            if entry:
+                name = data.name
+                if name.lower() in TAKEN or name in found:
+                    name = "_".join(data.path[-2:])
+                found[name] = {**entry, "source": shown_place(places[0])}
+            elif places:
+                text = "{} is no parameter here: it has no range of numbers, and no number as its value"
+                self.model.library.remark(text, places[0], about=data.title)
+        if found:
+            sheet.fields["parameters"] = found
+
+    def _parameter(self, stated: Mapping[str, Found | None]) -> dict[str, str]:
+        """The range and the value of a parameter, as far as both are numbers and the value is within the range."""
+        unit = self.model.read(stated["Measurement_Unit"], text_of, "Measurement_Unit") or ""
+        unit = unit if _UNIT.fullmatch(unit) else ""
+        value = self.model.read(stated["Initial_Value"], first_number, "Initial_Value")
+        entry: dict[str, str] = {}
+        for key in ("Integer_Range", "Real_Range"):
+            ends = self.model.read(stated[key], plain_range, key)
+            found = stated["Initial_Value"]
+            if ends is not None:
+                entry["range"] = " .. ".join(f"{number_text(end)} {unit}".strip() for end in ends)
+            if ends is not None and value is not None and found is not None and not ends[0] <= value <= ends[1]:
+                self.model.library.remark("an Initial_Value beyond its range: it is left out", found.place)
+                value = None
+        if value is not None:
+            entry["value"] = f"{number_text(value)} {unit}".strip()
+        return entry
 
     def _dispatch(self, sheet: Sheet, component: Instance) -> None:
         """Period and dispatch protocol, as OSATE looks at them."""
@@ -316,7 +370,7 @@ def broken_cycles(document: Mapping[str, Any]) -> Iterator[str]:
     following: dict[str, list[tuple[str, str]]] = {name: [] for name in eager}
     for name, item in document.get("connections", {}).items():
         one, other = item.get("from"), item.get("to")
-        is_trigger = item.get("port") != "data" and "rate" not in item and "data_rate" not in item
+        is_trigger = item.get("port") not in STORED_PORTS and "rate" not in item and "data_rate" not in item
         is_trigger = is_trigger and name in components.get(other, {}).get("dispatch_trigger", [name])
         if one in eager and other in eager and is_trigger:
             following[one].append((name, other))

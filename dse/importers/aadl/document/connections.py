@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -12,6 +13,7 @@ from dse.importers.aadl.document.values import (
     message_rate,
     number_text,
     shown_place,
+    size_of,
     size_text,
     text_of,
     time_range,
@@ -29,7 +31,7 @@ from dse.importers.aadl.syntax.tree import Number, Path, Range, Record, Word, wi
 from dse.importers.registry import Key, Place
 
 PORTS = {"event data port": "event_data", "event port": "event", "data port": "data", "feature": "feature",
-         "feature group": "feature"}  # fmt: skip
+         "feature group": "feature", "data access": "data_access"}  # fmt: skip
 ACCESSES = ("data access", "subprogram access", "subprogram group access", "access")
 LINKS = ("port", "feature group", "feature")
 
@@ -50,24 +52,71 @@ class ConnectionWriter:
         self.names: dict[ConnectionInstance, str] = {}
 
     def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
-        """The connections that count: between ports, and whatever a flow runs over."""
+        """The connections that count: between ports, and whatever a flow runs over, or data are shared one way by."""
         on_flows = _connections_of(flows)
         return [
             item
             for item in self.model.wiring.instances
             if item in on_flows
             or (item.wires[0].member.item.kind in LINKS and not (item.source is None and item.target is None))
+            or (item.wires[0].member.item.kind == "data access" and self._goes_one_way(item))
         ]
 
+    def _goes_one_way(self, item: ConnectionInstance) -> bool:
+        """Whether access to shared data says that its source writes and its target reads: by Access_Right, or as ours.
+
+        An access connection is an instance in each direction. One that we wrote leads from who provides the data.
+        """
+        if None in (item.source, item.target):
+            return False
+        if self.model.read(self._property(item, "Name", OURS), text_of, "Name") is not None:
+            leaf = self.model.features.leaf(item.source or self.model.root, item.source_path)
+            return leaf is not None and leaf.direction == "provides"
+        rights = []
+        for component, path in ((item.source, item.source_path), (item.target, item.target_path)):
+            found = self.model.properties.of_feature(component or self.model.root, path, "Access_Right")
+            rights.append(self.model.read(found, word, "Access_Right") if path else None)
+        return rights in ([None, "read_only"], ["write_only", None], ["write_only", "read_only"])
+
     def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
-        """A remark on each kind of access that no flow runs over."""
+        """Remarks on each kind of access that no flow runs over, and on locks of shared data."""
+        looked_at = {wire for item in (*counted, *self._told_calls(counted)) for wire in item.wires}
         for item in self.model.wiring.instances:
+            for end in (item.source, item.target):
+                if end is not None and end.category == "data":
+                    self._tell_lock(end)
             kind = item.wires[0].member.item.kind
             if item not in counted and kind in ACCESSES:
                 text = f"{kind} connections are not looked at where no flow leads over them"
+                text += " and no Access_Right says who reads" if kind == "data access" else ""
                 text += ": what they share makes nobody wait, and starts nobody"
                 for wire in item.wires:
+                    if wire in looked_at:
+                        continue
                     self.model.library.remark(text, wire.member.item.place)
+
+    def _told_calls(self, counted: set[ConnectionInstance]) -> Iterator[ConnectionInstance]:
+        """The accesses to subprograms over which a thread calls what another one provides, each after its remark."""
+        for item in self.model.wiring.instances:
+            if item in counted or item.source is None or item.target is None:
+                continue
+            ends = ((item.source, item.source_path, "requires"), (item.target, item.target_path, "provides"))
+            features = [(self.model.features.leaf(end, path), given) for end, path, given in ends]
+            is_access = item.wires[0].member.item.kind == "subprogram access"
+            if is_access and all(leaf is not None and leaf.direction == given for leaf, given in features):
+                text = f"{{}} calls {item.target.title}: nothing is made of that, as in OSATE; in a file that decides, "
+                text += "under profile dse, it is a connection with a `reply`"
+                self.model.library.remark(text, item.wires[0].member.item.place, about=item.source.title)
+                yield item
+
+    def _tell_lock(self, data: Instance) -> None:
+        """A remark where those that share data lock it: their waiting for each other is blocking, which is stated."""
+        found = self.model.properties.of(data, "Concurrency_Control_Protocol")
+        protocol = self.model.read(found, word, "Concurrency_Control_Protocol")
+        if found is not None and protocol not in (None, "none_specified"):
+            text = f"{{}} is shared under {protocol}: that one thread waits while another one has it is not counted, "
+            text += "unless the threads state how long they have it as `non_preemptive`"
+            self.model.library.remark(text, found.place, about=data.title)
 
     def name(self, item: ConnectionInstance) -> str:
         """What the problem calls a connection: by the feature that it leaves."""
@@ -151,8 +200,13 @@ class ConnectionWriter:
         """The size of a message, and that of its data type where the port states another one."""
         own = self.model.port_size(item.source, item.source_path)
         of_type = self.model.type_size(item.source, item.source_path)
+        if item.source is not None and item.source.category == "data":
+            stated = self.model.read(self.model.properties.of(item.source, "Data_Size"), size_of, "Data_Size")
+            of_type = of_type if stated is None else stated.low
         if own is not None and own != (of_type or 0):
             sheet.fields["type_size"] = size_text(of_type or Fraction(0))
+        elif is_bound and of_type and not item.source_path:  # data themselves, whose size OSATE's latency leaves out
+            sheet.fields["type_size"] = "0 B"
         elif is_bound and own is None and of_type and self.model.is_sum(item.source, item.source_path):
             text = "OSATE's bus load counts nothing of {}, whose data type states no Data_Size"
             text += f": here the sum of its parts, {size_text(of_type)}, counts"
@@ -192,7 +246,7 @@ class ConnectionWriter:
         """The kind of the receiving feature, and its queue where one is stated."""
         target = item.target if item.target is not None else self.model.root
         leaf = self.model.features.leaf(target, item.target_path)
-        kind = leaf.member.item.kind if leaf is not None else "data port"
+        kind = leaf.member.item.kind if leaf is not None else f"{target.category} access"
         port = PORTS.get(kind, "data")
         if port != "event_data":
             sheet.fields["port"] = port

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,6 +19,7 @@ from dse.importers.aadl.syntax.predeclared import (
 from dse.importers.aadl.syntax.tree import Listed, Number, Range, Text, Value, Word
 from dse.importers.registry import Place
 
+_DECIMAL = re.compile(r"-?[0-9]{1,30}(\.[0-9]{1,30})?")
 _TIME_WORDS = {"sec": "s", "hr": "h"}
 
 
@@ -170,3 +172,19 @@ def shown_place(place: Place) -> str:
 def told(found: Found) -> str:
     """Where a value is from, in words."""
     return shown_place(found.place) + (" (inherited)" if found.via == "inherited" else "")
+
+
+def plain_range(value: Value) -> tuple[Fraction, Fraction]:
+    """The ends of a range of numbers without units, the lower one first."""
+    if not (isinstance(value, Range) and isinstance(value.low, Number) and isinstance(value.high, Number)):
+        raise WrongKindError("a range of numbers")
+    if value.low.value > value.high.value:
+        raise WrongKindError("a range that ends above its beginning")
+    return value.low.value, value.high.value
+
+
+def first_number(value: Value) -> Fraction | None:
+    """The number in a list of one text, such as an Initial_Value; None where that is none."""
+    items = value.items if isinstance(value, Listed) else (value,)
+    text = items[0].text.strip() if len(items) == 1 and isinstance(items[0], Text) else ""
+    return Fraction(text) if _DECIMAL.fullmatch(text) else None

@@ -253,7 +253,7 @@ class Properties:
         What nobody asked for is remarked as not understood.
         """
         if stated.holder == DATA_TYPE:
-            return stated.property[0] in ("data_size", "source_data_size")
+            return stated.property[0] in ("data_size", "source_data_size", "concurrency_control_protocol")
         holders = [stated.holder, *([] if stated.holder in (FEATURE, MEMBER) else [ANY])]
         return any((holder, *stated.property) in self.asked for holder in holders)
 

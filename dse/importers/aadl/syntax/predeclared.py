@@ -32,7 +32,7 @@ _SETS = {
     ),
     "thread_properties": (
         "dispatch_protocol", "dispatch_trigger", "priority", "posix_scheduling_policy", "urgency",
-        "concurrency_control", "thread_limit", "dequeue_protocol",
+        "concurrency_control_protocol", "thread_limit", "dequeue_protocol",
     ),
     "deployment_properties": (
         "actual_processor_binding", "actual_connection_binding", "actual_memory_binding", "allowed_processor_binding",
