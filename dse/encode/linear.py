@@ -107,6 +107,8 @@ class Board:
         self.contention: Any = None
         self.core_limits: list[Any] = []  # upper limits on cores, see `dse.encode.scheduling.core_limits`
         self.cores: Any = None
+        self.message_limits: list[Any] = []  # upper limits on messages, see `dse.encode.messages.limits`
+        self.messages: Any = None
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.scheduling.clock_reads`

@@ -8,10 +8,12 @@ from fractions import Fraction
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
+from dse.encode.messages.limits import MessageLimit, is_message_limit
 from dse.encode.rates import RateVariables
 from dse.encode.scheduling.contention import is_deadline
 from dse.encode.scheduling.core_limits import CoreLimit
 from dse.encode.scheduling.schedulability import Deadline
+from dse.encode.scheduling.waiting_forms import is_short
 from dse.encode.sums import Branch, measure_branches
 from dse.space.core_symmetry import interchangeable_cores
 from dse.space.model.trees import leaves
@@ -22,6 +24,9 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     operator, measure = limit.requirement.operator, limit.measure
     if is_deadline(limit):
         board.deadlines.append(Deadline(limit, board.guard.index if board.guard is not None else None))
+        return
+    if is_message_limit(limit) and not all(is_short(board, term.value) for term in measure.terms):
+        board.message_limits.append(MessageLimit(limit, board.guard.index if board.guard is not None else None))
         return
     try:
         if operator in ("<=", "<", "=="):

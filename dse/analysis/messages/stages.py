@@ -8,6 +8,7 @@ and takes its time there. Only buses count of which everything that decides the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import ceil
 from typing import TypeAlias, cast
@@ -183,27 +184,39 @@ def candidates_of(space: Space, bus: int, view: View, released: Released) -> lis
     for number in range(len(space.connections)):
         if bus in may_wait_for(space, number) and bus_of(space, number, view) == bus:
             sharing[message_key(space, number, view)[0]].append(number)
-    flows = {step.index for flow in space.flows for step in flow.steps if step.kind == "connection"}
     found = []
     for number in carried:
-        limits = [
-            deadline - wrapping_ns(space, one, bus, view)[1]
-            for one in sharing[number]
-            if (deadline := at(space.connections[one].deadline_ns, view)) is not None
-        ]
-        last, section = _frames_ns(space, bus, number, view)
+        made = candidate_of(space, bus, number, view, tasks[number, "message"])
+        limits = [_limit_ns(space, bus, one, view) for one in sharing[number]]
+        latest = min((limit for limit in limits if limit is not None), default=None)
+        is_on_flow = any(_is_on_flow(space, one) for one in sharing[number])
         identifier = at(space.connections[number].identifier, view)
         found.append(
-            Candidate(
-                tasks[number, "message"],
-                last,
-                section,
-                min(limits, default=None),
-                None if identifier == ANY_IDENTIFIER else identifier,
-                not flows.isdisjoint(sharing[number]),
+            replace(
+                made,
+                limit_ns=latest,
+                identifier=None if identifier == ANY_IDENTIFIER else identifier,
+                is_on_flow=is_on_flow,
             )
         )
     return found
+
+
+def candidate_of(space: Space, bus: int, number: int, view: View, task: Task | None) -> Candidate:
+    """The message of one connection in search of its place, with any identifier; `task` is it as a job."""
+    last, section = _frames_ns(space, bus, number, view)
+    return Candidate(task, last, section, _limit_ns(space, bus, number, view), None, _is_on_flow(space, number))
+
+
+def _is_on_flow(space: Space, number: int) -> bool:
+    """Whether a connection is a part of a flow."""
+    return any(step.kind == "connection" and step.index == number for flow in space.flows for step in flow.steps)
+
+
+def _limit_ns(space: Space, bus: int, number: int, view: View) -> Exact | None:
+    """The longest that the message of a connection may take on a bus by its deadline; None without one."""
+    deadline = at(space.connections[number].deadline_ns, view)
+    return None if deadline is None else deadline - wrapping_ns(space, number, bus, view)[1]
 
 
 def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, int]:

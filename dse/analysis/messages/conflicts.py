@@ -1,0 +1,174 @@
+"""Messages of a bus of which none can be the last in time: whatever the order of these, one of them is late.
+
+Who is last waits for all others, for each job of theirs, and behind a frame of any message beside them: that goes
+before it, or may have begun. Releases have the jitter that they have where nothing waits, the least there is. So such a
+set is late in every design in which these messages come as often, take as long, and are as urgent as here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
+from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
+from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.space.model.trees import at, leaves
+from dse.spec.schema.fields import ANY_IDENTIFIER
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A set of messages on a bus, by their connections, and one of the others whose frame is the longest, if any.
+
+    `numbers` are the identifiers of those that have one.
+    """
+
+    bus: int
+    group: tuple[int, ...]
+    blocker: int | None
+    numbers: Mapping[int, int]
+
+    @property
+    def members(self) -> tuple[int, ...]:
+        """All messages that count."""
+        return self.group if self.blocker is None else (*self.group, self.blocker)
+
+    def candidates(self, space: Space, view: View) -> dict[int, Candidate] | None:
+        """The messages as they are in a design; None where one is not on the bus there."""
+        if any(bus_of(space, number, view) != self.bus for number in self.members):
+            return None
+        tasks = released_undelayed(space, view, [(number, "message") for number in self.members])
+        return {
+            number: candidate_of(space, self.bus, number, view, tasks[number, "message"]) for number in self.members
+        }
+
+    def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
+        """Those that would be in time as the last, but have a number lower than another; None where one can be last."""
+        known = self.candidates(space, view)
+        if known is None:
+            return None
+        bit, _ = identifier_range(space, self.bus, view)
+        blocked = 0 if self.blocker is None else known[self.blocker].section_ns
+        highest = max((self.numbers[number] for number in self.group if number in self.numbers), default=-1)
+        ordered = set()
+        for number in reversed(self.group):
+            if is_in_time(known[number], [known[other] for other in self.group if other != number], blocked, bit):
+                if self.numbers.get(number, highest) >= highest:
+                    return None
+                ordered.add(number)
+        return frozenset(ordered)
+
+    def is_late(self, space: Space, view: View) -> bool:
+        """Whether none of the group can be last in time in a design, where numbers are in the same order."""
+        return self.kept_from_last(space, view) is not None
+
+    def bounds(self, ordered: frozenset[int]) -> Iterator[tuple[int, int, bool]]:
+        """Connections with a number, and whether theirs must be at most that (else at least) for the conflict to last.
+
+        That is so of each of those that are kept from the last place, and of the last number that keeps them.
+        """
+        if ordered:
+            last = max(self.group, key=lambda number: self.numbers.get(number, -1))
+            yield last, self.numbers[last], False
+            yield from ((number, self.numbers[number], True) for number in ordered)
+
+
+def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
+    """A conflict among the messages of a bus in a design, with few messages; nothing where there is none.
+
+    Nor where messages go by other ways than their identifiers, or are several connections.
+    """
+    slot = space.buses[bus]
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority":
+        return
+    carried = carried_by(space, bus, view)
+    released = [(number, "message") for number in carried]
+    tasks = released_undelayed(space, view, released)
+    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    made = assigned(candidates, *identifier_range(space, bus, view))
+    if not made.stuck or made.is_forced:
+        return
+    numbers = {
+        number: item.identifier for number, item in zip(carried, candidates, strict=True) if item.identifier is not None
+    }
+    found = _Shrinking(space, bus, view, carried, candidates, numbers).least(made.stuck)
+    if found is not None:
+        yield found
+
+
+@dataclass
+class _Shrinking:
+    space: Space
+    bus: int
+    view: View
+    carried: Sequence[int]
+    candidates: Sequence[Candidate]
+    numbers: Mapping[int, int]
+
+    def least(self, stuck: Sequence[int]) -> Conflict | None:
+        """As few of the stuck messages, by their places, as are late together."""
+        group = sorted(stuck, key=lambda place: self._limit(place))
+        if not self.fails(group):
+            return None
+        for limit in sorted({self._limit(place) for place in group}):
+            fewer = [place for place in group if self._limit(place) <= limit]
+            last = max((self._number(place) for place in fewer), default=-1)
+            fewer += [place for place in group if place not in fewer and 0 <= self._number(place) < last]
+            if self.fails(fewer):
+                group = fewer
+                break
+        size = len(group) // 2
+        while size:
+            for start in range(0, len(group), size):
+                fewer = [*group[:start], *group[start + size :]]
+                if fewer and self.fails(fewer):
+                    group = fewer
+                    break
+            else:
+                size //= 2
+        blocker = self._blocker(group)
+        return Conflict(
+            self.bus,
+            tuple(self.carried[place] for place in group),
+            None if blocker is None else self.carried[blocker],
+            {
+                number: found
+                for place in group
+                if (found := self.numbers.get(number := self.carried[place])) is not None
+            },
+        )
+
+    def fails(self, group: Sequence[int]) -> bool:
+        """Whether none of the group can be last in time."""
+        bit, _ = identifier_range(self.space, self.bus, self.view)
+        blocker = self._blocker(group)
+        blocked = 0 if blocker is None else self.candidates[blocker].section_ns
+        highest = max(map(self._number, group))
+        for place in reversed(group):
+            if -1 < self._number(place) < highest:
+                continue
+            others = [self.candidates[other] for other in group if other != place]
+            if is_in_time(self.candidates[place], others, blocked, bit):
+                return False
+        return True
+
+    def _blocker(self, group: Sequence[int]) -> int | None:
+        known = set(group)
+        others = [place for place in range(len(self.carried)) if place not in known]
+        return max(others, key=lambda place: self.candidates[place].section_ns, default=None)
+
+    def _number(self, place: int) -> int:
+        return self.numbers.get(self.carried[place], -1)
+
+    def _limit(self, place: int) -> object:
+        found = self.candidates[place].limit_ns
+        return 10**18 if found is None else found
+
+
+def open_identifiers(space: Space) -> bool:
+    """Whether some message that waits for a bus may have any identifier."""
+    wires = enumerate(space.connections)
+    return any(ANY_IDENTIFIER in set(leaves(item.identifier)) and may_wait_for(space, number) for number, item in wires)

@@ -1,0 +1,130 @@
+"""Why a message takes so long in a design, as few conditions as will do: what a model learns of waiting for buses.
+
+What keeps a bus busier makes messages wait no less (`dse.analysis.messages.burdens`). So where a message takes long it
+does so with every option that is no better, and decisions do not matter with whose best option it takes as long. That
+holds where the jitter of messages is the same whatever the bus carries: where no message that waits releases what sends
+another, and senders end within their longest processing. Where messages may have any identifier it holds of the place
+that a message has when those of the others come first: it has no better one in any order that meets all deadlines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from dse.analysis.messages.burdens import burdens
+from dse.analysis.messages.conflicts import Conflict, open_identifiers
+from dse.analysis.messages.stages import counted_buses, may_wait_for
+from dse.analysis.views import CyclicActivation, Noting, View
+from dse.space.architecture.clocks import is_always_timed
+from dse.space.model.space import Decision, Space
+from dse.space.model.trees import NotOffered, at
+
+Chosen = Callable[[int, int], int]
+"""The literal of an option of a decision, or (below 0) of its being inactive."""
+Conditions = list[tuple[int, ...]]
+"""For each decision that matters literals of which one is true."""
+
+
+def conditions_of(
+    space: Space, chosen: Chosen, message: int, value: Callable[[View], int], view: View, exact: int
+) -> Conditions | None:
+    """Conditions under which the figure of a message is together at least `exact`.
+
+    None where it is not known which options are no better than those of the design.
+    """
+    if not _is_settled(space) or open_identifiers(space):
+        return None
+
+    def is_as_long(trial: Sequence[int]) -> bool:
+        return value(View(trial)) >= exact
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        decision = space.decisions[index]
+        if decision.field == "identifier" and decision.component != space.connections[message].name:
+            return _goes_first(space, decision, message, view)
+        return burdens(space, index) if option >= 0 else None
+
+    return _relaxed(chosen, view, is_as_long, compared)[0]
+
+
+def conflict_conditions(space: Space, chosen: Chosen, conflict: Conflict, view: View) -> Conditions:
+    """Conditions under which none of the messages of a conflict can be the last in time."""
+
+    def is_late(trial: Sequence[int]) -> bool:
+        return conflict.is_late(space, View(trial))
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        return burdens(space, index) if option >= 0 else None
+
+    found, relaxed = _relaxed(chosen, view, is_late, compared)
+    ordered = conflict.kept_from_last(space, View(relaxed))
+    assert ordered is not None
+    return [*found, *_numbers(space, chosen, conflict, ordered, view)]
+
+
+def _numbers(
+    space: Space, chosen: Chosen, conflict: Conflict, ordered: frozenset[int], view: View
+) -> Iterator[tuple[int, ...]]:
+    """Conditions that keep messages with a number before another one."""
+    for number, bound, is_most in conflict.bounds(ordered):
+        index = space.decision_index(f"{space.connections[number].name}.identifier")
+        if index is None:
+            continue
+        values = enumerate(space.decisions[index].values)
+        numbered = [(option, value) for option, value in values if isinstance(value, int)]
+        if view[index] >= 0:
+            yield tuple(
+                chosen(index, option) for option, value in numbered if (value <= bound if is_most else value >= bound)
+            )
+
+
+def _relaxed(
+    chosen: Chosen,
+    view: View,
+    holds: Callable[[Sequence[int]], bool],
+    compared: Callable[[int, int], Sequence[int] | None],
+) -> tuple[Conditions, list[int]]:
+    """Conditions under which something holds that the busier a bus is holds the more, and a design at their ends."""
+    noting = Noting(view.design)
+    assert holds(noting)
+    relaxed = list(view.design)
+    found: Conditions = []
+    for index, option in noting.seen.items():
+        burden = compared(index, option)
+        if burden is None:
+            found.append((chosen(index, option),))
+            continue
+        best = min(range(len(burden)), key=burden.__getitem__)
+        if burden[best] == burden[option]:
+            continue
+        trial = [*relaxed[:index], best, *relaxed[index + 1 :]]
+        if _holds(holds, trial):
+            relaxed = trial
+            continue
+        found.append(tuple(chosen(index, number) for number, item in enumerate(burden) if item >= burden[option]))
+    return found, relaxed
+
+
+def _holds(holds: Callable[[Sequence[int]], bool], trial: Sequence[int]) -> bool:
+    try:
+        return holds(tuple(trial))
+    except (NotOffered, CyclicActivation):
+        return False
+
+
+def _is_settled(space: Space) -> bool:
+    """Whether the jitter of all messages is the same whatever their buses carry."""
+    if space.processing != "execution_time" or not counted_buses(space):
+        return False
+    led_to = {item.target for number, item in enumerate(space.connections) if may_wait_for(space, number)}
+    senders = {item.source for number, item in enumerate(space.connections) if may_wait_for(space, number)}
+    timed = {
+        number for number in led_to & senders if number is not None and not is_always_timed(space.components[number])
+    }
+    return not timed
+
+
+def _goes_first(space: Space, decision: Decision, message: int, view: View) -> Sequence[int] | None:
+    """Whether each identifier goes before that of a message: among those that do, and those that do not, all is one."""
+    own = at(space.connections[message].identifier, view)
+    return None if own is None else [int(value < own) for value in decision.values]
