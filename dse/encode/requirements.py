@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
+from dse.analysis.messages.conflicts import open_identifiers
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
 from dse.encode.messages.limits import MessageLimit, is_message_limit
 from dse.encode.rates import RateVariables
@@ -25,7 +26,9 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     if is_deadline(limit):
         board.deadlines.append(Deadline(limit, board.guard.index if board.guard is not None else None))
         return
-    if is_message_limit(limit) and not all(is_short(board, term.value) for term in measure.terms):
+    if is_message_limit(limit) and (
+        open_identifiers(board.space) or not all(is_short(board, term.value) for term in measure.terms)
+    ):
         board.message_limits.append(MessageLimit(limit, board.guard.index if board.guard is not None else None))
         return
     try:

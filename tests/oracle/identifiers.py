@@ -29,11 +29,11 @@ def order_of(
     left, behind = list(names), list[str]()
     upper = most
 
-    def turn(name: str) -> tuple[bool, Fraction, int]:
+    def turn(name: str) -> tuple[bool, bool, Fraction, int]:
         if on_flow[name]:
-            return True, Fraction(0), -names.index(name)
+            return True, False, Fraction(0), -names.index(name)
         wanted = latest[name] if latest[name] is not None else periods[name]
-        return False, -NEVER if wanted is None else -wanted, -names.index(name)
+        return False, stated[name] is not None, -NEVER if wanted is None else -wanted, -names.index(name)
 
     while left:
         numbers = {name: number for name in left if (number := stated[name]) is not None}

@@ -4,8 +4,9 @@ From the last message up: whatever meets its deadline when all that are left go 
 priority assignment in fixed priority scheduling", Information Processing Letters 79(1), 2001; of messages on CAN:
 R. I. Davis and others, Real-Time Systems 35, 2007, section 6). Where jitter is given, and numbers do not run short, an
 order that meets all deadlines is found if there is one. Of several messages that may be last one of no flow is, the one
-with the latest deadline (its period, where it states none); then those of flows, the last one in the file first: so
-flows have the most urgent places that the deadlines of the others leave. Messages with a number keep their order.
+with the latest deadline (its period, where it states none), and one with a stated number after those that may have any;
+then those of flows, the last one in the file first: so flows have the most urgent places that the deadlines of the
+others leave. Messages with a number keep their order.
 (docs/semantics.md, section 5.5)
 """
 
@@ -44,13 +45,13 @@ class Candidate:
     identifier: int | None
     is_on_flow: bool
 
-    def turn(self, position: int) -> tuple[bool, Exact, int]:
+    def turn(self, position: int) -> tuple[bool, bool, Exact, int]:
         """The lesser, the sooner it is made the last of those that may be; `position` is its place in the file."""
         if self.is_on_flow:
-            return True, 0, -position
+            return True, False, 0, -position
         periods = [item.period_ns for item in self.task.streams] if self.task is not None else []
         latest = self.limit_ns if self.limit_ns is not None else min(periods, default=None)
-        return False, -(10**18) if latest is None else -latest, -position
+        return False, self.identifier is not None, -(10**18) if latest is None else -latest, -position
 
 
 def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact) -> bool:

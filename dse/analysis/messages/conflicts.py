@@ -1,14 +1,17 @@
 """Messages of a bus of which none can be the last in time: whatever the order of these, one of them is late.
 
 Who is last waits for all others, for each job of theirs, and behind a frame of any message beside them: that goes
-before it, or may have begun. Releases have the jitter that they have where nothing waits, the least there is. So such a
-set is late in every design in which these messages come as often, take as long, and are as urgent as here.
+before it, or may have begun. One with any identifier can be last only behind the greatest number of the others, and
+behind all that have the numbers right after it: there is none for it in between. Releases have the jitter that they
+have where nothing waits, the least there is. So such a set is late in every design in which these messages come as
+often, take as long, and are as urgent as here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
@@ -23,18 +26,20 @@ from dse.spec.schema.fields import ANY_IDENTIFIER
 class Conflict:
     """A set of messages on a bus, by their connections, and one of the others whose frame is the longest, if any.
 
-    `numbers` are the identifiers of those that have one.
+    `numbers` are the identifiers of those that have one; `behind` others that have those right after the greatest.
     """
 
     bus: int
     group: tuple[int, ...]
+    behind: tuple[int, ...]
     blocker: int | None
     numbers: Mapping[int, int]
 
     @property
     def members(self) -> tuple[int, ...]:
         """All messages that count."""
-        return self.group if self.blocker is None else (*self.group, self.blocker)
+        found = (*self.group, *self.behind)
+        return found if self.blocker is None else (*found, self.blocker)
 
     def candidates(self, space: Space, view: View) -> dict[int, Candidate] | None:
         """The messages as they are in a design; None where one is not on the bus there."""
@@ -52,10 +57,12 @@ class Conflict:
             return None
         bit, _ = identifier_range(space, self.bus, view)
         blocked = 0 if self.blocker is None else known[self.blocker].section_ns
-        highest = max((self.numbers[number] for number in self.group if number in self.numbers), default=-1)
+        highest = max((self.numbers.get(number, -1) for number in self.group), default=-1)
         ordered = set()
         for number in reversed(self.group):
-            if is_in_time(known[number], [known[other] for other in self.group if other != number], blocked, bit):
+            others = [known[other] for other in self.group if other != number]
+            others += [known[other] for other in self.behind if number not in self.numbers]
+            if is_in_time(known[number], others, blocked, bit):
                 if self.numbers.get(number, highest) >= highest:
                     return None
                 ordered.add(number)
@@ -68,12 +75,16 @@ class Conflict:
     def bounds(self, ordered: frozenset[int]) -> Iterator[tuple[int, int, bool]]:
         """Connections with a number, and whether theirs must be at most that (else at least) for the conflict to last.
 
-        That is so of each of those that are kept from the last place, and of the last number that keeps them.
+        That is so of each of those that are kept from the last place, and of the last number that keeps them. (Where
+        others are behind, that has the number right before theirs, and they have just these.)
         """
-        if ordered:
+        if ordered or self.behind:
             last = max(self.group, key=lambda number: self.numbers.get(number, -1))
             yield last, self.numbers[last], False
             yield from ((number, self.numbers[number], True) for number in ordered)
+        for number in (last, *self.behind) if self.behind else ():
+            yield number, self.numbers[number], False
+            yield number, self.numbers[number], True
 
 
 def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
@@ -89,7 +100,7 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     tasks = released_undelayed(space, view, released)
     candidates = candidates_of(space, bus, view, lambda _: tasks)
     made = assigned(candidates, *identifier_range(space, bus, view))
-    if not made.stuck or made.is_forced:
+    if not made.stuck:
         return
     numbers = {
         number: item.identifier for number, item in zip(carried, candidates, strict=True) if item.identifier is not None
@@ -129,20 +140,33 @@ class _Shrinking:
                     break
             else:
                 size //= 2
+        behind = [] if self.fails(group, with_behind=False) else self._behind(group)
         blocker = self._blocker(group)
+        members = [self.carried[place] for place in (*group, *behind)]
         return Conflict(
             self.bus,
-            tuple(self.carried[place] for place in group),
+            tuple(members[: len(group)]),
+            tuple(members[len(group) :]),
             None if blocker is None else self.carried[blocker],
-            {
-                number: found
-                for place in group
-                if (found := self.numbers.get(number := self.carried[place])) is not None
-            },
+            {number: self.numbers[number] for number in members if number in self.numbers},
         )
 
-    def fails(self, group: Sequence[int]) -> bool:
-        """Whether none of the group can be last in time."""
+    def _behind(self, group: Sequence[int]) -> list[int]:
+        """The messages beside the group with the numbers right after its greatest, in their order."""
+        number = max(map(self._number, group))
+        found: list[int] = []
+        while number >= 0 and (place := self.places.get(number + 1)) is not None:
+            found.append(place)
+            number += 1
+        return found
+
+    @cached_property
+    def places(self) -> dict[int, int]:
+        """The places of messages by their numbers."""
+        return {number: place for place in range(len(self.carried)) if (number := self._number(place)) >= 0}
+
+    def fails(self, group: Sequence[int], *, with_behind: bool = True) -> bool:
+        """Whether none of the group can be last in time; where it helps, behind those with the numbers right after."""
         bit, _ = identifier_range(self.space, self.bus, self.view)
         blocker = self._blocker(group)
         blocked = 0 if blocker is None else self.candidates[blocker].section_ns
@@ -151,12 +175,16 @@ class _Shrinking:
             if -1 < self._number(place) < highest:
                 continue
             others = [self.candidates[other] for other in group if other != place]
-            if is_in_time(self.candidates[place], others, blocked, bit):
+            if not is_in_time(self.candidates[place], others, blocked, bit):
+                continue
+            behind = self._behind(group) if with_behind and self._number(place) < 0 else []
+            others += [self.candidates[other] for other in behind]
+            if not behind or is_in_time(self.candidates[place], others, blocked, bit):
                 return False
         return True
 
     def _blocker(self, group: Sequence[int]) -> int | None:
-        known = set(group)
+        known = {*group, *self._behind(group)}
         others = [place for place in range(len(self.carried)) if place not in known]
         return max(others, key=lambda place: self.candidates[place].section_ns, default=None)
 

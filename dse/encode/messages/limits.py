@@ -16,7 +16,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import Watching
 from dse.analysis.messages.conflicts import conflicts
-from dse.analysis.messages.stages import bus_of, counted_buses
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.views import View
 from dse.encode.linear import Board
 from dse.encode.messages.reasons import Conditions, conditions_of, conflict_conditions
@@ -58,21 +58,19 @@ class MessageLimits:
         """Whether all messages meet their limits in a design; where one does not, the model has learnt from it."""
         view = View(design)
         held = [item for item in self.limits if item.guard is None or is_true(self._literal(item.guard))]
-        late = [item for item in held if not judge(item.limit, view).holds]
-        if not late:
-            return True
         by_deadline = {item.message: item for item in held if item.limit.requirement.metric.key == "deadline"}
-        taught: set[int] = set()
+        is_late = False
         for bus in counted_buses(self.space):
             for conflict in conflicts(self.space, bus, view):
                 if all(number in by_deadline for number in conflict.group):
                     conditions = conflict_conditions(self.space, self.chosen, conflict, view)
                     self._forbid([by_deadline[number] for number in conflict.group], conditions)
-                    taught.add(bus)
-        for item in late:
-            if bus_of(self.space, item.message, view) not in taught:
+                    is_late = True
+        for item in held if not is_late else ():
+            if not judge(item.limit, view).holds:
                 self._forbid([item], self._why(item, view))
-        return False
+                is_late = True
+        return not is_late
 
     def _why(self, item: MessageLimit, view: View) -> Conditions:
         (term,) = item.limit.measure.terms

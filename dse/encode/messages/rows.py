@@ -22,12 +22,13 @@ from typing import Any
 
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, may_wait_for
-from dse.analysis.scheduling.busy_window import most_jobs
+from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board
 from dse.space.model.space import EMPTY
 from dse.space.model.trees import at, leaves
+from dse.spec.schema.fields import MOST_IDENTIFIER
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
@@ -48,6 +49,11 @@ class _Message:
     guard: Any
     cases: list[tuple[Any, Candidate]]
     numbers: list[tuple[Any, int]]
+
+    @property
+    def lowest(self) -> int:
+        """Its lowest number; of one without a number none is lower."""
+        return min((number for _, number in self.numbers), default=MOST_IDENTIFIER)
 
     def is_due(self, time: Exact) -> list[tuple[Any, Candidate]]:
         """The cases in which it is due by then."""
@@ -138,7 +144,7 @@ class _OnBus:
         if len(ends) > 1:
             board.model.add_bool_or([*chosen, *(literal.negated() for literal in needed)])
         before = self._before(due, beside, time)
-        blocker = max(beside, key=_section, default=None)
+        blocker = max(beside, key=lambda message: (_section(message), message.lowest), default=None)
         scale = _scale([item for message in messages for _, item in message.cases])
         for (begin, end), literal in zip(ends, chosen, strict=True):
             row = _Row(board, 0 if blocker is None else floor(_section(blocker) * scale), floor(end * scale))
@@ -180,7 +186,8 @@ class _OnBus:
         assert item.task is not None
         if own and item.limit_ns is not None and begin < item.limit_ns:
             return item.task.worst_ns
-        return max(1, most_jobs(item.task, max(0, begin - last + bit))) * item.task.worst_ns
+        window = begin - last + bit  # that of the last one is longer
+        return (jobs_by(item.task, window) if window >= 0 else 1) * item.task.worst_ns
 
     def _before(self, due: Sequence[_Message], beside: Sequence[_Message], time: Exact) -> dict[int, Any]:
         """For each message beside a literal that is true where it goes before the last one that is due."""
