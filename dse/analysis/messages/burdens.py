@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dse.analysis.messages.stages import counted_buses, may_wait_for
+from dse.analysis.views import View
 from dse.space.architecture.clocks import is_always_timed
 from dse.space.architecture.frames import Frame
-from dse.space.model.space import Space
-from dse.space.model.trees import Choice, Tree
+from dse.space.model.space import Decision, Space
+from dse.space.model.trees import Choice, Tree, at
 
 
 def burdens(space: Space, index: int) -> Sequence[int] | None:
@@ -42,3 +44,21 @@ def _same_but_for_rate(tree: Tree) -> bool:
     if any(isinstance(leaf, Choice) or leaf != leaves[0] for leaf in leaves):
         return False
     return not isinstance(leaves[0], Frame) or leaves[0].protocol == "can"
+
+
+def is_settled(space: Space) -> bool:
+    """Whether the jitter of all messages is the same whatever their buses carry."""
+    if space.processing != "execution_time" or not counted_buses(space):
+        return False
+    led_to = {item.target for number, item in enumerate(space.connections) if may_wait_for(space, number)}
+    senders = {item.source for number, item in enumerate(space.connections) if may_wait_for(space, number)}
+    timed = {
+        number for number in led_to & senders if number is not None and not is_always_timed(space.components[number])
+    }
+    return not timed
+
+
+def goes_first(space: Space, decision: Decision, message: int, view: View) -> Sequence[int] | None:
+    """Whether each identifier goes before that of a message: among those that do, and those that do not, all is one."""
+    own = at(space.connections[message].identifier, view)
+    return None if own is None else [int(value < own) for value in decision.values]

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from dse.analysis.messages.burdens import burdens
+from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, open_identifiers
-from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.views import CyclicActivation, Noting, View
-from dse.space.architecture.clocks import is_always_timed
-from dse.space.model.space import Decision, Space
-from dse.space.model.trees import NotOffered, at
+from dse.space.model.space import Space
+from dse.space.model.trees import NotOffered
 
 Chosen = Callable[[int, int], int]
 """The literal of an option of a decision, or (below 0) of its being inactive."""
@@ -32,7 +30,7 @@ def conditions_of(
 
     None where it is not known which options are no better than those of the design.
     """
-    if not _is_settled(space) or open_identifiers(space):
+    if not is_settled(space) or open_identifiers(space):
         return None
 
     def is_as_long(trial: Sequence[int]) -> bool:
@@ -41,7 +39,7 @@ def conditions_of(
     def compared(index: int, option: int) -> Sequence[int] | None:
         decision = space.decisions[index]
         if decision.field == "identifier" and decision.component != space.connections[message].name:
-            return _goes_first(space, decision, message, view)
+            return goes_first(space, decision, message, view)
         return burdens(space, index) if option >= 0 else None
 
     return _relaxed(chosen, view, is_as_long, compared)[0]
@@ -110,21 +108,3 @@ def _holds(holds: Callable[[Sequence[int]], bool], trial: Sequence[int]) -> bool
         return holds(tuple(trial))
     except (NotOffered, CyclicActivation):
         return False
-
-
-def _is_settled(space: Space) -> bool:
-    """Whether the jitter of all messages is the same whatever their buses carry."""
-    if space.processing != "execution_time" or not counted_buses(space):
-        return False
-    led_to = {item.target for number, item in enumerate(space.connections) if may_wait_for(space, number)}
-    senders = {item.source for number, item in enumerate(space.connections) if may_wait_for(space, number)}
-    timed = {
-        number for number in led_to & senders if number is not None and not is_always_timed(space.components[number])
-    }
-    return not timed
-
-
-def _goes_first(space: Space, decision: Decision, message: int, view: View) -> Sequence[int] | None:
-    """Whether each identifier goes before that of a message: among those that do, and those that do not, all is one."""
-    own = at(space.connections[message].identifier, view)
-    return None if own is None else [int(value < own) for value in decision.values]
