@@ -9,7 +9,7 @@ from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
 from dse.analysis.messages.conflicts import open_identifiers
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
-from dse.encode.messages.limits import MessageLimit, is_message_limit
+from dse.encode.messages.limits import is_message_limit, message_limit
 from dse.encode.rates import RateVariables
 from dse.encode.scheduling.contention import is_deadline
 from dse.encode.scheduling.core_limits import CoreLimit
@@ -29,7 +29,7 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     if is_message_limit(limit) and (
         open_identifiers(board.space) or not all(is_short(board, term.value) for term in measure.terms)
     ):
-        board.message_limits.append(MessageLimit(limit, board.guard.index if board.guard is not None else None))
+        board.message_limits.append(message_limit(board, limit))
         return
     try:
         if operator in ("<=", "<", "=="):

@@ -9,17 +9,21 @@ often, take as long, and are as urgent as here.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.views import View
+from dse.analysis.views import View, tabulate
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
+from dse.support.units import Exact
+
+MOST_CASES = 64
+"""A bound with more cases than this is taken for another one than the deadline."""
 
 
 @dataclass(frozen=True)
@@ -194,6 +198,13 @@ class _Shrinking:
     def _limit(self, place: int) -> object:
         found = self.candidates[place].limit_ns
         return 10**18 if found is None else found
+
+
+def is_own_deadline(space: Space, number: int, bound: Callable[[View], Exact]) -> bool:
+    """Whether a bound of the response time of a message is the deadline of its connection, in every design."""
+    deadline = space.connections[number].deadline_ns
+    cases = tabulate(space, lambda view: bound(view) == at(deadline, view), MOST_CASES)
+    return cases is not None and all(case.value for case in cases)
 
 
 def open_identifiers(space: Space) -> bool:

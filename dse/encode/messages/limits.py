@@ -15,7 +15,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.limits import Limit, judge
 from dse.analysis.memo import Watching
-from dse.analysis.messages.conflicts import conflicts
+from dse.analysis.messages.conflicts import conflicts, is_own_deadline
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.views import View
 from dse.encode.linear import Board
@@ -29,7 +29,9 @@ class MessageLimit:
     """An upper limit on the response time of a message; it holds while the literal `guard` (an index) is true."""
 
     limit: Limit
-    guard: int | None = None
+    guard: int | None
+    is_deadline: bool
+    """Whether it is the deadline of the connection."""
 
     @property
     def message(self) -> int:
@@ -40,6 +42,13 @@ class MessageLimit:
 def is_message_limit(limit: Limit) -> bool:
     """Whether a limit is an upper one on the response time of a message that waits for a bus."""
     return limit.requirement.metric.kind == "message response" and limit.requirement.is_upper and not limit.is_elsewhere
+
+
+def message_limit(board: Board, limit: Limit) -> MessageLimit:
+    """A limit as one on a message, under the guard that the board has."""
+    number = limit.requirement.metric.index or 0
+    guard = board.guard.index if board.guard is not None else None
+    return MessageLimit(limit, guard, is_own_deadline(board.space, number, limit.bound))
 
 
 class MessageLimits:
@@ -58,7 +67,7 @@ class MessageLimits:
         """Whether all messages meet their limits in a design; where one does not, the model has learnt from it."""
         view = View(design)
         held = [item for item in self.limits if item.guard is None or is_true(self._literal(item.guard))]
-        by_deadline = {item.message: item for item in held if item.limit.requirement.metric.key == "deadline"}
+        by_deadline = {item.message: item for item in held if item.is_deadline}
         is_late = False
         for bus in counted_buses(self.space):
             for conflict in conflicts(self.space, bus, view):
@@ -123,13 +132,6 @@ def message_limits_of(board: Board) -> MessageLimits | None:
             return found
 
         board.messages = MessageLimits(board.space, board.model, chosen, board.message_limits)
-        add_rows(
-            board,
-            [
-                (item.message, item.guard)
-                for item in board.message_limits
-                if item.limit.requirement.metric.key == "deadline"
-            ],
-        )
+        add_rows(board, [(item.message, item.guard) for item in board.message_limits if item.is_deadline])
     found: MessageLimits = board.messages
     return found

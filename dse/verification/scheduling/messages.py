@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, conflicts, open_identifiers
+from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import CyclicActivation, Noting, View, tabulate
@@ -50,7 +50,7 @@ class BusRows:
 
     def __init__(self, space: Space, model: cp_model.CpModel, chosen: Sequence[Any], limits: Sequence[Limit]) -> None:
         self.space, self.model, self.chosen = space, model, chosen
-        self.limited = {item.requirement.metric.index for item in limits if item.requirement.metric.key == "deadline"}
+        self.limited = limited_by_deadline(space, limits)
         self._literals: dict[tuple[int, int], Any] = {}
         for bus in counted_buses(space) if self.limited else ():
             slot = space.buses[bus]
@@ -209,10 +209,16 @@ def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) ->
     return max(1, jobs) * item.task.worst_ns
 
 
+def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
+    """The messages that must meet the deadline of their connection."""
+    pairs = [(item.requirement.metric.index or 0, item) for item in limits]
+    return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
+
+
 def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> list[Lesson]:
     """Why messages miss these limits in a design."""
     view = View(design)
-    limited = {item.requirement.metric.index for item in limits if item.requirement.metric.key == "deadline"}
+    limited = limited_by_deadline(space, limits)
     found = [
         _conflict_lesson(space, conflict, design)
         for bus in counted_buses(space)
