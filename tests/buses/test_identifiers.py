@@ -13,6 +13,7 @@ import dse
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.scheduling.busy_window import periodic
 from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.report.words.messages import late_message_words
 from dse.support.errors import ProblemError
 from tests.buses.test_messages import SYNC, car_bus
 from tests.helpers.effort import cases
@@ -156,3 +157,23 @@ def test_mistakes(edit: str, said: str) -> None:
 def test_a_chosen_identifier_is_played() -> None:
     text = SYNC.replace("0x181", "any").replace("0x80", "any")
     assert not dse.simulate(dse.loads(text), runs=5).contradictions
+
+
+def test_a_late_message_is_told_with_what_goes_before_it_and_an_identifier_that_would_do() -> None:
+    """0.54 ms each at 250 kbit/s, due after 2 ms: behind three others late, behind one and a frame that has begun not."""
+    lines = ["dse: 1", "name: late", "bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}"]
+    lines += ["buses: {b: {type: can}}", "devices:", "  sink: {}", *(f"  d{one}: {{period: 5 ms}}" for one in range(4))]
+    lines.append("connections:")
+    for one in range(4):
+        deadline = ", deadline: 2 ms" if one == 3 else ""
+        sent = f"from: d{one}, to: sink, port: data, bus: b, data_size: 8 B{deadline}"
+        lines.append(f"  m{one}: {{{sent}, identifier: {16 + 2 * one}}}")
+    found = dse.explain("\n".join([*lines, "objectives: [minimise price]"]))
+    (late,) = found.conflicts[0].members[0][1].late_messages
+    assert (late.message.name, late.late_ns, late.before, late.identifier) == ("m3", 160_000, "m1", 17)
+    assert [(item.name, item.work_ns) for item in late.message.interference] == [
+        (name, 540_000) for name in ("m0", "m1", "m2")
+    ]
+    said = "m3 (0x16) ends 0.16 ms late on b: 0.54 ms of its own"
+    assert late_message_words(late).startswith(said)
+    assert late_message_words(late).endswith("in time right before m1, with 0x11 for example")
