@@ -160,7 +160,7 @@ def test_a_chosen_identifier_is_played() -> None:
 
 
 def test_a_late_message_is_told_with_what_goes_before_it_and_an_identifier_that_would_do() -> None:
-    """0.54 ms each at 250 kbit/s, due after 2 ms: behind three others late, behind one and a frame that has begun not."""
+    """0.54 ms each at 250 kbit/s, due after 2 ms: late behind three others, in time behind one and a frame begun."""
     lines = ["dse: 1", "name: late", "bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}"]
     lines += ["buses: {b: {type: can}}", "devices:", "  sink: {}", *(f"  d{one}: {{period: 5 ms}}" for one in range(4))]
     lines.append("connections:")

@@ -16,12 +16,15 @@ from functools import cached_property
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
 from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View, tabulate
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 
+NEVER = 10**18
+"""In place of a deadline, in ns."""
 MOST_CASES = 64
 """A bound with more cases than this is taken for another one than the deadline."""
 
@@ -100,7 +103,7 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority":
         return
     carried = carried_by(space, bus, view)
-    released = [(number, "message") for number in carried]
+    released: list[TaskKey] = [(number, "message") for number in carried]
     tasks = released_undelayed(space, view, released)
     candidates = candidates_of(space, bus, view, lambda _: tasks)
     made = assigned(candidates, *identifier_range(space, bus, view))
@@ -195,9 +198,9 @@ class _Shrinking:
     def _number(self, place: int) -> int:
         return self.numbers.get(self.carried[place], -1)
 
-    def _limit(self, place: int) -> object:
+    def _limit(self, place: int) -> Exact:
         found = self.candidates[place].limit_ns
-        return 10**18 if found is None else found
+        return NEVER if found is None else found
 
 
 def is_own_deadline(space: Space, number: int, bound: Callable[[View], Exact]) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ortools.sat.python import cp_model
 
@@ -112,7 +113,7 @@ class MessageLimits:
             clause.append(none)
         self.model.add_bool_or(clause)
 
-    def _literal(self, index: int) -> cp_model.IntVar:
+    def _literal(self, index: int) -> Any:
         if index < 0:
             return self.model.get_int_var_from_proto_index(-index - 1).negated()
         return self.model.get_int_var_from_proto_index(index)

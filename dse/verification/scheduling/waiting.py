@@ -142,7 +142,7 @@ class WaitVariables:
         """The threads that wait longer in a design than a solution says, with how long (ns)."""
         view = View(design)
         known = all_responses(self.space, view)
-        found = {}
+        found: dict[int, Fraction] = {}
         for number, value in values.items():
             if number < 0:
                 waited = self.waits.messages[number](view)
