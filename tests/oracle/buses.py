@@ -81,11 +81,13 @@ class Buses:
 
     def _latest(self, names: Sequence[str]) -> Fraction | None:
         """How long a message may take on its bus for all that are this one message."""
-        found = []
+        found: list[Fraction] = []
         for name in names:
             text = self.reading.get(name, "deadline")
             if text is not None:
-                found.append(quantities.deadline(text) - sum(Fraction(row[3]) for row in self._rows_before(name)))
+                found.append(
+                    Fraction(quantities.deadline(text)) - sum(Fraction(row[3]) for row in self._rows_before(name))
+                )
         return min(found, default=None)
 
     def _period(self, name: str) -> Fraction | None:
