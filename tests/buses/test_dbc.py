@@ -39,17 +39,14 @@ def test_what_is_written_is_read_again(frame: str, tmp_path: Path) -> None:
     path = tmp_path / "b.dbc"
     path.write_text(written(frame), encoding="utf-8")
     read = dse.loads(dse.import_file(path, bandwidth="250 kbit/s").text).loaded.spec.connections
-    found = {item.identifier: (item.data_size, item.rate) for item in read.values()}
-    numbers = {
-        item.name: item.identifier
-        for item in dse.analyse(
-            dse.loads(TEXT.replace("FRAME", frame).replace("SIZE", "8 B").replace("[2.5 ms, 4 ms]", "2.5 ms"))
-        ).messages["b"]
-    }
-    assert {key for (key,) in found if key is not None} == set(numbers.values())
+    found = {item.identifier: (item.data_size, item.rate) for item in read.values() if item.identifier}
+    stated = TEXT.replace("FRAME", frame).replace("SIZE", "8 B").replace("[2.5 ms, 4 ms]", "2.5 ms")
+    messages = dse.analyse(dse.loads(stated)).messages["b"]
+    numbers = {item.name: item.identifier for item in messages if item.identifier is not None}
+    assert set(found) == {(number,) for number in numbers.values()}
     assert numbers["pdo"] < 0x20 < numbers["sync"]
-    assert found[numbers["pdo"],][0] == (8,)
-    assert found[0x20,] == ((2,), (50,))
+    assert found[(numbers["pdo"],)][0] == (8,)
+    assert found[(0x20,)] == ((2,), (50,))
 
 
 @pytest.mark.parametrize(

@@ -24,8 +24,8 @@ MESSAGES = {
     "motor_right.communication.tpdo_2": (12, 40, 0x282),
     "motor_right.communication.sdo_rep": (12, 6.6, 0x582),
 }
-"""Table 3.1's rows as messages: sizes (4 B of identifier and up to 8 B of data) and rates (Hz) that give its data rates,
-which is an assumption, and the identifiers of CANopen's default connection set: function code and node 1, 2 or 3."""
+"""Table 3.1's rows as messages: sizes (4 B of identifier and up to 8 B of data) and rates (Hz) that give its data
+rates, which is an assumption, and the identifiers of CANopen's default connection set: function code and node 1, 2 or 3."""
 
 
 def robot(folder: Path, *, chosen: bool = False, settings: str = "") -> str:
