@@ -250,6 +250,7 @@ class Demands:
         self.evaluator = evaluator
         self.board = _structure(evaluator)
         self.board.fixable |= frozenset(fixable)
+        self.board.is_guarded = True
         self.rates = RateVariables(self.board)
         self.rules = [self._guarded(partial(add_rule, self.board, rule)) for rule in evaluator.space.rules]
         self.is_upward = is_upward(evaluator.space)

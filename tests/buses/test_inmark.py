@@ -25,7 +25,7 @@ MESSAGES = {
     "motor_right.communication.sdo_rep": (12, 6.6, 0x582),
 }
 """Table 3.1's rows as messages: sizes (4 B of identifier and up to 8 B of data) and rates (Hz) that give its data
-rates, which is an assumption, and the identifiers of CANopen's default connection set: function code and node 1, 2 or 3."""
+rates, which is an assumption, and identifiers of CANopen's default connection set: function code and node 1 to 3."""
 
 
 def robot(folder: Path, *, chosen: bool = False, settings: str = "") -> str:

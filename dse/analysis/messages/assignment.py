@@ -143,8 +143,11 @@ class Assignment:
     is_forced: bool = False
 
 
-def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int) -> Assignment:
+def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None) -> Assignment:
     """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
+
+    With `soonest`, the position of a message, that has the most urgent place that the deadlines of all others leave it
+    in any order; as if there were numbers enough between stated ones.
 
     Examples
     --------
@@ -158,7 +161,11 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int) -> Assig
     """
     stated = sorted((item.identifier, place) for place, item in enumerate(candidates) if item.identifier is not None)
     free = [place for place, item in enumerate(candidates) if item.identifier is None]
-    free.sort(key=lambda place: candidates[place].turn(place))
+
+    def turn(place: int) -> tuple[bool, bool, Exact, int]:
+        return candidates[place].turn(place) if place != soonest else (True, True, 0, 0)
+
+    free.sort(key=turn)
     placed: list[int] = []
     blocked: Exact = 0
     top = most + 1
@@ -166,11 +173,11 @@ def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int) -> Assig
     is_forced = False
     while free or stated:
         number, bottom = stated[-1] if stated else (-1, -1)
-        options = list(free) if top - 1 > number else []
-        may_be_bottom = bool(stated) and len(free) <= number - len(stated) + 1
+        options = list(free) if soonest is not None or top - 1 > number else []
+        may_be_bottom = bool(stated) and (soonest is not None or len(free) <= number - len(stated) + 1)
         if may_be_bottom or not options:
             options.append(bottom)
-        options.sort(key=lambda place: candidates[place].turn(place))
+        options.sort(key=turn)
         left = [*free, *(place for _, place in stated)]
 
         def may_be_last(place: int, left: Sequence[int] = left, blocked: Exact = blocked) -> bool:

@@ -15,6 +15,7 @@ from functools import cached_property
 
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
 from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
+from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View, tabulate
@@ -115,6 +116,32 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     found = _Shrinking(space, bus, view, carried, candidates, numbers).least(made.stuck)
     if found is not None:
         yield found
+
+
+def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
+    """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
+
+    It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
+    where it has no bound, or there is no such order, or messages are several connections.
+    """
+    bus = bus_of(space, number, view)
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False}:
+        return None
+    carried = carried_by(space, bus, view)
+    keys: list[TaskKey] = [(one, "message") for one in carried]
+    tasks = released_undelayed(space, view, keys)
+    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    bit, most = identifier_range(space, bus, view)
+    made = assigned(candidates, bit, most, carried.index(number))
+    place = made.order.index(carried.index(number))
+    own = candidates[made.order[place]]
+    urgent = [candidates[one].task for one in made.order[:place]]
+    known = tuple(task for task in urgent if task is not None)
+    if made.stuck or own.task is None or len(known) < len(urgent):
+        return None
+    behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
+    response = Arbitrated(own.task, known, behind, own.last_ns, bit).response_ns()
+    return None if response is None else response - own.task.worst_ns
 
 
 @dataclass

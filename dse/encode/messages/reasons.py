@@ -10,10 +10,12 @@ that a message has when those of the others come first: it has no better one in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, open_identifiers
+from dse.analysis.messages.conflicts import Conflict, open_identifiers, soonest_ns
 from dse.analysis.views import CyclicActivation, Noting, View
+from dse.encode.linear import OpenTerm
 from dse.space.model.space import Space
 from dse.space.model.trees import NotOffered
 
@@ -43,6 +45,51 @@ def conditions_of(
         return burdens(space, index) if option >= 0 else None
 
     return _relaxed(chosen, view, is_as_long, compared)[0]
+
+
+def soonest_conditions(
+    space: Space, chosen: Chosen, term: OpenTerm, view: View, has: int
+) -> tuple[Conditions, int] | None:
+    """Conditions under which a figure is at least so large whatever the identifiers of others, and how large.
+
+    That is what its message waits in the best order for it in which all messages meet their deadlines; in other designs
+    some are late. None where that is no more than a solution `has`.
+    """
+    number, waiting = term.message, term.waiting
+    if number is None or waiting is None or not is_settled(space) or not _all_must_be_in_time(space):
+        return None
+
+    def least(seen: View) -> int | None:
+        waited = soonest_ns(space, number, seen)
+        return None if waited is None else waiting(seen, Fraction(waited))
+
+    found = least(view)
+    if found is None or found <= has:
+        return None
+    enough: int = found
+
+    def is_as_long(trial: Sequence[int]) -> bool:
+        figure = least(View(trial))
+        return figure is not None and figure >= enough
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        decision = space.decisions[index]
+        if decision.field != "identifier":
+            return burdens(space, index) if option >= 0 else None
+        stated = [isinstance(value, int) for value in decision.values]
+        return [int(one) for one in stated] if stated.count(True) == 1 else None
+
+    return _relaxed(chosen, view, is_as_long, compared)[0], enough
+
+
+def _all_must_be_in_time(space: Space) -> bool:
+    """Whether each message with a deadline is required to meet it."""
+    required = {
+        item.metric.index
+        for item in space.requirements
+        if item.metric.kind == "message response" and item.metric.key == "deadline" and item.is_upper
+    }
+    return all(item.deadline_ns is None or number in required for number, item in enumerate(space.connections))
 
 
 def conflict_conditions(space: Space, chosen: Chosen, conflict: Conflict, view: View) -> Conditions:
