@@ -30,7 +30,7 @@ from dse.verification.scheduling.contention import Lesson, full_lesson, lessons_
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
-from dse.verification.scheduling.messages import BusRows, message_lessons, waits_lesson
+from dse.verification.scheduling.messages import BusRows, message_lessons, soonest_lesson, waits_lesson
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import FIRST_LIMIT, Reply
 from dse.verification.sums import Sum
@@ -343,7 +343,7 @@ class SecondModel:
             low = self.waiting.too_low(values, said)
             if low and self.waiting.count(values):
                 return True
-            lessons = [self._waiting_lesson(number, waited, values) for number, waited in low.items()]
+            lessons = [self._waiting_lesson(number, waited, said[number], values) for number, waited in low.items()]
         if self.tables.messages and any(not judge(limit, View(values)).holds for limit in self.tables.messages):
             lessons += message_lessons(space, self.tables.messages, values)
         lessons += lessons_of(space, late, values, self.tables.late) if late else []
@@ -351,11 +351,13 @@ class SecondModel:
             self._teach(self.model, lesson)
         return bool(lessons)
 
-    def _waiting_lesson(self, number: int, waited: Fraction, values: Design) -> Lesson:
-        """Why a thread, or a message (below 0), waits so long in a design."""
+    def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:
+        """Why a thread, or a message (below 0), waits so long in a design, longer than a solution said."""
         assert self.waiting is not None
         if number < 0:
-            return waits_lesson(self.tables.space, number, self.waiting.waits.messages[number], waited, values)
+            longer = Fraction(said, self.waiting.scale)
+            found = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)
+            return found or waits_lesson(self.tables.space, number, self.waiting.waits.messages[number], waited, values)
         return waiting_lesson(self.tables.space, number, waited, values)
 
     def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:

@@ -148,6 +148,20 @@ def test_a_bus_with_periods_rates_and_identifiers_open() -> None:
     assert not dse.verify(found).findings
 
 
+def test_a_flow_over_a_bus_with_identifiers_open() -> None:
+    """The price of the bit rate, identifiers that change, and the jitter of the last message's flow."""
+    wanted = (
+        "flows: {f: {path: [d19, m19, sink]}}\nobjectives: [minimise price, minimise changes, minimise jitter of f]"
+    )
+    found = dse.solve(robot(20).replace("objectives: [minimise price, minimise changes]", wanted))
+    assert found.status == "complete"
+    assert {tuple(point.objectives.values()) for point in found.front} == {
+        (100, 3, 18_000_000), (100, 4, 10_080_000), (300, 0, 7_560_000), (300, 1, 600_000), (600, 0, 3_780_000),
+        (600, 1, 300_000),
+    }  # fmt: skip
+    assert not dse.verify(found).findings
+
+
 @pytest.mark.parametrize(("edit", "said"), [("0x181", "identifier: anything"), ("0x181", "identifier: [any, any]")])
 def test_mistakes(edit: str, said: str) -> None:
     with pytest.raises(ProblemError):

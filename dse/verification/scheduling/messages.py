@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
-from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers
+from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import CyclicActivation, Noting, View, tabulate
@@ -264,6 +264,37 @@ def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], wait
     if is_settled(space) and not open_identifiers(space):
         return Lesson(_widened(design, is_as_long, compared)[0], (), (key, waited))
     return Lesson(_seen(is_as_long, design), (), (key, waited))
+
+
+def soonest_lesson(
+    space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
+) -> Lesson | None:
+    """Why a message waits longer than that in any order in which all meet their deadlines; None where that is not so.
+
+    Only where `limits` have all deadlines.
+    """
+    limited = limited_by_deadline(space, limits)
+    if not (is_settled(space) and open_identifiers(space)) or any(
+        item.deadline_ns is not None and number not in limited for number, item in enumerate(space.connections)
+    ):
+        return None
+    least = soonest_ns(space, -1 - key, View(design))
+    if least is None or least <= longer_ns:
+        return None
+    bound = Fraction(least)
+
+    def is_as_long(given: Sequence[int]) -> bool:
+        found = soonest_ns(space, -1 - key, View(given))
+        return found is not None and found >= bound
+
+    def compared(decision: int) -> Sequence[int] | None:
+        item = space.decisions[decision]
+        if item.field != "identifier":
+            return burdens(space, decision)
+        stated = [int(isinstance(value, int)) for value in item.values]
+        return stated if sum(stated) == 1 else None
+
+    return Lesson(_widened(design, is_as_long, compared)[0], (), (key, bound))
 
 
 def _widened(
