@@ -92,7 +92,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
             if term.waits_where is not None:
                 waiting = _waiting_where(board, term.waits[0], waiting, term.waits_where)
             return _waiting_form(board, measure, term, waiting, times)
-    bounds = board.table(term.ends)
+    bounds = board.table(ends)
     lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
     highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
     check_exact(max(abs(lows.low), abs(highs.high)), f"the response time of {term.label}")
