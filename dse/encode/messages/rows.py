@@ -128,7 +128,7 @@ class _OnBus:
         return _Message(
             number,
             None if guard is None else board.model.get_int_var_from_proto_index(guard),
-            [(board.case_literal(case), case.value) for case in cases],
+            board.named(cases, self.given),
             [(literal, value) for literal, value in numbers or [] if isinstance(value, int)],
         )
 
