@@ -22,6 +22,7 @@ from dse.space.model.criteria import Atom, MultipleTest, PairTest, ResolvedCondi
 from dse.space.model.space import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
 from dse.space.model.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
 from dse.spec.language.expressions import And, Not, Or
+from dse.spec.schema.fields import ANY_IDENTIFIER
 
 MOST_LISTED = 8
 """The most options of a decision that are named where another one was chosen."""
@@ -98,7 +99,7 @@ def _different_identifiers(space: Space) -> Iterator[Predicate]:
     if not any(isinstance(item.identifier, Choice) or isinstance(item.bus, Choice) for _, item in named):
         return  # that they are different was looked at when the file was read
     reach = all_reachable_buses(space)
-    offered = {number: {leaf for leaf in leaves(item.identifier) if leaf is not None} for number, item in named}
+    offered = {number: set(leaves(item.identifier)) - {None, ANY_IDENTIFIER} for number, item in named}
     for (one, first), (two, second) in combinations(named, 2):
         if offered[one] & offered[two] and any(not space.buses[bus].virtual for bus in reach[one] & reach[two]):
             text = f"{first.name} and {second.name} have different identifiers"
@@ -107,7 +108,8 @@ def _different_identifiers(space: Space) -> Iterator[Predicate]:
 
 def _are_apart(space: Space, first: Connection, second: Connection, view: View) -> bool:
     """Whether two messages have different identifiers, are on different buses, or are one message."""
-    if at(first.identifier, view) != at(second.identifier, view):
+    identifier = at(first.identifier, view)
+    if identifier == ANY_IDENTIFIER or identifier != at(second.identifier, view):
         return True
     stacks = [bus_stack(space, item, view) for item in (first, second)]
     shared = [bus for bus in stacks[0] if bus in stacks[1] and not space.buses[bus].virtual]

@@ -14,6 +14,7 @@ from dse.analysis.diagnosis.lateness import Late
 from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
+from dse.analysis.messages.late import LateMessage
 from dse.answers.base import Answer, to_file
 from dse.answers.question_data import BY_WAITING, ExplainedProblem, Origin
 from dse.answers.result import csv_text
@@ -47,7 +48,8 @@ class Example:
     `overloads` are the cores that are used beyond a limit that it violates, `late` the threads that end too late in it,
     with what goes before them on their cores, and those without a bound in flows whose limits it violates; `delayed`
     says
-    who waits in these, `boundaries` are the timers that read on one clock along them.
+    who waits in these, `boundaries` are the timers that read on one clock along them. `late_messages` miss limits on
+    their response times.
     """
 
     design: Decisions
@@ -57,6 +59,7 @@ class Example:
     delayed: tuple[Delayed, ...] = ()
     boundaries: tuple[Boundary, ...] = ()
     shorter: tuple[Shorter, ...] = ()
+    late_messages: tuple[LateMessage, ...] = ()
 
     @property
     def broken_texts(self) -> list[str]:
@@ -87,6 +90,7 @@ class Why(Data):
         "The readers on the clock of the timer before them, along the flows whose limits it violates.",
     ]
     shorter: Annotated[tuple[Shorter, ...], "Shorter times with each of which alone all that is asked holds in it."]
+    late_messages: Annotated[tuple[LateMessage, ...], "The messages that end too late in it."]
 
 
 OF_DEMAND = ("demand.kind", "demand.text", "demand.origin")
@@ -104,6 +108,7 @@ OF_EXAMPLE = (
         "The readers on the clock of the timer before them, along the flows whose limits the example violates.",
     ),
     Of("example.shorter", "Shorter times with each of which alone all that is asked holds in the example."),
+    Of("example.late_messages", "The messages that end too late in the example."),
 )
 
 

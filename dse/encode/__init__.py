@@ -8,9 +8,9 @@ Read `model.py` first: it reads like a contents page. Then `linear.py`: literals
 * `requirements.py`: requirements as linear constraints.
 * `sums.py`, `table_parts.py`: measures as linear forms; large tables as sums of smaller ones.
 * `rates.py`: activation rates as variables or tables; acyclic dispatch.
-* `message_reasons.py`: why a message waits so long for its bus.
 * `search_order.py`: depth-first search in the order of the file.
 * `tuning.py`: switches and constants of the heuristics of the model.
+* `messages/`: messages that wait for buses.
 * `scheduling/`: response times, shared cores and clocks.
 
 Not allowed here: running the solver (`search` does), and a formula of a metric: coefficients come from tabulating

@@ -80,6 +80,8 @@ class OpenTerm:
     """Whether it may be less where some response time is longer."""
     message: int | None = None
     """The connection whose transmission and waiting for its bus it is."""
+    waiting: Callable[[View, Fraction], int] | None = None
+    """What it is where the message waits so long (ns); None where limits on messages can be given up."""
 
 
 class SolverModel(cp_model.CpModel):
@@ -119,6 +121,9 @@ class Board:
         self.contention: Any = None
         self.core_limits: list[Any] = []  # upper limits on cores, see `dse.encode.scheduling.core_limits`
         self.cores: Any = None
+        self.message_limits: list[Any] = []  # upper limits on messages, see `dse.encode.messages.limits`
+        self.messages: Any = None
+        self.is_guarded = False  # whether limits can be switched off
         self.scheduled: dict[tuple[int, bool], tuple[object, Form]] = {}  # by the id of a term, which is kept alive
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.scheduling.clock_reads`

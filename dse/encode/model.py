@@ -22,6 +22,7 @@ from dse.analysis.memo import Watching
 from dse.analysis.views import View
 from dse.encode.decisions import add_activity, add_decisions, add_rule, add_validity
 from dse.encode.linear import Board, OpenTerm, floor_int, placed
+from dse.encode.messages.limits import MessageLimits, message_limits_of
 from dse.encode.rates import RateVariables, add_acyclic_activation
 from dse.encode.requirements import add_limit
 from dse.encode.scheduling.contention import Contention, contention_of
@@ -73,6 +74,7 @@ class EncodedSpace:
     open_terms: Sequence[OpenTerm] = ()
     contention: Contention | None = None
     core_limits: CoreLimits | None = None
+    messages: MessageLimits | None = None
     shared: Sequence[int] = ()
     """Decisions on which many summands hang, most first: sums have a form for each of their options."""
     regions: Sequence[RegionSwitch] = ()  # of which one is on: for questions about several regions
@@ -104,6 +106,7 @@ class EncodedSpace:
             [replace(term, variable=again(term.variable)) for term in self.open_terms],
             self.contention.copy(model) if self.contention is not None else None,
             self.core_limits.copy(model) if self.core_limits is not None else None,
+            self.messages.copy(model) if self.messages is not None else None,
             self.shared,
             [replace(region, literal=again(region.literal)) for region in self.regions],
             self.weigh,
@@ -174,7 +177,8 @@ class EncodedSpace:
     @property
     def learns(self) -> bool:
         """Whether the model becomes stricter with what its solutions show."""
-        return bool(self.open_terms) or self.contention is not None or self.core_limits is not None
+        learning = (self.contention, self.core_limits, self.messages)
+        return bool(self.open_terms) or any(item is not None for item in learning)
 
     @property
     def is_loose(self) -> bool:
@@ -188,6 +192,8 @@ class EncodedSpace:
 
         From one that is not the best of the model it need not learn (`Contention.settled`).
         """
+        if self.messages is not None and not self.messages.settled(design, lambda one: bool(value(one))):
+            return None
         if self.open_terms and self.contention is not None and self.contention.is_upward:
             if self.contention.raised(self.open_terms, design, value):
                 return None
@@ -262,6 +268,7 @@ class Demands:
         self.evaluator = evaluator
         self.board = _structure(evaluator)
         self.board.fixable |= frozenset(fixable)
+        self.board.is_guarded = True
         self.rates = RateVariables(self.board)
         self.rules = [self._guarded(partial(add_rule, self.board, rule)) for rule in evaluator.space.rules]
         self.is_upward = is_upward(evaluator.space)
@@ -318,6 +325,7 @@ def _encoded(board: Board, objectives: tuple[EncodedObjective, ...], contention:
         board.open_terms,
         contention,
         core_limits_of(board),
+        message_limits_of(board),
         board.shared(),
         attained=board.attained,
     )

@@ -7,11 +7,14 @@ from fractions import Fraction
 
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
+from dse.analysis.messages.conflicts import open_identifiers
 from dse.encode.linear import Board, Form, Given, ceil_int, floor_int, greatest, placed
+from dse.encode.messages.limits import is_message_limit, message_limit
 from dse.encode.rates import RateVariables
 from dse.encode.scheduling.contention import is_deadline
 from dse.encode.scheduling.core_limits import CoreLimit
 from dse.encode.scheduling.schedulability import Deadline
+from dse.encode.scheduling.waiting_forms import is_short
 from dse.encode.sums import Branch, measure_branches
 from dse.space.core_symmetry import interchangeable_cores
 from dse.space.model.trees import leaves
@@ -25,6 +28,11 @@ def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
     operator, measure = limit.requirement.operator, limit.measure
     if is_deadline(limit):
         board.deadlines.append(Deadline(limit, board.guard.index if board.guard is not None else None))
+        return
+    if is_message_limit(limit) and (
+        open_identifiers(board.space) or not all(is_short(board, term.value) for term in measure.terms)
+    ):
+        board.message_limits.append(message_limit(board, limit))
         return
     try:
         if operator in ("<=", "<", "=="):

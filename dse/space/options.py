@@ -15,6 +15,7 @@ from dse.space.question.metrics import (
     QuestionError,
 )
 from dse.spec.quantities.totals import in_unit_of
+from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.errors import Suggestion, did_you_mean
 from dse.support.units import (
     Rounding,
@@ -57,7 +58,7 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "total": parse_total,
     "parameter": parse_parameter,
     "count": int,
-    "identifier": lambda text: int(text, 0),
+    "identifier": lambda text: text if text == ANY_IDENTIFIER else int(text, 0),
 }
 
 ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_switch": Rounding.UP}

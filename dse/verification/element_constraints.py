@@ -42,7 +42,11 @@ class Lookups:
             low, high = int(min(end for end, _ in ends)), int(max(end for _, end in ends))
             self._ends[id(diagram)] = low, high
             target = self.model.new_int_var(low, high, "")
-            self.model.add_element(self.position(diagram.decision), branches, target)
+            if len(branches) == 2 and all(isinstance(branch, int) for branch in branches):
+                first, second = branches
+                self.model.add(target == first + (second - first) * self.position(diagram.decision))
+            else:
+                self.model.add_element(self.position(diagram.decision), branches, target)
             self._known[id(diagram)] = diagram, target  # with the node, so that its id stays its own
         return self._known[id(diagram)][1]
 

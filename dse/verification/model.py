@@ -7,6 +7,7 @@ solved with other settings: no presolve, another seed, another search.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from functools import partial
 from math import ceil
 from typing import Any
@@ -29,6 +30,7 @@ from dse.verification.scheduling.contention import Lesson, full_lesson, lessons_
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
+from dse.verification.scheduling.messages import BusRows, message_lessons, soonest_lesson, waits_lesson
 from dse.verification.scheduling.waiting import WaitVariables
 from dse.verification.solver_calls import FIRST_LIMIT, Reply
 from dse.verification.sums import Sum
@@ -86,6 +88,7 @@ class SecondModel:
                 self.model.add(self._total(bound.sum) <= 0)
         for table in tables.cores:
             add_cores(self.model, table, self.lookups.value)
+        BusRows(tables.space, self.model, self.chosen, tables.messages)
         self.objectives = []
         for total, divisor in tables.objectives:
             variable = self.model.new_int_var(-(-total.low // divisor), total.high // divisor, "")
@@ -165,7 +168,8 @@ class SecondModel:
 
         held = None if given is None else given[0]
         if self.waiting is None:
-            return self._ask(ask, self._reduced(below, from_on), held=held)
+            ways = solver_calls.ON_BUSES if self.tables.messages else solver_calls.WAYS
+            return self._ask(ask, self._reduced(below, from_on), ways=ways, held=held)
         most = MOST_AS_A_WHOLE if self._by_type.combinations else None
         reply = self._ask(ask, self._reduced(below, from_on), ways=solver_calls.WAITING, held=held, most=most)
         return self._in_parts(below, from_on, given) if reply.answer == "unknown" else reply
@@ -345,11 +349,22 @@ class SecondModel:
             low = self.waiting.too_low(values, said)
             if low and self.waiting.count(values):
                 return True
-            lessons = [waiting_lesson(space, number, waited, values) for number, waited in low.items()]
+            lessons = [self._waiting_lesson(number, waited, said[number], values) for number, waited in low.items()]
+        if self.tables.messages and any(not judge(limit, View(values)).holds for limit in self.tables.messages):
+            lessons += message_lessons(space, self.tables.messages, values)
         lessons += lessons_of(space, late, values, self.tables.late) if late else []
         for lesson in lessons:
             self._teach(self.model, lesson)
         return bool(lessons)
+
+    def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:
+        """Why a thread, or a message (below 0), waits so long in a design, longer than a solution said."""
+        assert self.waiting is not None
+        if number < 0:
+            longer = Fraction(said, self.waiting.scale)
+            found = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)
+            return found or waits_lesson(self.tables.space, number, self.waiting.waits.messages[number], waited, values)
+        return waiting_lesson(self.tables.space, number, waited, values)
 
     def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:
         """Some decision has an option outside the box, or some thread another core than the first of its group."""

@@ -177,7 +177,7 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     tables = build_tables(evaluator)
     if method != "model":
         try:
-            few = FEW_JUDGED if tables.late or tables.waits is not None else FEW
+            few = FEW_JUDGED if tables.late or tables.messages or tables.waits is not None else FEW
             found = exhaust(tables, few) if method == "auto" else exhaust(tables)
             return AllDesigns(found, tables.space.first_order), tables
         except TooMany:

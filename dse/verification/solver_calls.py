@@ -61,6 +61,8 @@ WAITING: Ways = (
 """Ways where threads wait for each other: what a solver does before it branches takes longer than most answers."""
 PACKING: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 0), SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1))
 """Ways where threads are put on cores: of what fills them to the brim only the relaxation tells (record 10)."""
+ON_BUSES: Ways = PACKING
+"""Ways where messages are limited: what all of them need of a bus the relaxation tells at once."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""

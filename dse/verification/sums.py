@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -157,6 +157,8 @@ class Waits:
     places: Mapping[int, Diagram]
     priorities: Mapping[int, Diagram]
     latest: Mapping[int, Diagram]
+    messages: Mapping[int, Callable[[View], Fraction]] = field(default_factory=dict)
+    """For each message what it waits in a design, in ns, by a key below 0."""
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:
         """The time between two jobs of a thread; None where there is one only.

@@ -13,10 +13,13 @@ from typing import Any
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import Limit
 from dse.analysis.measures import Term
+from dse.analysis.messages.conflicts import open_identifiers
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import Reads
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
+from dse.space.model.criteria import Metric
 from dse.space.model.space import EMPTY, Space
 from dse.space.model.trees import Choice
 from dse.space.question.open_cores import is_scheduled
@@ -25,6 +28,7 @@ from dse.verification.scheduling.clock_reads import Passage, in_units, passage_o
 from dse.verification.scheduling.contention import is_late_limit
 from dse.verification.scheduling.cores import CoreTable, core_table
 from dse.verification.scheduling.levels import Levels, levels_of, rooms, timely
+from dse.verification.scheduling.messages import is_message_limit
 from dse.verification.scheduling.sampling import formula_of
 from dse.verification.scheduling.threads import places_of, rate_of, waits_of
 from dse.verification.sums import Pick, Sum, SumBound, Summands, Waits
@@ -35,6 +39,8 @@ COARSE = 10**6
 ONE = Fraction(1)
 FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
+FEW_OF_MESSAGES = 5
+"""So has that of a message, which depends on all on its bus."""
 FEW_LEAVES = 100
 """A response time with more cases than this is judged design by design."""
 FEW_CASES = 300
@@ -57,6 +63,8 @@ class Tables:
     met: tuple[Diagram | None, ...]
     late: tuple[Limit, ...] = ()
     """Limits on response times that no bound holds: the analysis judges them design by design."""
+    messages: tuple[Limit, ...] = ()
+    """Limits on messages that no bound holds, which the analysis judges as well."""
     loose: tuple[Limit, ...] = ()
     """Limits that bounds state in part only; the analysis judges each design as well."""
     cores: tuple[CoreTable, ...] = ()
@@ -78,7 +86,7 @@ class Tables:
     @property
     def bounds_are_exact(self) -> bool:
         """Whether the bounds admit exactly the designs that the requirements do, limits on cores left aside."""
-        return not self.late and self.waits is None and all(bound.exact for bound in self.bounds)
+        return not self.late and not self.messages and self.waits is None and all(bound.exact for bound in self.bounds)
 
 
 def build_tables(evaluator: Evaluator) -> Tables:
@@ -104,10 +112,11 @@ def build_tables(evaluator: Evaluator) -> Tables:
         objectives=objectives,
         met=tuple(builder.met(number) for number in range(len(evaluator.space.decisions))),
         late=late,
+        messages=tuple(builder.messages),
         loose=tuple(builder.loose),
         cores=tuple(builder.cores),
         places=places_of(builder.make, builder.defined) if late or builder.waiting else {},
-        waits=builder.waits() if builder.waiting else None,
+        waits=builder.waits() if builder.waiting or builder.waits_of else None,
         passages=tuple(builder.passages),
         levels=levels_of(builder.make, threads),
     )
@@ -120,15 +129,16 @@ class _TableBuilder:
         self.make = Diagrams(evaluator.space)
         self.conditions: list[tuple[str, Diagram]] = []
         self.late: list[Limit] = []
+        self.messages: list[Limit] = []
+        self.waits_of: dict[int, Callable[[View], Fraction]] = {}
         self.loose: list[Limit] = []
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
         self.passages: list[Passage] = []
         self.until_read: dict[int, tuple[Term, Summands | None]] = {}  # with the term, so that its id stays its own
         measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
-        self.wait_scale = lcm(
-            *(item.scale for item in measures if not item.rounded and is_scheduled(self.space, item.metric))
-        )
+        waits = partial(may_hold_waiting, self.space)
+        self.wait_scale = lcm(*(item.scale for item in measures if not item.rounded and waits(item.metric)))
 
     def structure(self) -> None:
         """What the architecture and the rules demand."""
@@ -197,6 +207,10 @@ class _TableBuilder:
         if upper and always and term.waits is not None and self._is_large(term, owner):
             self.waiting.add(term.waits[0])
             return Summands((self._least(term, owner),), waits=(term.waits,))
+        if upper and term.message is not None and self._is_large(term, owner):
+            key = -1 - term.message
+            self.waits_of[key] = partial(_waited, term)
+            return Summands((self._least(term, owner),), waits=((key, ONE),))
         if loose and term.ends is not None and self._has_many_cases(term, owner):
             return Summands((self._least(term, owner),), is_loose=True)
         return Summands((self.term(term, owner),))
@@ -251,7 +265,10 @@ class _TableBuilder:
         """Whether a response time has too many cases to tabulate."""
         if term.waits is not None and self.space.components[term.waits[0]].processor is None:
             return False
-        if sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS:
+        many = FEW_OF_MESSAGES if term.message is not None else FEW_DECISIONS
+        if sum(decision.is_open for decision in self.space.decisions) > many:
+            return True
+        if term.message is not None and open_identifiers(self.space):
             return True
         try:
             self.make.diagram(term.value, name, FEW_LEAVES)
@@ -310,6 +327,9 @@ class _TableBuilder:
     def limit(self, limit: Limit) -> list[SumBound]:
         """The inequalities of a requirement; one for each thread where every core has its limit."""
         operator, name = limit.requirement.operator, limit.requirement.text
+        if is_message_limit(limit) and any(self._is_large(term, name) for term in limit.measure.terms):
+            self.messages.append(limit)
+            return []
         if is_late_limit(limit):
             try:
                 if sum(decision.is_open for decision in self.space.decisions) > FEW_DECISIONS:
@@ -357,7 +377,8 @@ class _TableBuilder:
 
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""
-        return waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
+        found = waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
+        return replace(found, messages=self.waits_of)
 
     def met(self, index: int) -> Diagram | None:
         """Where the walk through the decision's home meets it."""
@@ -380,6 +401,16 @@ class _TableBuilder:
 def _rounded_up(scale: int, value: Any) -> int:
     found: int = ceil(value * scale)
     return found
+
+
+def may_hold_waiting(space: Space, metric: Metric) -> bool:
+    """Whether response times, or the waiting of messages, may count in a metric."""
+    return is_scheduled(space, metric) or bool(counted_buses(space))
+
+
+def _waited(term: Term, view: View) -> Fraction:
+    """How much more a figure is than where nothing waits."""
+    return term.value(view) - _least_of(term, view)
 
 
 def _least_of(term: Term, view: View) -> Fraction:

@@ -22,6 +22,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         return rng.choice(values)
 
     kind = rng.choice(KINDS)
+    anys = rng.choice((0, 0, 0.5, 0.9)) if kind == "priority" else 0
     counts = rng.random() < 0.5 if responses is None else responses
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
     lines += ["processor_types: {c: {cores: 2, price: 10 EUR}}", "bus_types:"]
@@ -72,6 +73,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
             left[0] -= 1
             other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
             own = f"[{own}, {other:#x}]"
+        own = _perhaps_any(rng, left, anys, own)
         shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
         lines.append(f"  {name}: {{{shown}{extra}{deadline}}}")
         made += 1
@@ -96,3 +98,13 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     first = next(iter(flows))
     lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
     return "\n".join(lines)
+
+
+def _perhaps_any(rng: Random, left: list[int], share: float, own: str) -> str:
+    """Perhaps any identifier, alone or, while some decisions are left, beside what a message has."""
+    if rng.random() >= share:
+        return own
+    if not left[0] or rng.random() < 0.5:
+        return "any"
+    left[0] -= 1
+    return f"[{own.strip('[]')}, any]"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
 from .arbitration import arbitration, counted
+from .identifiers import order_of
 from .quantities import NS_PER_S
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
 
@@ -31,6 +32,7 @@ class Buses:
             bus = next((slot for slot in self.reading.stack(name) if slot in slots), None)
             if bus is not None:
                 self.bus_of[name] = bus
+        self.order: dict[str, list[str]] = {}
         self.jobs: list[Job] = [(name, "message") for name in self.bus_of if self.sent_as(name) == name]
 
     def sent_as(self, name: str) -> str:
@@ -50,9 +52,52 @@ class Buses:
                 return other
         return name
 
-    def identifier(self, name: str) -> int:
-        """Its identifier in this design; -1 of a message without one."""
-        return int(self.reading.get(name, "identifier") or "-1", 0)
+    def identifier(self, name: str) -> int | None:
+        """Its identifier in this design, -1 of a message without one; None where it may have any."""
+        text = self.reading.get(name, "identifier") or "-1"
+        return None if text == "any" else int(text, 0)
+
+    def choose(self) -> None:
+        """The places of messages on buses on which some may have any identifier, with releases as they are now."""
+        flows = {name for path in self.reading.problem.paths.values() for name in path}
+        for bus in dict.fromkeys(self.bus_of.values()):
+            here = [name for name, _ in self.jobs if self.bus_of[name] == bus]
+            if arbitration(self._type(bus)) != "priority" or all(self.identifier(name) is not None for name in here):
+                continue
+            parts = {
+                name: [one for one in self.bus_of if self.bus_of[one] == bus and self.sent_as(one) == name]
+                for name in here
+            }
+            frame = self._type(bus).get("frame")
+            bits = int(frame.get("identifier_bits", 11)) if isinstance(frame, dict) else 29 if frame is None else 11
+            self.order[bus] = order_of(
+                {name: self.identifier(name) for name in here},
+                {name: self._latest(parts[name]) for name in here},
+                {name: self._period(name) for name in here},
+                {name: bool(flows & set(parts[name])) for name in here},
+                2**bits - 1,
+                lambda name, before, behind, bus=bus: self._between(name, before, behind, bus),  # type: ignore[misc]
+            )
+
+    def _latest(self, names: Sequence[str]) -> Fraction | None:
+        """How long a message may take on its bus for all that are this one message."""
+        found: list[Fraction] = []
+        for name in names:
+            text = self.reading.get(name, "deadline")
+            if text is not None:
+                found.append(
+                    Fraction(quantities.deadline(text)) - sum(Fraction(row[3]) for row in self._rows_before(name))
+                )
+        return min(found, default=None)
+
+    def _period(self, name: str) -> Fraction | None:
+        """The least time between two of a stream of it."""
+        releases = self.releases(name)
+        periods = [Fraction(period) for period, _ in releases.streams] if releases is not None else []
+        return min(periods, default=None)
+
+    def _rows_before(self, name: str) -> list[Any]:
+        return [row for row in self.reading.transit_rows(name) if row[1] != f"transmission on {self.bus_of[name]}"]
 
     def _type(self, bus: str) -> Any:
         kind = self.reading.type_of(bus)
@@ -83,7 +128,7 @@ class Buses:
 
     def releases(self, name: str) -> Releases | None:
         """When the message is handed to its bus; None where it may be late without a bound."""
-        rows = [row for row in self.reading.transit_rows(name) if row[1] != f"transmission on {self.bus_of[name]}"]
+        rows = self._rows_before(name)
         spread = sum((Fraction(row[3]) - row[2] for row in rows), Fraction(0))
         sender = self.reading.problem.component(name).get("from")
         if sender is None or self.reading.states_rate(name):
@@ -121,8 +166,12 @@ class Buses:
         return play_inside(given, [], 0, in_order=in_order)
 
     def _by_identifier(self, name: str, here: Sequence[str], bus: str) -> Fraction | None:
-        urgent = [other for other in here if self.identifier(other) < self.identifier(name)]
-        begun = max((self._last(other)[1] for other in here if other not in urgent), default=Fraction(0))
+        order = self.order.get(bus) or sorted([name, *here], key=lambda each: self.identifier(each) or 0)
+        place = order.index(name)
+        return self._between(name, order[:place], order[place + 1 :], bus)
+
+    def _between(self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str) -> Fraction | None:
+        begun = max((self._last(other)[1] for other in behind), default=Fraction(0))
         given: list[Any] = [(self.releases(each), self.times(each)[1]) for each in (name, *urgent)]
         if any(releases is None for releases, _ in given) or has_no_end(given, 1 if begun else 0):
             return None

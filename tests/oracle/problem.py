@@ -451,7 +451,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "queue_size": int,
     "cores": int,
     "core": int,
-    "identifier": lambda text: int(text, 0),
+    "identifier": lambda text: text if text == "any" else int(text, 0),
     "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (

@@ -910,7 +910,8 @@ class Reading:
         """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
         named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
         for one, other in combinations(named, 2):
-            if int(self.get(one, "identifier"), 0) != int(self.get(other, "identifier"), 0):
+            texts = [self.get(each, "identifier") for each in (one, other)]
+            if "any" in texts or int(texts[0], 0) != int(texts[1], 0):
                 continue
             for bus in set(self.stack(one)) & set(self.stack(other)):
                 named_type = self.type_of(bus) if bus in self.problem.section_of else bus

@@ -41,6 +41,7 @@ class Scheduling:
 
     def __init__(self, reading: Reading, *, only_buses: bool = False) -> None:
         self.reading, self.problem, self.only_buses = reading, reading.problem, only_buses
+        self.is_alone = False  # while nothing waits
         self.threads = list(self.problem.sections["threads"])
         self.jobs = [] if only_buses else [job for name in self.threads for job in self._jobs_of(name)]
         self.cores: dict[tuple[str, int], list[Job]] = {}
@@ -51,6 +52,9 @@ class Scheduling:
         self.chains = Chains(self)
         self.jobs += self.buses.jobs
         self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
+        self.is_alone = True
+        self.buses.choose()
+        self.is_alone = False
         self._settle()
 
     def waits(self, connection: str) -> Fraction | None:
@@ -372,7 +376,7 @@ class Scheduling:
         releases, takes = self.releases((name, "timer")), self.of(name)
         if releases is None or takes is None:
             return None
-        stated = self.reading.get(name, "response_time") if self.only_buses else None
+        stated = self.reading.get(name, "response_time") if self.only_buses or self.is_alone else None
         takes = takes if stated is None else max(takes, Fraction(quantities.time_range(stated)[1]))
         least = self.times((name, "timer"))[0]
         return [(period, late + takes - least) for period, late in _kept_apart(releases)]

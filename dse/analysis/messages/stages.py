@@ -7,13 +7,15 @@ and takes its time there. Only buses count of which everything that decides the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import ceil
-from typing import cast
+from typing import TypeAlias, cast
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
 from dse.analysis.memo import Recall
+from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.model import NO_PROCESSOR, Entry, Release, Resource, Stage, Wire
@@ -25,6 +27,7 @@ from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
 from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at
+from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 
 
@@ -140,22 +143,36 @@ def _releases_of(space: Space, number: int, bus: int, view: View) -> list[Releas
     return [Release(Stream(max(1, NS_PER_S // rate), most - least))] if rate else []
 
 
-def bus_resource(space: Space, bus: int, view: View) -> Resource:
-    """A bus with the messages that wait for it in a design, in the order of their identifiers where these decide.
+Released: TypeAlias = Callable[[Sequence[TaskKey]], Mapping[TaskKey, Task | None]]
+"""Messages as jobs whose releases have the jitter that they have where nothing waits."""
 
-    A `Resource` with one entry for each message; connections that leave one port are one message.
-    """
-    arbitration = at(space.buses[bus].arbitration, view)
-    carried = [
+
+def carried_by(space: Space, bus: int, view: View) -> list[int]:
+    """The messages that wait for a bus in a design, by their connections, in the order of the file."""
+    return [
         number
         for number in range(len(space.connections))
         if bus in may_wait_for(space, number)
         and bus_of(space, number, view) == bus
         and message_key(space, number, view)[0] == number
     ]
+
+
+def bus_resource(space: Space, bus: int, view: View, released: Released) -> Resource:
+    """A bus with the messages that wait for it in a design, in the order of their identifiers where these decide.
+
+    A `Resource` with one entry for each message; connections that leave one port are one message.
+    """
+    arbitration = at(space.buses[bus].arbitration, view)
+    carried = carried_by(space, bus, view)
     if arbitration == "priority":
-        carried.sort(key=lambda number: (at(space.connections[number].identifier, view), number))
-        return _by_identifier(space, bus, carried, view)
+        identifiers = [at(space.connections[number].identifier, view) for number in carried]
+        if ANY_IDENTIFIER in identifiers:
+            made = assigned(candidates_of(space, bus, view, released), *identifier_range(space, bus, view))
+            order = [carried[place] for place in made.order]
+            return _by_identifier(space, bus, order, made.identifiers, view)
+        pairs = sorted(zip(identifiers, carried, strict=True))
+        return _by_identifier(space, bus, [number for _, number in pairs], [number for number, _ in pairs], view)
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
     entries, turns = [], []
@@ -169,18 +186,72 @@ def bus_resource(space: Space, bus: int, view: View) -> Resource:
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=Wire(arbitration, 0, wholes, tuple(turns)))
 
 
-def _by_identifier(space: Space, bus: int, carried: Sequence[int], view: View) -> Resource:
+def identifier_range(space: Space, bus: int, view: View) -> tuple[int, int]:
+    """The time of a bit, in ns, and the greatest identifier on a bus."""
     slot = space.buses[bus]
-    frame, bandwidth = frame_at(slot.fixed_ns, view), at(slot.bandwidth_bps, view)
-    last: list[int] = []
-    sections: list[int] = []
+    frame = frame_at(slot.fixed_ns, view)
+    bits = 29 if frame is None else frame.identifier_bits
+    return _number(Fraction(NS_PER_S) / at(slot.bandwidth_bps, view)), (1 << bits) - 1
+
+
+def candidates_of(space: Space, bus: int, view: View, released: Released) -> list[Candidate]:
+    """The messages of a bus in search of their places, in the order of `carried_by`."""
+    carried = carried_by(space, bus, view)
+    tasks = released([(number, "message") for number in carried])
+    sharing: dict[int, list[int]] = {number: [] for number in carried}
+    for number in range(len(space.connections)):
+        if bus in may_wait_for(space, number) and bus_of(space, number, view) == bus:
+            sharing[message_key(space, number, view)[0]].append(number)
+    found = []
     for number in carried:
-        connection = space.connections[number]
+        made = candidate_of(space, bus, number, view, tasks[number, "message"])
+        limits = [_limit_ns(space, bus, one, view) for one in sharing[number]]
+        latest = min((limit for limit in limits if limit is not None), default=None)
+        is_on_flow = any(_is_on_flow(space, one) for one in sharing[number])
+        identifier = at(space.connections[number].identifier, view)
+        found.append(
+            replace(
+                made,
+                limit_ns=latest,
+                identifier=None if identifier == ANY_IDENTIFIER else identifier,
+                is_on_flow=is_on_flow,
+            )
+        )
+    return found
+
+
+def candidate_of(space: Space, bus: int, number: int, view: View, task: Task | None) -> Candidate:
+    """The message of one connection in search of its place, with any identifier; `task` is it as a job."""
+    last, section = _frames_ns(space, bus, number, view)
+    return Candidate(task, last, section, _limit_ns(space, bus, number, view), None, _is_on_flow(space, number))
+
+
+def _is_on_flow(space: Space, number: int) -> bool:
+    """Whether a connection is a part of a flow."""
+    return any(step.kind == "connection" and step.index == number for flow in space.flows for step in flow.steps)
+
+
+def _limit_ns(space: Space, bus: int, number: int, view: View) -> Exact | None:
+    """The longest that the message of a connection may take on a bus by its deadline; None without one."""
+    deadline = at(space.connections[number].deadline_ns, view)
+    return None if deadline is None else deadline - wrapping_ns(space, number, bus, view)[1]
+
+
+def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, int]:
+    """The longest times of the last and of the longest frame of a message."""
+    connection = space.connections[number]
+    frame, bandwidth = frame_at(space.buses[bus].fixed_ns, view), at(space.buses[bus].bandwidth_bps, view)
+    (size,) = message_sizes(space, connection, bus, view)
+    if frame is None:
         whole = _time_ns(space, connection, bus, view)[1]
-        (size,) = message_sizes(space, connection, bus, view)
-        final, longest = (whole, whole) if frame is None else last_frame_ns(frame, ceil(size), bandwidth)
-        last.append(_number(final))
-        sections.append(_number(longest))
+        return whole, whole
+    final, longest = last_frame_ns(frame, ceil(size), bandwidth)
+    return _number(final), _number(longest)
+
+
+def _by_identifier(space: Space, bus: int, carried: Sequence[int], identifiers: Sequence[int], view: View) -> Resource:
+    frames = [_frames_ns(space, bus, number, view) for number in carried]
+    last, sections = [one for one, _ in frames], [longest for _, longest in frames]
     entries: list[Entry] = []
     longest_later: list[tuple[TaskKey, int]] = []  # of the less urgent ones the message with the longest frame
     for position in reversed(range(len(carried))):
@@ -190,8 +261,9 @@ def _by_identifier(space: Space, bus: int, carried: Sequence[int], view: View) -
         if not longest_later or sections[position] >= blocked:
             longest_later = [(key, picked("max", sections[position], blocked))]
     entries.reverse()
-    bit = _number(Fraction(NS_PER_S) / bandwidth)
-    return Resource(NO_PROCESSOR, bus, tuple(entries), wire=Wire("priority", bit, tuple(last), ((),) * len(carried)))
+    bit = identifier_range(space, bus, view)[0]
+    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers))
+    return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
 
 
 def _sender(space: Space, number: int) -> int:

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
-from dse.analysis.messages.stages import bus_resource, wrapping_ns
+from dse.analysis.messages.stages import bus_of, counted_buses, message_key, wrapping_ns
 from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.model import NO_PROCESSOR
 from dse.analysis.scheduling.parts import Delay, Parts
+from dse.analysis.scheduling.resolve import resource_of_bus
 from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.scheduling.waits import stated_name
 from dse.analysis.views import View
-from dse.space.model.space import Space
+from dse.space.model.space import Connection, Space
 from dse.space.model.trees import at
+from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.json_fields import Data, Json, Of
 from dse.support.units import Exact
 
@@ -48,7 +51,7 @@ class MessageResponse:
     )
 
     name: Annotated[str, "The connection."]
-    identifier: Annotated[int | None, "Its identifier; null where it has none."]
+    identifier: Annotated[int | None, "Its identifier, stated or chosen; null where it has none."]
     transmission_ns: Annotated[tuple[Exact, Exact], "The shortest and the longest time of its frames alone."]
     releases: Annotated[tuple[Stream, ...] | None, "When it is handed to the bus; null where its jitter has no bound."]
     response_ns: Annotated[Exact | None, "The longest time from then until it is there; null without a bound."]
@@ -101,18 +104,48 @@ class MessageResponse:
         return self.parts.over_ns
 
 
+def chosen_identifiers(space: Space, view: View) -> dict[int, int]:
+    """The identifiers of the connections of a whole design that may have any, by connection."""
+    found: dict[int, int] = {}
+    for bus in counted_buses(space):
+        carried = [number for number in range(len(space.connections)) if bus_of(space, number, view) == bus]
+        free = [number for number in carried if at(space.connections[number].identifier, view) == ANY_IDENTIFIER]
+        resource = resource_of_bus(space, bus, view) if free else None
+        if resource is None or resource.wire is None or not resource.wire.identifiers:
+            continue
+        numbers = {entry.key: number for entry, number in zip(resource.entries, resource.wire.identifiers, strict=True)}
+        found |= {number: numbers[message_key(space, number, view)] for number in free}
+    return found
+
+
+def with_identifiers(space: Space, view: View) -> Space:
+    """The space in which messages that may have any identifier have those of a whole design."""
+    chosen = chosen_identifiers(space, view)
+    wires = list(space.connections)
+    for number, identifier in chosen.items():
+        wires[number] = replace(wires[number], identifier=identifier)
+    return replace(space, connections=tuple(wires)) if chosen else space
+
+
+def _number(connection: Connection, view: View) -> int | None:
+    """The identifier of a message on a bus where identifiers decide nothing; None where it states none."""
+    stated = at(connection.identifier, view)
+    return stated if isinstance(stated, int) else None
+
+
 def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageResponse]:
     """The messages of a counted bus in a whole design, in the order in which they go first.
 
     One `MessageResponse` for each message, with parts that add up to the response time in ns.
     """
     solution = messages_of(space, view)
-    for entry in bus_resource(space, bus, view).entries:
-        place = solution.system.place(entry.key)
-        assert place is not None
+    resources = solution.system.resources
+    resource = next(item for item in resources if (item.processor, item.core) == (NO_PROCESSOR, bus))
+    assert resource.wire is not None
+    for position, entry in enumerate(resource.entries):
         number, stage = entry.key[0], solution.system.stages[entry.key]
         connection, response = space.connections[number], solution.ends[entry.key]
-        window, streams = solution.windows.of(*place), solution.windows.events.streams(entry.key)
+        window, streams = solution.windows.of(resource, position), solution.windows.events.streams(entry.key)
         loss = solution.loss_of(entry.key)
         because = () if loss is None else solution.because(loss)
         parts = window.parts() if window is not None and response is not None else None
@@ -120,7 +153,7 @@ def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageRes
         longest = None if response is None else response + wrapping_ns(space, number, bus, view)[1]
         yield MessageResponse(
             connection.name,
-            at(connection.identifier, view),
+            resource.wire.identifiers[position] if resource.wire.identifiers else _number(connection, view),
             (stage.best_ns, stage.worst_ns),
             streams,
             response,

@@ -165,12 +165,15 @@ class Wire:
         the longest time of the last frame of each message, before which nothing else goes once it has begun.
     turns
         the messages of which one may go before each message of its sender, one for each other sender.
+    identifiers
+        those of the messages where these decide, chosen ones among them; else none.
     """
 
     arbitration: Arbitration
     bit_ns: Exact
     last_ns: tuple[Exact, ...]
     turns: tuple[tuple[Task, ...], ...]
+    identifiers: tuple[int, ...] = ()
 
 
 NO_PROCESSOR = -1

@@ -24,7 +24,8 @@ from dse.analysis.messages.stages import (
     message_stage,
 )
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, rate_hz
-from dse.analysis.scheduling.busy_window import Stream
+from dse.analysis.scheduling.busy_window import Stream, Task
+from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
@@ -83,8 +84,20 @@ def resolve_buses(space: Space, view: View, wire: int | None = None) -> System:
 def _bus(space: Space, number: int, view: View) -> Resource:
     """A bus with its messages: of whole designs that agree in what decides them one object."""
     if _is_shared(space, view):
-        return _BUSES.recall(space, number, view, bus_resource)
-    return bus_resource(space, number, view)
+        return _BUSES.recall(space, number, view, resource_of_bus)
+    return resource_of_bus(space, number, view)
+
+
+def resource_of_bus(space: Space, number: int, view: View) -> Resource:
+    """A bus with its messages; identifiers that are chosen go by the jitter that messages have where nothing waits."""
+    return bus_resource(space, number, view, partial(released_undelayed, space, view))
+
+
+def released_undelayed(space: Space, view: View, keys: Sequence[TaskKey]) -> dict[TaskKey, Task | None]:
+    """Stages as jobs where nothing waits: what releases them ends within its longest processing by itself."""
+    stages = with_senders(keys, partial(_in_latencies, space, reader(space, view), view))
+    events = EventModels(stages, {})
+    return {key: events.task(key) for key in keys}
 
 
 def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:

@@ -23,7 +23,7 @@ from dse.analysis.scheduling.responses import counted_ns, subset_responses
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
-from dse.encode.message_reasons import conditions_of
+from dse.encode.messages.reasons import conditions_of, soonest_conditions
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.model.space import Space
 from dse.space.model.trees import at
@@ -89,7 +89,12 @@ def reason_of_value(
     """
     value = term.value
     if term.may_fall or counted_buses(space):  # what messages wait for hangs on all on their bus
-        known = None if term.may_fall else conditions_of(space, places, term, view, exact)
+        known = None
+        if not term.may_fall and term.message is not None:
+            known = conditions_of(space, places.chosen, term.message, value, view, exact)
+            sooner = soonest_conditions(space, places.chosen, term, view, has) if known is None else None
+            if sooner is not None:
+                return Reason(tuple(sooner[0]), ()), sooner[1]
         return _seen(space, places, value, view, ()) if known is None else Reason(tuple(known), ()), exact
     groups = _groups(space, places, view)
 

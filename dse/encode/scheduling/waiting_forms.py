@@ -83,7 +83,8 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     table = None if _is_clearly_long(board, term.value, most) else board.short_table(term.value, most)
     if table is not None:
         return board.form((literal, rounded(value * measure.scale)) for literal, value in table)
-    assert term.ends is not None
+    ends = term.ends
+    assert ends is not None
     if term.only_waits and term.waits is not None and not measure.rounded:
         shared = shared_waiting(board, term.waits[0], measure.scale, term.waits[1])
         if shared is not None:
@@ -91,7 +92,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
             if term.waits_where is not None:
                 waiting = _waiting_where(board, term.waits[0], waiting, term.waits_where)
             return _waiting_form(board, measure, term, waiting, times)
-    bounds = board.table(term.ends)
+    bounds = board.table(ends)
     lows = board.form((literal, rounded(low * measure.scale)) for literal, (low, _) in bounds)
     highs = board.form((literal, rounded(high * measure.scale)) for literal, (_, high) in bounds)
     check_exact(max(abs(lows.low), abs(highs.high)), f"the response time of {term.label}")
@@ -102,7 +103,13 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         None if term.waits is None or term.waits_where is not None else (term.waits[0], term.waits[1] * measure.scale)
     )
     value = OpenTerm(
-        variable, lambda view: rounded(term.value(view) * measure.scale), lows, waits, term.may_fall, term.message
+        variable,
+        lambda view: rounded(term.value(view) * measure.scale),
+        lows,
+        waits,
+        term.may_fall,
+        term.message,
+        None if board.is_guarded else lambda view, waited: rounded((ends(view)[0] + waited) * measure.scale),
     )
     board.open_terms.append(value)
     return Form(0, {variable.index: 1}, lows.low, highs.high)

@@ -14,6 +14,7 @@ from dse.analysis.diagnosis.unbounded import may_be_unbounded
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.latency.offset_advice import boundaries
 from dse.analysis.limits import Verdict, judge
+from dse.analysis.messages.late import late_messages
 from dse.analysis.views import View
 from dse.answers.explanation import Demand, Example
 from dse.answers.result import decisions_of
@@ -104,7 +105,8 @@ class NamedDesigns:
         read = tuple(item for item in boundaries(self.space, view) if item.flow in flows) if flows else ()
         is_whole = all(isinstance(self.oracle.members[number], Requirement) for number in broken)
         shorter = tuple(self._mending(teller, verdicts, (*full, *late, *delayed))) if is_whole else ()
-        return Example(self.decisions(design), breaks, full, late, delayed, read, shorter)
+        messages = tuple(late_messages(self.space, seen, view))
+        return Example(self.decisions(design), breaks, full, late, delayed, read, shorter, messages)
 
     def _mending(
         self, teller: Teller, verdicts: Sequence[Verdict], wrong: Sequence[Overload | Late | Delayed]

@@ -18,6 +18,7 @@ from dse.answers.drawing.picture import Drafter
 from dse.answers.exports.aadl.chosen import ChosenModel, Side
 from dse.answers.exports.aadl.whole import WholeModel
 from dse.answers.exports.cie import cie_configuration
+from dse.answers.exports.dbc import can_database
 from dse.answers.exports.formats import graphml, graphviz, pinning_table, ros2_parameters
 from dse.answers.exports.problem_file import fixed_problem, without
 from dse.answers.result import Result
@@ -37,7 +38,7 @@ from dse.support import arguments
 from dse.support.errors import ProblemError, UsageError
 from dse.support.units import Exact
 
-Format = Literal["problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl", "svg"]
+Format = Literal["problem", "ros2", "cie", "pinning", "dbc", "dot", "graphml", "aadl", "svg"]
 TRIALS = 5
 
 
@@ -63,7 +64,7 @@ def export(
     form
         ``problem``: the problem file with its decisions fixed; ``ros2``: the parameters that nodes declare; ``cie``: a
         configuration of the callback-isolated executor, with priorities and cores; ``pinning``: cores and
-        priority levels of threads as CSV; ``dot``;
+        priority levels of threads as CSV; ``dbc``: the messages of a CAN bus with their identifiers; ``dot``;
         ``graphml``; ``aadl``: a model, or an implementation that extends the one that the problem is of; ``svg``: a
         drawing of the architecture, of a problem with its open decisions marked.
     folder
@@ -100,6 +101,8 @@ def export(
         return cie_configuration(result.space, chosen.design, title, _names(result))
     if form == "pinning":
         return pinning_table(result.space, chosen.design, title)
+    if form == "dbc":
+        return can_database(result.space, chosen.design, title)
     if form == "dot":
         return graphviz(result.space, chosen.design)
     if form == "svg":

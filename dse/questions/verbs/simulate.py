@@ -16,7 +16,7 @@ from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.stored_inputs import may_be_stored
 from dse.analysis.measures import build_measure
 from dse.analysis.messages.stages import counted_buses
-from dse.analysis.messages.waits import message_responses
+from dse.analysis.messages.waits import message_responses, with_identifiers
 from dse.analysis.osate.latency import is_never_sampled, is_synchronous
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -138,6 +138,7 @@ def simulate(
     if evaluation.breaches:
         raise UsageError(f"not a valid design: {'; '.join(evaluation.breaches)}")
     cores = cores_of(space, evaluation.design) if contention else None
+    space = with_identifiers(space, View(evaluation.design))
     plan = build_plan(space, evaluation.design, cores=cores, endless_queues=endless_queues)
     whole = _setting(space, plan, _read_duration(duration))
     setting = replace(whole, execution=execution, bus_contention=bus_contention, seed=seed)

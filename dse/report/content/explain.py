@@ -19,6 +19,7 @@ from dse.report.words.basis import basis_words
 from dse.report.words.clocks import boundary_words
 from dse.report.words.contention import safe_words
 from dse.report.words.lateness import delayed_words, late_words, overload_words, shorter_words
+from dse.report.words.messages import late_message_words
 from dse.report.words.reasons import exclusion_words
 from dse.space.question.open_cores import is_scheduled
 from dse.support.units import format_duration, format_number, format_ratio
@@ -308,6 +309,8 @@ def _tell_designs(say: _Teller, explanation: Explanation) -> None:
             say.item(overload_words(overload), 1 + int(several))
         for late in example.late:
             say.item(late_words(late), 1 + int(several))
+        for message in example.late_messages:
+            say.item(late_message_words(message), 1 + int(several))
         for delayed in example.delayed:
             say.item(delayed_words(delayed), 1 + int(several))
         for text in boundary_words(example.boundaries):

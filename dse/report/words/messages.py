@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from dse.analysis.messages.late import LateMessage
 from dse.analysis.messages.waits import MessageResponse
+from dse.report.amounts import listed
 from dse.report.page import Table
 from dse.report.words.scheduling import deadline_cells, in_ms, no_bound_words
 
@@ -82,3 +84,28 @@ def _waits_for(item: MessageResponse) -> str:
     if item.over_ns:
         found.append(f"of which {in_ms(item.over_ns)} are over when it comes")
     return ", ".join(found)
+
+
+def late_message_words(late: LateMessage) -> str:
+    """Why a message is late, what goes before it, and the identifier that would do.
+
+    ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
+    """
+    item = late.message
+    name = item.name if item.identifier is None else f"{item.name} ({item.identifier:#x})"
+    end = "has no bound" if late.late_ns is None else f"ends {in_ms(late.late_ns)} late"
+    parts = [] if not item.blocking_ns else [f"{item.blocked_by} that has begun ({in_ms(item.blocking_ns)})"]
+    waits = _waits_for(item)
+    parts += [waits] if waits else []
+    behind = f", behind {', '.join(parts)}" if parts else ""
+    return f"{name} {end} on {late.bus}: {in_ms(item.transmission_ns[1])} of its own{behind}{_would_do(late)}"
+
+
+def _would_do(late: LateMessage) -> str:
+    if late.before is None:
+        return "" if late.message.identifier is None else "; late with any identifier beside the others in their order"
+    free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
+    named = listed(late.makes_late[:MOST_NAMED])
+    more = f" and {len(late.makes_late) - MOST_NAMED} more" if len(late.makes_late) > MOST_NAMED else ""
+    others = f", but then {named}{more} would be late" if late.makes_late else ""
+    return f"; in time right before {late.before}{free}{others}"

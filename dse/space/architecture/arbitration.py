@@ -14,7 +14,7 @@ from dse.space.architecture.carriers import carriers
 from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Arbitration, Bus, Connection
 from dse.space.model.trees import leaves
 from dse.space.properties import Ledger, type_choice
-from dse.spec.schema.fields import MOST_IDENTIFIER
+from dse.spec.schema.fields import ANY_IDENTIFIER, MOST_IDENTIFIER
 from dse.spec.schema.frames import CanFdFrame, CanFrame
 from dse.spec.schema.hardware import BusType
 from dse.spec.schema.model import Spec
@@ -89,13 +89,14 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
     bits = min((item.identifier_bits for item in frames if isinstance(item, CanFrame | CanFdFrame)), default=29)
     most = (1 << bits) - 1
     for wire in wires:
-        given = [leaf for leaf in leaves(wire.identifier) if leaf is not None]
+        options = set(leaves(wire.identifier)) - {None}
+        given = sorted(options - {ANY_IDENTIFIER})
         place = ("connections", wire.name, "identifier")
         for number in given:
             if number > most:
                 hint = f"{{protocol: can, identifier_bits: 29}} goes up to {MOST_IDENTIFIER:#x}" if bits == 11 else ""
                 ledger.error(place, f"{number:#x} is beyond identifiers of {bits} bits ({most:#x})", hint)
-        if len(given) != 1 or len({leaf for leaf in leaves(wire.bus) if leaf is not None}) > 1:
+        if len(given) != 1 or len(options) > 1 or len({leaf for leaf in leaves(wire.bus) if leaf is not None}) > 1:
             continue  # where there is a choice a design with one identifier twice is none
         other = first.setdefault(given[0], wire)
         if other is wire or (is_one_message(other, wire) and all(model.broadcast for model in models.values())):
@@ -103,6 +104,15 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
         hint = "one message to several receivers leaves one `from_port` onto a `broadcast` bus"
         hint = hint if wire.source == other.source else "each sender has identifiers of its own"
         ledger.error(place, f"{given[0]:#x} is the identifier of {shown(other.name)} on the same bus", hint)
+
+
+def identifier_text(identifier: int | str) -> str:
+    """An identifier as the file may state it.
+
+    >>> identifier_text(385), identifier_text("any")
+    ('0x181', 'any')
+    """
+    return identifier if isinstance(identifier, str) else hex(identifier)
 
 
 def is_one_message(one: Connection, other: Connection) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from dse.space.architecture.arbitration import identifier_text
 from dse.space.architecture.buses import read_further, read_protocols
 from dse.space.architecture.calls import Calls, connections_of_calls
 from dse.space.architecture.carriers import counted
@@ -283,7 +284,7 @@ def _build_connection(
         type_bytes=read("type_size", "data size", format_size),
         further=read_further(ledger, spec, path, given, wires),
         protocols=read_protocols(ledger, spec, path, given, wires),
-        identifier=read("identifier", "identifier", hex),
+        identifier=read("identifier", "identifier", identifier_text),
         deadline_ns=deadline,
     )
 

@@ -216,7 +216,8 @@ class Connection:
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
     OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
     is no connection of the file: it leads from a piece of a thread to the next. Of the messages that wait for a bus the
-    one of the lowest `identifier` goes first; `deadline_ns` is that of a message, from when it is sent to its receipt.
+    one of the lowest `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from when it
+    is sent to its receipt.
     """
 
     name: str

@@ -231,20 +231,27 @@ MOST_IDENTIFIER = 2**29 - 1
 _HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]{1,8}")
 
 
-def _identifier(value: Any) -> int:
-    """An identifier of CAN as a number; as text where it is hexadecimal."""
+ANY_IDENTIFIER = "any"
+"""In place of the identifier of a message: the one that the deadlines on its bus leave it."""
+
+
+def _identifier(value: Any) -> int | str:
+    """An identifier of CAN as a number; as text where it is hexadecimal, or may be `any`."""
+    if value == ANY_IDENTIFIER:
+        return ANY_IDENTIFIER
     is_text = isinstance(value, str) and _HEXADECIMAL.fullmatch(value)
     return _count(0, MOST_IDENTIFIER)(int(value, 16) if is_text else value)
 
 
 Identifier: TypeAlias = Annotated[
-    int,
+    int | str,
     ReadBy(_identifier),
     WithJsonSchema(
         {
             "anyOf": [
                 {"type": "integer", "minimum": 0, "maximum": MOST_IDENTIFIER},
                 {"type": "string", "pattern": f"^{_HEXADECIMAL.pattern}$"},
+                {"enum": [ANY_IDENTIFIER]},
             ]
         }
     ),

@@ -28,7 +28,7 @@ MOST_JOBS = 24
 
 
 class WaitVariables:
-    """The waiting times in a model, in units of 1 / `scale` ns."""
+    """The waiting times in a model, in units of 1 / `scale` ns; those of messages are learnt as they come."""
 
     def __init__(self, space: Space, model: cp_model.CpModel, waits: Waits, value: Callable[[Any], Any]) -> None:
         self.space, self.model, self.scale = space, model, waits.scale
@@ -44,7 +44,7 @@ class WaitVariables:
         self.priority = {number: variable(item) for number, item in waits.priorities.items()}
         self.place = {number: variable(item) for number, item in waits.places.items()}
         self.most = most = UNBOUNDED_NS * self.scale
-        self.variables = {number: model.new_int_var(0, most, "") for number in waits.threads}
+        self.variables = {number: model.new_int_var(0, most, "") for number in (*waits.threads, *waits.messages)}
         self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._pairs: dict[tuple[int, int], Any] = {}
@@ -142,8 +142,12 @@ class WaitVariables:
         """The threads that wait longer in a design than a solution says, with how long (ns)."""
         view = View(design)
         known = all_responses(self.space, view)
-        found = {}
+        found: dict[int, Fraction] = {}
         for number, value in values.items():
+            if number < 0:
+                waited = self.waits.messages[number](view)
+                found |= {number: waited} if waited * self.scale > value else {}
+                continue
             waited = Fraction(waited_ns(self.space, number, view, counted_ns(known.get((number, "thread"), 0))))
             if waited * self.scale > value:
                 found[number] = waited

@@ -15,7 +15,7 @@ from dse.support.errors import UsageError, about
 if TYPE_CHECKING:
     from dse.questions.verbs.export import Format
 
-FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dot", "graphml", "aadl", "svg")
+FORMATS: tuple[Format, ...] = ("problem", "ros2", "cie", "pinning", "dbc", "dot", "graphml", "aadl", "svg")
 
 
 LINES_WITHOUT_ROWS = 3
@@ -70,8 +70,9 @@ def command(
     The problem file keeps its comments, has the design as its baseline, and is read back before it is handed out:
     `dse analyse` gives the same figures for it. As AADL it is an implementation that extends the model that the problem
     is of, with what was decided; of a problem file it is a whole model, with what AADL has no word for in a property
-    set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. Neither the
-    result nor its problem file is overwritten.
+    set. `pinning` is a table (CSV) of cores and priority levels, on which response times hold. `dbc` has the messages
+    of a CAN bus with their identifiers, stated or chosen, lengths, senders and cycle times. Neither the result nor its
+    problem file is overwritten.
     """
     file, number = result
     if number and alternative not in (None, number):

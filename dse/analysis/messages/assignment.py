@@ -1,0 +1,218 @@
+"""The order of the messages of a bus of which some may have any identifier: N. C. Audsley's assignment.
+
+From the last message up: whatever meets its deadline when all that are left go first may be the last of these ("On
+priority assignment in fixed priority scheduling", Information Processing Letters 79(1), 2001; of messages on CAN:
+R. I. Davis and others, Real-Time Systems 35, 2007, section 6). Where jitter is given, and numbers do not run short, an
+order that meets all deadlines is found if there is one. Of several messages that may be last one of no flow is, the one
+with the latest deadline (its period, where it states none), and one with a stated number after those that may have any;
+then those of flows, the last one in the file first: so flows have the most urgent places that the deadlines of the
+others leave. Messages with a number keep their order.
+(docs/semantics.md, section 5.5)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from dse.analysis.scheduling.busy_window import CLEARLY, Task
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A message in search of its place; times in ns.
+
+    Attributes
+    ----------
+    task
+        what it takes, and what releases it; None where its releases have no bound.
+    last_ns, section_ns
+        its last and its longest frame.
+    limit_ns
+        the longest response time that meets its deadline; None where it has none.
+    identifier
+        its number; None where it may have any.
+    is_on_flow
+        whether it is a part of a flow.
+    """
+
+    task: Task | None
+    last_ns: Exact
+    section_ns: Exact
+    limit_ns: Exact | None
+    identifier: int | None
+    is_on_flow: bool
+
+    def turn(self, position: int) -> tuple[bool, bool, Exact, int]:
+        """The lesser, the sooner it is made the last of those that may be; `position` is its place in the file."""
+        if self.is_on_flow:
+            return True, False, 0, -position
+        periods = [item.period_ns for item in self.task.streams] if self.task is not None else []
+        latest = self.limit_ns if self.limit_ns is not None else min(periods, default=None)
+        return False, self.identifier is not None, -(10**18) if latest is None else -latest, -position
+
+
+def is_in_time(own: Candidate, urgent: Iterable[Candidate], blocked_ns: Exact, bit_ns: Exact) -> bool:
+    """Whether a message meets its deadline where those of `urgent` go first; one without a deadline always does.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> one, other = (Candidate(periodic("", 135, 1000), 135, 135, limit, None, False) for limit in (405, 300))
+    >>> is_in_time(one, [other], 135, 1), is_in_time(other, [one], 135, 1)
+    (True, False)
+    """
+    if own.limit_ns is None:
+        return True
+    tasks = [item.task for item in urgent]
+    if own.task is None or any(item is None for item in tasks) or own.task.worst_ns > own.limit_ns:
+        return False
+    known = [item for item in tasks if item is not None]
+    quick = _Quick.of(own.task, known)
+    if quick is not None:
+        found = quick.is_in_time(own.last_ns, blocked_ns, bit_ns, own.limit_ns)
+        if found is not None:
+            return found
+    response = Arbitrated(own.task, tuple(known), blocked_ns, own.last_ns, bit_ns).response_ns()
+    return response is not None and response <= own.limit_ns
+
+
+@dataclass(frozen=True, slots=True)
+class _Quick:
+    """A message with one stream of whole ns, and the work of more urgent ones by their period and jitter."""
+
+    worst: Exact
+    period: int
+    jitter: int
+    streams: tuple[tuple[int, int, Exact], ...]
+
+    @staticmethod
+    def of(own: Task, urgent: Sequence[Task]) -> _Quick | None:
+        """None where some of them are released otherwise."""
+        if any(len(item.streams) != 1 or item.separation_ns is not None for item in (own, *urgent)):
+            return None
+        work: dict[tuple[int, Exact], Exact] = {}
+        for item in urgent:
+            key = item.streams[0].period_ns, item.streams[0].jitter_ns
+            work[key] = work.get(key, 0) + item.worst_ns
+        (stream,) = own.streams
+        if any(type(time) is not int for key in (*work, (stream.period_ns, stream.jitter_ns)) for time in key):
+            return None
+        streams = tuple((period, int(jitter), total) for (period, jitter), total in work.items())
+        return _Quick(own.worst_ns, stream.period_ns, int(stream.jitter_ns), streams)
+
+    def is_in_time(self, last: Exact, blocked: Exact, bit: Exact, limit: Exact) -> bool | None:
+        """Whether each job of the busy period ends in time (`Arbitrated`); None where the bus is all but full."""
+        used = float(self.worst / self.period) + sum(float(work / period) for period, _, work in self.streams)
+        if used > 1 - CLEARLY:
+            return False if used > 1 + CLEARLY else None
+        busy = self._least(blocked + self.worst, blocked, 0, own=True)
+        start: Exact = 0
+        count = 0
+        while not count or count * self.period - self.jitter < busy:
+            release = max(0, count * self.period - self.jitter)
+            before = blocked + (count + 1) * self.worst - last
+            start = self._least(max(before, start), before, bit, own=False)
+            if start + last - release > limit:
+                return False
+            count += 1
+        return True
+
+    def _least(self, time: Exact, once: Exact, bit: Exact, *, own: bool) -> Exact:
+        """The least time, no sooner than `time`, by which `once` and all that comes until a bit later is done."""
+        while True:
+            needed = once + sum(-(-(time + bit + jitter) // period) * work for period, jitter, work in self.streams)
+            if own:
+                needed += -(-(time + self.jitter) // self.period) * self.worst
+            if needed <= time:
+                return time
+            time = needed
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """Messages in their order, by their positions in the file, the most urgent first, with their identifiers.
+
+    `stuck` are those that were left when none of them could be last in time for the first time; empty where each has a
+    place in time. `is_forced`: one of them would have been in time, but that numbers run short.
+    """
+
+    order: tuple[int, ...]
+    identifiers: tuple[int, ...]
+    stuck: tuple[int, ...] = ()
+    is_forced: bool = False
+
+
+def assigned(candidates: Sequence[Candidate], bit_ns: Exact, most: int, soonest: int | None = None) -> Assignment:
+    """Places for all messages, with identifiers up to `most`; what cannot be in time is placed all the same.
+
+    With `soonest`, the position of a message, that has the most urgent place that the deadlines of all others leave it
+    in any order; as if there were numbers enough between stated ones.
+
+    Examples
+    --------
+    Four messages of 95, 135, 55 and 135 bits; by their deadlines, which are the periods, the third would end after 650.
+
+    >>> from dse.analysis.scheduling.busy_window import periodic
+    >>> frames = [(95, 360), (135, 420), (55, 630), (135, 850)]
+    >>> made = [Candidate(periodic("", bits, T), bits, bits, T, None, False) for bits, T in frames]
+    >>> assigned(made, 1, 2047).order, assigned(made, 1, 2047).identifiers
+    ((0, 2, 1, 3), (1, 2, 3, 4))
+    """
+    stated = sorted((item.identifier, place) for place, item in enumerate(candidates) if item.identifier is not None)
+    free = [place for place, item in enumerate(candidates) if item.identifier is None]
+
+    def turn(place: int) -> tuple[bool, bool, Exact, int]:
+        return candidates[place].turn(place) if place != soonest else (True, True, 0, 0)
+
+    free.sort(key=turn)
+    placed: list[int] = []
+    blocked: Exact = 0
+    top = most + 1
+    stuck: tuple[int, ...] = ()
+    is_forced = False
+    while free or stated:
+        number, bottom = stated[-1] if stated else (-1, -1)
+        options = list(free) if soonest is not None or top - 1 > number else []
+        may_be_bottom = bool(stated) and (soonest is not None or len(free) <= number - len(stated) + 1)
+        if may_be_bottom or not options:
+            options.append(bottom)
+        options.sort(key=turn)
+        left = [*free, *(place for _, place in stated)]
+
+        def may_be_last(place: int, left: Sequence[int] = left, blocked: Exact = blocked) -> bool:
+            others = (candidates[other] for other in left if other != place)
+            return is_in_time(candidates[place], others, blocked, bit_ns)
+
+        chosen = next(filter(may_be_last, options), None)
+        if chosen is None:
+            if not stuck:
+                is_forced = any(place not in options and may_be_last(place) for place in (*free, bottom) if place >= 0)
+                stuck = tuple(sorted(left))
+            chosen = options[0]
+        placed.append(chosen)
+        blocked = max(blocked, candidates[chosen].section_ns)
+        if chosen == bottom:
+            top = number
+            stated.pop()
+        else:
+            top -= 1
+            free.remove(chosen)
+    placed.reverse()
+    return Assignment(tuple(placed), _numbers(candidates, placed), stuck, is_forced)
+
+
+def _numbers(candidates: Sequence[Candidate], order: Sequence[int]) -> tuple[int, ...]:
+    """Numbers in this order: right after the stated one before them, or from 1 on, or right before the first stated."""
+    found: list[int] = []
+    first = next((at for at, place in enumerate(order) if candidates[place].identifier is not None), None)
+    for at, place in enumerate(order):
+        own = candidates[place].identifier
+        if own is not None:
+            found.append(own)
+        elif found:
+            found.append(found[-1] + 1)
+        else:
+            before = None if first is None else candidates[order[first]].identifier
+            found.append(1 if before is None or first is None else before - (first - at))
+    return tuple(found)

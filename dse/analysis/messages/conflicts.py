@@ -1,0 +1,243 @@
+"""Messages of a bus of which none can be the last in time: whatever the order of these, one of them is late.
+
+Who is last waits for all others, for each job of theirs, and behind a frame of any message beside them: that goes
+before it, or may have begun. One with any identifier can be last only behind the greatest number of the others, and
+behind all that have the numbers right after it: there is none for it in between. Releases have the jitter that they
+have where nothing waits, the least there is. So such a set is late in every design in which these messages come as
+often, take as long, and are as urgent as here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
+from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.views import View, tabulate
+from dse.space.model.space import Space
+from dse.space.model.trees import at, leaves
+from dse.spec.schema.fields import ANY_IDENTIFIER
+from dse.support.units import Exact
+
+NEVER = 10**18
+"""In place of a deadline, in ns."""
+MOST_CASES = 64
+"""A bound with more cases than this is taken for another one than the deadline."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A set of messages on a bus, by their connections, and one of the others whose frame is the longest, if any.
+
+    `numbers` are the identifiers of those that have one; `behind` others that have those right after the greatest.
+    """
+
+    bus: int
+    group: tuple[int, ...]
+    behind: tuple[int, ...]
+    blocker: int | None
+    numbers: Mapping[int, int]
+
+    @property
+    def members(self) -> tuple[int, ...]:
+        """All messages that count."""
+        found = (*self.group, *self.behind)
+        return found if self.blocker is None else (*found, self.blocker)
+
+    def candidates(self, space: Space, view: View) -> dict[int, Candidate] | None:
+        """The messages as they are in a design; None where one is not on the bus there."""
+        if any(bus_of(space, number, view) != self.bus for number in self.members):
+            return None
+        tasks = released_undelayed(space, view, [(number, "message") for number in self.members])
+        return {
+            number: candidate_of(space, self.bus, number, view, tasks[number, "message"]) for number in self.members
+        }
+
+    def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
+        """Those that would be in time as the last, but have a number lower than another; None where one can be last."""
+        known = self.candidates(space, view)
+        if known is None:
+            return None
+        bit, _ = identifier_range(space, self.bus, view)
+        blocked = 0 if self.blocker is None else known[self.blocker].section_ns
+        highest = max((self.numbers.get(number, -1) for number in self.group), default=-1)
+        ordered = set()
+        for number in reversed(self.group):
+            others = [known[other] for other in self.group if other != number]
+            others += [known[other] for other in self.behind if number not in self.numbers]
+            if is_in_time(known[number], others, blocked, bit):
+                if self.numbers.get(number, highest) >= highest:
+                    return None
+                ordered.add(number)
+        return frozenset(ordered)
+
+    def is_late(self, space: Space, view: View) -> bool:
+        """Whether none of the group can be last in time in a design, where numbers are in the same order."""
+        return self.kept_from_last(space, view) is not None
+
+    def bounds(self, ordered: frozenset[int]) -> Iterator[tuple[int, int, bool]]:
+        """Connections with a number, and whether theirs must be at most that (else at least) for the conflict to last.
+
+        That is so of each of those that are kept from the last place, and of the last number that keeps them. (Where
+        others are behind, that has the number right before theirs, and they have just these.)
+        """
+        if ordered or self.behind:
+            last = max(self.group, key=lambda number: self.numbers.get(number, -1))
+            yield last, self.numbers[last], False
+            yield from ((number, self.numbers[number], True) for number in ordered)
+        for number in (last, *self.behind) if self.behind else ():
+            yield number, self.numbers[number], False
+            yield number, self.numbers[number], True
+
+
+def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
+    """A conflict among the messages of a bus in a design, with few messages; nothing where there is none.
+
+    Nor where messages go by other ways than their identifiers, or are several connections.
+    """
+    slot = space.buses[bus]
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority":
+        return
+    carried = carried_by(space, bus, view)
+    released: list[TaskKey] = [(number, "message") for number in carried]
+    tasks = released_undelayed(space, view, released)
+    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    made = assigned(candidates, *identifier_range(space, bus, view))
+    if not made.stuck:
+        return
+    numbers = {
+        number: item.identifier for number, item in zip(carried, candidates, strict=True) if item.identifier is not None
+    }
+    found = _Shrinking(space, bus, view, carried, candidates, numbers).least(made.stuck)
+    if found is not None:
+        yield found
+
+
+def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
+    """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
+
+    It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
+    where it has no bound, or there is no such order, or messages are several connections.
+    """
+    bus = bus_of(space, number, view)
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False}:
+        return None
+    carried = carried_by(space, bus, view)
+    keys: list[TaskKey] = [(one, "message") for one in carried]
+    tasks = released_undelayed(space, view, keys)
+    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    bit, most = identifier_range(space, bus, view)
+    made = assigned(candidates, bit, most, carried.index(number))
+    place = made.order.index(carried.index(number))
+    own = candidates[made.order[place]]
+    urgent = [candidates[one].task for one in made.order[:place]]
+    known = tuple(task for task in urgent if task is not None)
+    if made.stuck or own.task is None or len(known) < len(urgent):
+        return None
+    behind = max((candidates[one].section_ns for one in made.order[place + 1 :]), default=0)
+    response = Arbitrated(own.task, known, behind, own.last_ns, bit).response_ns()
+    return None if response is None else response - own.task.worst_ns
+
+
+@dataclass
+class _Shrinking:
+    space: Space
+    bus: int
+    view: View
+    carried: Sequence[int]
+    candidates: Sequence[Candidate]
+    numbers: Mapping[int, int]
+
+    def least(self, stuck: Sequence[int]) -> Conflict | None:
+        """As few of the stuck messages, by their places, as are late together."""
+        group = sorted(stuck, key=lambda place: self._limit(place))
+        if not self.fails(group):
+            return None
+        for limit in sorted({self._limit(place) for place in group}):
+            fewer = [place for place in group if self._limit(place) <= limit]
+            last = max((self._number(place) for place in fewer), default=-1)
+            fewer += [place for place in group if place not in fewer and 0 <= self._number(place) < last]
+            if self.fails(fewer):
+                group = fewer
+                break
+        size = len(group) // 2
+        while size:
+            for start in range(0, len(group), size):
+                fewer = [*group[:start], *group[start + size :]]
+                if fewer and self.fails(fewer):
+                    group = fewer
+                    break
+            else:
+                size //= 2
+        behind = [] if self.fails(group, with_behind=False) else self._behind(group)
+        blocker = self._blocker(group)
+        members = [self.carried[place] for place in (*group, *behind)]
+        return Conflict(
+            self.bus,
+            tuple(members[: len(group)]),
+            tuple(members[len(group) :]),
+            None if blocker is None else self.carried[blocker],
+            {number: self.numbers[number] for number in members if number in self.numbers},
+        )
+
+    def _behind(self, group: Sequence[int]) -> list[int]:
+        """The messages beside the group with the numbers right after its greatest, in their order."""
+        number = max(map(self._number, group))
+        found: list[int] = []
+        while number >= 0 and (place := self.places.get(number + 1)) is not None:
+            found.append(place)
+            number += 1
+        return found
+
+    @cached_property
+    def places(self) -> dict[int, int]:
+        """The places of messages by their numbers."""
+        return {number: place for place in range(len(self.carried)) if (number := self._number(place)) >= 0}
+
+    def fails(self, group: Sequence[int], *, with_behind: bool = True) -> bool:
+        """Whether none of the group can be last in time; where it helps, behind those with the numbers right after."""
+        bit, _ = identifier_range(self.space, self.bus, self.view)
+        blocker = self._blocker(group)
+        blocked = 0 if blocker is None else self.candidates[blocker].section_ns
+        highest = max(map(self._number, group))
+        for place in reversed(group):
+            if -1 < self._number(place) < highest:
+                continue
+            others = [self.candidates[other] for other in group if other != place]
+            if not is_in_time(self.candidates[place], others, blocked, bit):
+                continue
+            behind = self._behind(group) if with_behind and self._number(place) < 0 else []
+            others += [self.candidates[other] for other in behind]
+            if not behind or is_in_time(self.candidates[place], others, blocked, bit):
+                return False
+        return True
+
+    def _blocker(self, group: Sequence[int]) -> int | None:
+        known = {*group, *self._behind(group)}
+        others = [place for place in range(len(self.carried)) if place not in known]
+        return max(others, key=lambda place: self.candidates[place].section_ns, default=None)
+
+    def _number(self, place: int) -> int:
+        return self.numbers.get(self.carried[place], -1)
+
+    def _limit(self, place: int) -> Exact:
+        found = self.candidates[place].limit_ns
+        return NEVER if found is None else found
+
+
+def is_own_deadline(space: Space, number: int, bound: Callable[[View], Exact]) -> bool:
+    """Whether a bound of the response time of a message is the deadline of its connection, in every design."""
+    deadline = space.connections[number].deadline_ns
+    cases = tabulate(space, lambda view: bound(view) == at(deadline, view), MOST_CASES)
+    return cases is not None and all(case.value for case in cases)
+
+
+def open_identifiers(space: Space) -> bool:
+    """Whether some message that waits for a bus may have any identifier."""
+    wires = enumerate(space.connections)
+    return any(ANY_IDENTIFIER in set(leaves(item.identifier)) and may_wait_for(space, number) for number, item in wires)

@@ -1,0 +1,91 @@
+"""Why a message is late: what goes before it, and the identifier with which it would be in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated
+
+from dse.analysis.limits import Verdict
+from dse.analysis.messages.assignment import Candidate, is_in_time
+from dse.analysis.messages.stages import bus_of, candidates_of, carried_by, message_key, wrapping_ns
+from dse.analysis.messages.waits import MessageResponse, message_responses
+from dse.analysis.scheduling.model import NO_PROCESSOR
+from dse.analysis.scheduling.responses import messages_of
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.support.units import Exact
+
+
+@dataclass(frozen=True)
+class LateMessage:
+    """A message that ends too late, what it waits for, and the identifier that would do."""
+
+    WRITTEN = ("bus", "message", "limit_ns", "late_ns", "before", "identifier", "makes_late")
+
+    bus: Annotated[str, "Its bus."]
+    message: Annotated[MessageResponse, "How long it takes at most, and what it waits for."]
+    limit_ns: Annotated[Fraction, "The limit that it misses."]
+    late_ns: Annotated[Exact | None, "How long after its limit it ends; null where it has no bound."]
+    before: Annotated[
+        str | None,
+        "The message right before which it would be in time, the others in their order; null where none is, or "
+        "identifiers do not decide.",
+    ] = None
+    identifier: Annotated[int | None, "A free identifier for that; null where there is none between the others."] = None
+    makes_late: Annotated[tuple[str, ...], "The messages that would be late then and are not now."] = ()
+
+
+def late_messages(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[LateMessage]:
+    """The messages of a whole design that miss upper limits on their response times."""
+    for verdict in verdicts:
+        metric = verdict.requirement.metric
+        if verdict.holds or metric.kind != "message response" or not verdict.requirement.is_upper:
+            continue
+        number = metric.index or 0
+        bus = bus_of(space, number, view)
+        if bus is None:
+            continue
+        first = message_key(space, number, view)[0]
+        found = {item.name: item for item in message_responses(space, bus, view)}[space.connections[first].name]
+        wrapped = wrapping_ns(space, number, bus, view)[1]
+        late = None if found.response_ns is None else found.response_ns + wrapped - verdict.limit
+        place = _place_for(space, bus, first, verdict.limit - wrapped, view)
+        yield LateMessage(space.buses[bus].name, found, verdict.limit, late, *place)
+
+
+def _place_for(
+    space: Space, bus: int, number: int, limit: Exact, view: View
+) -> tuple[str | None, int | None, tuple[str, ...]]:
+    """The message right before which another is in time, a free identifier there, and what is late then."""
+    solution = messages_of(space, view)
+    resource = next(item for item in solution.system.resources if (item.processor, item.core) == (NO_PROCESSOR, bus))
+    wire = resource.wire
+    if wire is None or not wire.identifiers:
+        return None, None, ()
+    tasks = {entry.key: solution.windows.events.task(entry.key) for entry in resource.entries}
+    known = dict(zip(carried_by(space, bus, view), candidates_of(space, bus, view, lambda _: tasks), strict=True))
+    order = [entry.key[0] for entry in resource.entries]
+    own = order.index(number)
+
+    def is_kept(message: int, urgent: Sequence[int], limit_ns: Exact | None) -> bool:
+        behind = [item.section_ns for other, item in known.items() if other != message and other not in urgent]
+        mine = known[message]
+        made = Candidate(mine.task, mine.last_ns, mine.section_ns, limit_ns, None, mine.is_on_flow)
+        return is_in_time(made, [known[other] for other in urgent], max(behind, default=0), wire.bit_ns)
+
+    for place in reversed(range(own)):
+        if not is_kept(number, order[:place], limit):
+            continue
+        late = [
+            other
+            for at, other in enumerate(order[place:own], place)
+            if is_kept(other, order[:at], known[other].limit_ns)
+            and not is_kept(other, [*order[:at], number], known[other].limit_ns)
+        ]
+        least = wire.identifiers[place - 1] + 1 if place else 0
+        free = wire.identifiers[place] - 1
+        names = tuple(space.connections[other].name for other in late)
+        return space.connections[order[place]].name, free if free >= least else None, names
+    return None, None, ()

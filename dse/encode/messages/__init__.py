@@ -1,0 +1,10 @@
+"""Messages that wait for buses in the model: limits on their response times, and why these are long.
+
+Read `limits.py` first.
+
+* `limits.py`: limits on the response times of messages, learned from refused solutions.
+* `rows.py`: what the messages due by some time need of a bus, whatever their order.
+* `reasons.py`: why a message waits so long in a design; which messages cannot all be in time.
+
+Not allowed here: a formula of a response time (`dse.analysis.messages`).
+"""

@@ -1,0 +1,157 @@
+"""Why a message takes so long in a design, as few conditions as will do: what a model learns of waiting for buses.
+
+What keeps a bus busier makes messages wait no less (`dse.analysis.messages.burdens`). So where a message takes long it
+does so with every option that is no better, and decisions do not matter with whose best option it takes as long. That
+holds where the jitter of messages is the same whatever the bus carries: where no message that waits releases what sends
+another, and senders end within their longest processing. Where messages may have any identifier it holds of the place
+that a message has when those of the others come first: it has no better one in any order that meets all deadlines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+
+from dse.analysis.messages.burdens import burdens, goes_first, is_settled
+from dse.analysis.messages.conflicts import Conflict, open_identifiers, soonest_ns
+from dse.analysis.views import CyclicActivation, Noting, View
+from dse.encode.linear import OpenTerm
+from dse.space.model.space import Space
+from dse.space.model.trees import NotOffered
+
+Chosen = Callable[[int, int], int]
+"""The literal of an option of a decision, or (below 0) of its being inactive."""
+Conditions = list[tuple[int, ...]]
+"""For each decision that matters literals of which one is true."""
+
+
+def conditions_of(
+    space: Space, chosen: Chosen, message: int, value: Callable[[View], int], view: View, exact: int
+) -> Conditions | None:
+    """Conditions under which the figure of a message is together at least `exact`.
+
+    None where it is not known which options are no better than those of the design.
+    """
+    if not is_settled(space) or open_identifiers(space):
+        return None
+
+    def is_as_long(trial: Sequence[int]) -> bool:
+        return value(View(trial)) >= exact
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        decision = space.decisions[index]
+        if decision.field == "identifier" and decision.component != space.connections[message].name:
+            return goes_first(space, decision, message, view)
+        return burdens(space, index) if option >= 0 else None
+
+    return _relaxed(chosen, view, is_as_long, compared)[0]
+
+
+def soonest_conditions(
+    space: Space, chosen: Chosen, term: OpenTerm, view: View, has: int
+) -> tuple[Conditions, int] | None:
+    """Conditions under which a figure is at least so large whatever the identifiers of others, and how large.
+
+    That is what its message waits in the best order for it in which all messages meet their deadlines; in other designs
+    some are late. None where that is no more than a solution `has`.
+    """
+    number, waiting = term.message, term.waiting
+    if number is None or waiting is None or not is_settled(space) or not _all_must_be_in_time(space):
+        return None
+
+    def least(seen: View) -> int | None:
+        waited = soonest_ns(space, number, seen)
+        return None if waited is None else waiting(seen, Fraction(waited))
+
+    found = least(view)
+    if found is None or found <= has:
+        return None
+    enough: int = found
+
+    def is_as_long(trial: Sequence[int]) -> bool:
+        figure = least(View(trial))
+        return figure is not None and figure >= enough
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        decision = space.decisions[index]
+        if decision.field != "identifier":
+            return burdens(space, index) if option >= 0 else None
+        stated = [isinstance(value, int) for value in decision.values]
+        return [int(one) for one in stated] if stated.count(True) == 1 else None
+
+    return _relaxed(chosen, view, is_as_long, compared)[0], enough
+
+
+def _all_must_be_in_time(space: Space) -> bool:
+    """Whether each message with a deadline is required to meet it."""
+    required = {
+        item.metric.index
+        for item in space.requirements
+        if item.metric.kind == "message response" and item.metric.key == "deadline" and item.is_upper
+    }
+    return all(item.deadline_ns is None or number in required for number, item in enumerate(space.connections))
+
+
+def conflict_conditions(space: Space, chosen: Chosen, conflict: Conflict, view: View) -> Conditions:
+    """Conditions under which none of the messages of a conflict can be the last in time."""
+
+    def is_late(trial: Sequence[int]) -> bool:
+        return conflict.is_late(space, View(trial))
+
+    def compared(index: int, option: int) -> Sequence[int] | None:
+        return burdens(space, index) if option >= 0 else None
+
+    found, relaxed = _relaxed(chosen, view, is_late, compared)
+    ordered = conflict.kept_from_last(space, View(relaxed))
+    assert ordered is not None
+    return [*found, *_numbers(space, chosen, conflict, ordered, view)]
+
+
+def _numbers(
+    space: Space, chosen: Chosen, conflict: Conflict, ordered: frozenset[int], view: View
+) -> Iterator[tuple[int, ...]]:
+    """Conditions that keep messages with a number before another one."""
+    for number, bound, is_most in conflict.bounds(ordered):
+        index = space.decision_index(f"{space.connections[number].name}.identifier")
+        if index is None:
+            continue
+        values = enumerate(space.decisions[index].values)
+        numbered = [(option, value) for option, value in values if isinstance(value, int)]
+        if view[index] >= 0:
+            yield tuple(
+                chosen(index, option) for option, value in numbered if (value <= bound if is_most else value >= bound)
+            )
+
+
+def _relaxed(
+    chosen: Chosen,
+    view: View,
+    holds: Callable[[Sequence[int]], bool],
+    compared: Callable[[int, int], Sequence[int] | None],
+) -> tuple[Conditions, list[int]]:
+    """Conditions under which something holds that the busier a bus is holds the more, and a design at their ends."""
+    noting = Noting(view.design)
+    assert holds(noting)
+    relaxed = list(view.design)
+    found: Conditions = []
+    for index, option in noting.seen.items():
+        burden = compared(index, option)
+        if burden is None:
+            found.append((chosen(index, option),))
+            continue
+        best = min(range(len(burden)), key=burden.__getitem__)
+        if burden[best] == burden[option]:
+            continue
+        trial = [*relaxed[:index], best, *relaxed[index + 1 :]]
+        if _holds(holds, trial):
+            relaxed = trial
+            continue
+        found.append(tuple(chosen(index, number) for number, item in enumerate(burden) if item >= burden[option]))
+    return found, relaxed
+
+
+def _holds(holds: Callable[[Sequence[int]], bool], trial: Sequence[int]) -> bool:
+    try:
+        return holds(tuple(trial))
+    except (NotOffered, CyclicActivation):
+        return False

@@ -1,0 +1,333 @@
+"""Messages that wait for buses in the second proof: rows of a bus, and what a refused solution teaches.
+
+Rows: of messages that are all due by some time E the last ends by then, after each job of the others that comes until
+it begins, of those with a number before it, too, and after a frame of one more. For each E numbers are gone through
+from the greatest down: once a message that is due has one, whatever has a lower one goes before the last that is due.
+One of several intervals holds that end. Lessons: messages of which none can be the last in time, with all options that
+make their bus no less busy (`dse.analysis.messages`); or options under which a message waits so long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import chain, pairwise
+from typing import Any
+
+from ortools.sat.python import cp_model
+
+from dse.analysis.limits import Limit, judge
+from dse.analysis.messages.assignment import Candidate
+from dse.analysis.messages.burdens import burdens, goes_first, is_settled
+from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
+from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range
+from dse.analysis.scheduling.resolve import released_undelayed
+from dse.analysis.views import CyclicActivation, Noting, View, tabulate
+from dse.space.model.space import Design, Space
+from dse.space.model.trees import NotOffered, at, leaves
+from dse.support.units import Exact
+from dse.verification.scheduling.contention import Lesson
+
+MOST_CASES = 16
+"""A message with more combinations of options than this has no part in rows."""
+FINE = 8
+"""Rows count in parts of a ns."""
+LATEST = 8
+"""So many times at which jobs come last before the end are looked at one by one, ..."""
+EARLIER = 4
+"""... and the time before them in so many parts."""
+
+
+def is_message_limit(limit: Limit) -> bool:
+    """Whether a limit is an upper one on the response time of a message."""
+    metric = limit.requirement.metric
+    return metric.kind == "message response" and limit.requirement.is_upper and not limit.is_elsewhere
+
+
+class BusRows:
+    """The rows of all buses in a model; `chosen` are the variables of its decisions."""
+
+    def __init__(self, space: Space, model: cp_model.CpModel, chosen: Sequence[Any], limits: Sequence[Limit]) -> None:
+        self.space, self.model, self.chosen = space, model, chosen
+        self.limited = limited_by_deadline(space, limits)
+        self._literals: dict[tuple[int, int], Any] = {}
+        for bus in counted_buses(space) if self.limited else ():
+            slot = space.buses[bus]
+            for option in range(len(slot.types)) if set(leaves(slot.broadcast)) == {False} else ():
+                self._add_bus(bus, slot.type_decision, option)
+
+    def _is(self, decision: int, option: int) -> Any:
+        """A literal that is true exactly where a decision has an option."""
+        if (decision, option) not in self._literals:
+            made = self._literals[decision, option] = self.model.new_bool_var("")
+            if len(self.space.decisions[decision].options) == 2:
+                self.model.add(self.chosen[decision] == (made if option else 1 - made))
+                return made
+            self.model.add(self.chosen[decision] == option).only_enforce_if(made)
+            self.model.add(self.chosen[decision] != option).only_enforce_if(made.negated())
+        return self._literals[decision, option]
+
+    def _where(self, conditions: Sequence[tuple[int, int]]) -> Any:
+        """A literal that is true where all these options are chosen; None where that is always so."""
+        if not conditions:
+            return None
+        if len(conditions) == 1:
+            return self._is(*conditions[0])
+        made = self.model.new_bool_var("")
+        self.model.add_bool_or([made, *(self._is(*item).negated() for item in conditions)])
+        return made
+
+    def _add_bus(self, bus: int, decision: int, option: int) -> None:
+        space, given = self.space, {decision: option}
+        slot = space.buses[bus]
+
+        def bit_of(view: View) -> Exact | None:
+            is_counted = at(slot.arbitration, view) == "priority"
+            return identifier_range(space, bus, view)[0] if is_counted else None
+
+        bits = tabulate(space, bit_of, MOST_CASES, given) or []
+        if len({case.value for case in bits}) != 1 or bits[0].value is None:
+            return
+        messages = [found for number in range(len(space.connections)) if (found := self._message(bus, number, given))]
+        times = {item.limit_ns for one in messages if one.number in self.limited for _, item in one.cases}
+        for time in sorted(time for time in times if time is not None):
+            self._add_time(messages, time, bits[0].value, self._is(decision, option))
+
+    def _message(self, bus: int, number: int, given: dict[int, int]) -> _Sent | None:
+        space, wire = self.space, self.space.connections[number]
+        if set(leaves(wire.bus)) != {bus}:
+            return None
+
+        def formula(view: View) -> Candidate:
+            (task,) = released_undelayed(space, view, [(number, "message")]).values()
+            return candidate_of(space, bus, number, view, task)
+
+        cases = tabulate(space, formula, MOST_CASES, given) or []
+        if not cases or any(case.value.task is None for case in cases):
+            return None
+        numbers = tabulate(space, lambda view: at(wire.identifier, view), MOST_CASES) or []
+        return _Sent(
+            number,
+            [(self._where(case.conditions), case.value) for case in cases],
+            [(self._where(case.conditions), case.value) for case in numbers if isinstance(case.value, int)],
+        )
+
+    def _add_time(self, messages: Sequence[_Sent], time: Exact, bit: Exact, kind: Any) -> None:
+        due = [one for one in messages if one.number in self.limited and one.is_due(time)]
+        others = [one for one in messages if one not in due]
+        if not due:
+            return
+        before = self._before(due, others)
+        last = max(item.last_ns for one in due for _, item in one.cases)
+        frame = max((one.frame_ns for one in others), default=0)
+        alike = [one for one in others if one.frame_ns == frame]
+        blocker = max(alike, key=lambda one: (one.number not in before, one.number), default=None)
+        parts = []
+        for begin, end in _intervals(due, time, last, bit):
+            row: list[tuple[Any, int]] = [(None, int(frame * FINE))]
+            for one in due:
+                row += [(literal, int(_work(item, begin, last, bit, time) * FINE)) for literal, item in one.cases]
+            for one in others:
+                if one.number in before:
+                    least = min(_work(item, begin, last, bit, 0) for _, item in one.cases)
+                    row.append((before[one.number], int((least - (frame if one is blocker else 0)) * FINE)))
+            constant = sum(work for literal, work in row if literal is None)
+            part = self.model.new_bool_var("")
+            form = sum(work * literal for literal, work in row if literal is not None)
+            self.model.add(form + constant <= int(end * FINE)).only_enforce_if([kind, part])
+            parts.append(part)
+        self.model.add_bool_or([*parts, kind.negated()])
+
+    def _before(self, due: Sequence[_Sent], others: Sequence[_Sent]) -> dict[int, Any]:
+        """For each of the others a literal that is true where a message that is due has a greater number."""
+        numbers = [(number, True, one.number, literal) for one in due for literal, number in one.numbers]
+        numbers += [(number, False, one.number, literal) for one in others for literal, number in one.numbers]
+        passed: Any = None
+        found: dict[int, Any] = {}
+        for _, is_due, message, literal in sorted(numbers, key=lambda item: (-item[0], not item[1])):
+            if not is_due and passed is None:
+                continue
+            made = found.get(message) if not is_due else None
+            made = self.model.new_bool_var("") if made is None else made
+            if is_due:
+                self._implies([literal], made)
+                if passed is not None:
+                    self.model.add_implication(passed, made)
+                passed = made
+            else:
+                self._implies([literal, passed], made)
+                found[message] = made
+        return found
+
+    def _implies(self, literals: Sequence[Any], made: Any) -> None:
+        self.model.add_bool_or([made, *(item.negated() for item in literals if item is not None)])
+
+
+@dataclass
+class _Sent:
+    """A message that is always on a bus: what it is where literals are true, and its numbers; None: always."""
+
+    number: int
+    cases: list[tuple[Any, Candidate]]
+    numbers: list[tuple[Any, int]]
+
+    def is_due(self, time: Exact) -> bool:
+        """Whether it is due by then in any case."""
+        return all(item.limit_ns is not None and item.limit_ns <= time for _, item in self.cases)
+
+    @property
+    def frame_ns(self) -> Exact:
+        """The least time of its longest frame."""
+        return min(item.section_ns for _, item in self.cases)
+
+
+def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> Iterator[tuple[Exact, Exact]]:
+    """Parts of the time until the end, which are cut where jobs come."""
+    cuts: set[Exact] = set()
+    for item in chain.from_iterable((case for _, case in one.cases) for one in due):
+        for stream in item.task.streams if item.task is not None else ():
+            come = last - bit - stream.jitter_ns
+            count = (time - come) // stream.period_ns
+            cuts |= {come + job * stream.period_ns for job in range(max(0, count - LATEST), count + 1)}
+    late = sorted(cut for cut in cuts if 0 < cut < time)[-LATEST:]
+    edges = [*(part * (late[0] if late else time) // EARLIER for part in range(EARLIER)), *late, time]
+    for begin, end in pairwise(edges):
+        if begin < end:
+            yield begin, end
+
+
+def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) -> Exact:
+    """What a message takes until the start of the last one, whose end is after `begin`; once where it may be that."""
+    assert item.task is not None
+    window = begin - last + bit
+    if window < 0 or (item.limit_ns is not None and item.limit_ns <= due and begin < item.limit_ns):
+        return item.task.worst_ns
+    jobs = sum((window + stream.jitter_ns) // stream.period_ns + 1 for stream in item.task.streams)
+    if item.task.separation_ns is not None:
+        jobs = min(jobs, window // item.task.separation_ns + 1)
+    return max(1, jobs) * item.task.worst_ns
+
+
+def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
+    """The messages that must meet the deadline of their connection."""
+    pairs = [(item.requirement.metric.index or 0, item) for item in limits]
+    return {number for number, item in pairs if is_own_deadline(space, number, item.bound)}
+
+
+def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> list[Lesson]:
+    """Why messages miss these limits in a design."""
+    view = View(design)
+    limited = limited_by_deadline(space, limits)
+    found = [
+        _conflict_lesson(space, conflict, design)
+        for bus in counted_buses(space)
+        for conflict in conflicts(space, bus, view)
+        if limited.issuperset(conflict.group)
+    ]
+    if found:
+        return found
+    late = [item for item in limits if not judge(item, view).holds]
+    return [Lesson(_seen(lambda given, item=item: not judge(item, View(given)).holds, design), ()) for item in late]  # type: ignore[misc]
+
+
+def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson:
+    def is_late(given: Sequence[int]) -> bool:
+        return conflict.is_late(space, View(given))
+
+    box, busy = _widened(design, is_late, lambda decision: burdens(space, decision))
+    ordered = conflict.kept_from_last(space, View(busy))
+    assert ordered is not None
+    for number, bound, is_most in conflict.bounds(ordered):
+        index = space.decision_index(f"{space.connections[number].name}.identifier")
+        if index is not None and design[index] >= 0:
+            values = enumerate(space.decisions[index].values)
+            numbered = [(option, value) for option, value in values if isinstance(value, int)]
+            fit = frozenset(option for option, value in numbered if (value <= bound if is_most else value >= bound))
+            box[index] = box.get(index, fit) & fit
+    return Lesson(box, ())
+
+
+def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
+    """Why a message waits so long (ns) in a design, or longer."""
+    message, view = -1 - key, View(design)
+
+    def is_as_long(given: Sequence[int]) -> bool:
+        return waits(View(given)) >= waited
+
+    def compared(decision: int) -> Sequence[int] | None:
+        item = space.decisions[decision]
+        if item.field == "identifier" and item.component != space.connections[message].name:
+            return goes_first(space, item, message, view)
+        return burdens(space, decision)
+
+    if is_settled(space) and not open_identifiers(space):
+        return Lesson(_widened(design, is_as_long, compared)[0], (), (key, waited))
+    return Lesson(_seen(is_as_long, design), (), (key, waited))
+
+
+def soonest_lesson(
+    space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
+) -> Lesson | None:
+    """Why a message waits longer than that in any order in which all meet their deadlines; None where that is not so.
+
+    Only where `limits` have all deadlines.
+    """
+    limited = limited_by_deadline(space, limits)
+    if not (is_settled(space) and open_identifiers(space)) or any(
+        item.deadline_ns is not None and number not in limited for number, item in enumerate(space.connections)
+    ):
+        return None
+    least = soonest_ns(space, -1 - key, View(design))
+    if least is None or least <= longer_ns:
+        return None
+    bound = Fraction(least)
+
+    def is_as_long(given: Sequence[int]) -> bool:
+        found = soonest_ns(space, -1 - key, View(given))
+        return found is not None and found >= bound
+
+    def compared(decision: int) -> Sequence[int] | None:
+        item = space.decisions[decision]
+        if item.field != "identifier":
+            return burdens(space, decision)
+        stated = [int(isinstance(value, int)) for value in item.values]
+        return stated if sum(stated) == 1 else None
+
+    return Lesson(_widened(design, is_as_long, compared)[0], (), (key, bound))
+
+
+def _widened(
+    design: Design, holds: Callable[[Sequence[int]], bool], compared: Callable[[int], Sequence[int] | None]
+) -> tuple[dict[int, frozenset[int]], Design]:
+    """Options of the decisions that are looked at, with which a thing holds, and the least busy design of these.
+
+    It holds the more the busier a bus is, as `compared` has it for the options of a decision.
+    """
+    box = _seen(holds, design)
+    least = design
+    for decision in list(box):
+        burden = compared(decision) if design[decision] >= 0 else None
+        if burden is None:
+            continue
+        for option in sorted(range(len(burden)), key=burden.__getitem__):
+            trial = (*least[:decision], option, *least[decision + 1 :])
+            if burden[option] >= burden[design[decision]] or _still(holds, trial):
+                least = least if burden[option] >= burden[design[decision]] else trial
+                box[decision] = frozenset(item for item, busy in enumerate(burden) if busy >= burden[option])
+                break
+    return box, least
+
+
+def _still(holds: Callable[[Sequence[int]], bool], design: Design) -> bool:
+    try:
+        return holds(design)
+    except (NotOffered, CyclicActivation):
+        return False
+
+
+def _seen(holds: Callable[[Sequence[int]], bool], design: Design) -> dict[int, frozenset[int]]:
+    """The options that are looked at to see that something holds in a design."""
+    noting = Noting(design)
+    assert holds(noting), "it does not hold"
+    return {decision: frozenset((option,)) for decision, option in noting.seen.items()}

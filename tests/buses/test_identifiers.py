@@ -1,0 +1,193 @@
+"""Messages that may have any identifier: places against every order, numbers, and what the search makes of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import combinations, permutations
+from random import Random
+
+import pytest
+
+import dse
+from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
+from dse.analysis.scheduling.busy_window import periodic
+from dse.analysis.scheduling.policies.buses import Arbitrated
+from dse.report.words.messages import late_message_words
+from dse.support.errors import ProblemError
+from tests.buses.test_messages import SYNC, car_bus
+from tests.helpers.effort import cases
+
+MOST = 2047
+
+
+def draw(rng: Random, count: int, *, numbers: Sequence[int] = ()) -> list[Candidate]:
+    """Messages of a bus that is rather full, in bits; the first ones have these numbers."""
+    found = []
+    for place in range(count):
+        bits = rng.choice((55, 75, 95, 135))
+        period = rng.randint(3, 12) * 100
+        limit = rng.choice((None, period, period, period // 2 + 100))
+        number = numbers[place] if place < len(numbers) else None
+        task = periodic(str(place), bits, period, rng.choice((0, 0, 40)))
+        found.append(Candidate(task, bits, bits, limit, number, rng.random() < 0.3))
+    return found
+
+
+def is_kept(found: Sequence[Candidate], order: Sequence[int]) -> bool:
+    """Whether all meet their deadlines in an order, as the analysis of buses has it, with stated numbers in theirs."""
+    numbers = [number for place in order if (number := found[place].identifier) is not None]
+    if numbers != sorted(numbers):
+        return False
+    for at, place in enumerate(order):
+        own, behind = found[place], [found[other].section_ns for other in order[at + 1 :]]
+        urgent = tuple(task for other in order[:at] if (task := found[other].task) is not None)
+        assert own.task is not None
+        response = Arbitrated(own.task, urgent, max(behind, default=0), own.last_ns, 1).response_ns()
+        if own.limit_ns is not None and (response is None or response > own.limit_ns):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("seed", cases(120))
+def test_an_order_that_meets_all_deadlines_is_found_if_there_is_one(seed: int) -> None:
+    rng = Random(seed)
+    found = draw(rng, rng.randint(2, 5), numbers=rng.sample(range(100, 2000, 50), rng.randint(0, 2)))
+    made = assigned(found, 1, MOST)
+    exists = any(is_kept(found, order) for order in permutations(range(len(found))))
+    assert is_kept(found, made.order) == exists == (not made.stuck)
+    if made.stuck and not any(item.identifier is not None for item in found):
+        blocked = max((found[at].section_ns for at in range(len(found)) if at not in made.stuck), default=0)
+        for place in made.stuck:
+            assert not is_in_time(found[place], [found[at] for at in made.stuck if at != place], blocked, 1)
+
+
+@pytest.mark.parametrize("seed", cases(60))
+def test_numbers_are_in_order_and_stated_ones_stay(seed: int) -> None:
+    """Also where stated ones leave little room: 0 is NMT of CANopen, before which there is none."""
+    rng = Random(seed)
+    found = draw(rng, rng.randint(2, 8), numbers=rng.sample(range(8), rng.randint(0, 4)))
+    made = assigned(found, 1, 12)
+    assert sorted(made.order) == list(range(len(found)))
+    assert all(0 <= one < other <= 12 for one, other in combinations(made.identifiers, 2))
+    for place, number in zip(made.order, made.identifiers, strict=True):
+        assert found[place].identifier in (None, number)
+
+
+DAVIS = """
+dse: 1
+name: deadlines that are periods
+bus_types: {can: {bandwidth: 1 Mbit/s, frame: can}}
+buses: {b: {type: can}}
+devices: {sink: {}, d0: {period: 360 us}, d1: {period: 420 us}, d2: {period: 630 us}, d3: {period: 850 us}}
+connections:
+  m0: {from: d0, to: sink, port: data, bus: b, data_size: 4 B, deadline: 360 us, identifier: ANY0}
+  m1: {from: d1, to: sink, port: data, bus: b, data_size: 8 B, deadline: 420 us, identifier: ANY1}
+  m2: {from: d2, to: sink, port: data, bus: b, data_size: 0 B, deadline: 630 us, identifier: ANY2}
+  m3: {from: d3, to: sink, port: data, bus: b, data_size: 8 B, deadline: 850 us, identifier: ANY3}
+"""
+
+
+def by(text: str, *identifiers: object) -> dict[str, tuple[int | None, object]]:
+    """The identifier and response time, in us, of each message."""
+    for place, identifier in enumerate(identifiers):
+        text = text.replace(f"ANY{place}", str(identifier))
+    return {item.name: (item.identifier, item.response_ns) for item in dse.analyse(dse.loads(text)).messages["b"]}
+
+
+def test_deadlines_alone_do_not_tell_the_order() -> None:
+    """By deadline the third one ends 20 us late; it goes before the second one."""
+    assert [response for _, response in by(DAVIS, 1, 2, 3, 4).values()] == [230_000, 365_000, 650_000, 420_000]
+    found = by(DAVIS, "any", "any", "any", "any")
+    assert found == {"m0": (1, 230_000), "m2": (2, 285_000), "m1": (3, 420_000), "m3": (4, 420_000)}
+    assert by(DAVIS, "0x10", "any", "any", "0x11")["m1"] == (0x13, 420_000)  # there is no number between the two
+
+
+def test_flows_have_the_places_that_deadlines_leave() -> None:
+    """The PDO of no deadline waits for the SYNC of the flow, whatever identifiers are open."""
+    text = SYNC.replace("0x181", "any").replace("0x80", "any")
+    assert [item.name for item in dse.analyse(dse.loads(text)).messages["can0"]] == ["sync", "pdo"]
+    of_pdo = text.replace("[master, sync, drive]", "[other, pdo, drive]")
+    assert [item.name for item in dse.analyse(dse.loads(of_pdo)).messages["can0"]] == ["pdo", "sync"]
+
+
+def test_the_public_cars_bus_has_an_order() -> None:
+    found = dse.analyse(dse.loads(re.sub(r"identifier: \d+", "identifier: any", car_bus())))
+    assert all(item.meets_deadline for item in found.messages["b"])
+
+
+def robot(count: int) -> str:
+    """Messages with a third of the periods, of the identifiers and the bit rate open."""
+    rng = Random(1)
+    rates = ", ".join(
+        f"can_{rate}: {{bandwidth: {rate} kbit/s, frame: can, price: {price} EUR}}"
+        for rate, price in ((125, 1), (250, 3), (500, 6))
+    )
+    lines = ["dse: 1", "name: robot", f"bus_types: {{{rates}}}"]
+    lines += ["buses: {b: {type: [can_125, can_250, can_500], overload: allowed}}", "devices:", "  sink: {}"]
+    wires, before = ["connections:"], ["baseline:"]
+    for one in range(count):
+        period = rng.choice((10, 20, 20, 50, 100))
+        lines.append(f"  d{one}: {{period: {f'[{period} ms, {2 * period} ms]' if one % 3 == 0 else f'{period} ms'}}}")
+        own = hex(0x100 + 8 * one)
+        identifier = f"[{own}, any]" if one % 3 == 1 else own
+        sent = f"from: d{one}, to: sink, port: data, bus: b, data_size: {rng.choice((1, 2, 4, 8, 8))} B"
+        wires.append(f"  m{one}: {{{sent}, identifier: {identifier}, deadline: {period} ms}}")
+        before += [f"  m{one}: {{identifier: {own}}}"] if one % 3 == 1 else []
+    return "\n".join([*lines, *wires, *before, "objectives: [minimise price, minimise changes]"])
+
+
+def test_a_bus_with_periods_rates_and_identifiers_open() -> None:
+    """40 messages: the price of the bit rate against identifiers that change, each design with all in time."""
+    found = dse.solve(dse.loads(robot(40)))
+    assert found.status == "complete"
+    assert [tuple(point.objectives.values()) for point in found.front] == [(300, 4), (600, 0)]
+    for point in found.front:
+        messages = dse.analyse(dse.loads(robot(40)), point.decisions).messages["b"]
+        assert all(item.meets_deadline for item in messages)
+    assert not dse.verify(found).findings
+
+
+def test_a_flow_over_a_bus_with_identifiers_open() -> None:
+    """The price of the bit rate, identifiers that change, and the jitter of the last message's flow."""
+    wanted = (
+        "flows: {f: {path: [d19, m19, sink]}}\nobjectives: [minimise price, minimise changes, minimise jitter of f]"
+    )
+    found = dse.solve(robot(20).replace("objectives: [minimise price, minimise changes]", wanted))
+    assert found.status == "complete"
+    assert {tuple(point.objectives.values()) for point in found.front} == {
+        (100, 3, 18_000_000), (100, 4, 10_080_000), (300, 0, 7_560_000), (300, 1, 600_000), (600, 0, 3_780_000),
+        (600, 1, 300_000),
+    }  # fmt: skip
+    assert not dse.verify(found).findings
+
+
+@pytest.mark.parametrize(("edit", "said"), [("0x181", "identifier: anything"), ("0x181", "identifier: [any, any]")])
+def test_mistakes(edit: str, said: str) -> None:
+    with pytest.raises(ProblemError):
+        dse.loads(SYNC.replace(f"identifier: {edit}", said))
+
+
+def test_a_chosen_identifier_is_played() -> None:
+    text = SYNC.replace("0x181", "any").replace("0x80", "any")
+    assert not dse.simulate(dse.loads(text), runs=5).contradictions
+
+
+def test_a_late_message_is_told_with_what_goes_before_it_and_an_identifier_that_would_do() -> None:
+    """0.54 ms each at 250 kbit/s, due after 2 ms: late behind three others, in time behind one and a frame begun."""
+    lines = ["dse: 1", "name: late", "bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}"]
+    lines += ["buses: {b: {type: can}}", "devices:", "  sink: {}", *(f"  d{one}: {{period: 5 ms}}" for one in range(4))]
+    lines.append("connections:")
+    for one in range(4):
+        deadline = ", deadline: 2 ms" if one == 3 else ""
+        sent = f"from: d{one}, to: sink, port: data, bus: b, data_size: 8 B{deadline}"
+        lines.append(f"  m{one}: {{{sent}, identifier: {16 + 2 * one}}}")
+    found = dse.explain("\n".join([*lines, "objectives: [minimise price]"]))
+    (late,) = found.conflicts[0].members[0][1].late_messages
+    assert (late.message.name, late.late_ns, late.before, late.identifier) == ("m3", 160_000, "m1", 17)
+    assert [(item.name, item.work_ns) for item in late.message.interference] == [
+        (name, 540_000) for name in ("m0", "m1", "m2")
+    ]
+    said = "m3 (0x16) ends 0.16 ms late on b: 0.54 ms of its own"
+    assert late_message_words(late).startswith(said)
+    assert late_message_words(late).endswith("in time right before m1, with 0x11 for example")

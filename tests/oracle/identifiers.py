@@ -1,0 +1,57 @@
+"""The order of messages on a bus where some may have any identifier, by trying who may be last.
+
+From the last place up: of the messages that are left those with any identifier may take it while there is a number for
+them, and the one with the greatest stated number while there are numbers for the rest below it. Who ends by its
+deadline with all others before it may have it; else who has the first turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+
+NEVER = Fraction(10**18)
+
+
+def order_of(
+    stated: Mapping[str, int | None],
+    latest: Mapping[str, Fraction | None],
+    periods: Mapping[str, Fraction | None],
+    on_flow: Mapping[str, bool],
+    most: int,
+    ends: Callable[[str, Sequence[str], Sequence[str]], Fraction | None],
+) -> list[str]:
+    """The names of `stated`, which are in the order of the file, the most urgent first.
+
+    `ends` plays a message with those before it and those behind it.
+    """
+    names = list(stated)
+    left, behind = list(names), list[str]()
+    upper = most
+
+    def turn(name: str) -> tuple[bool, bool, Fraction, int]:
+        if on_flow[name]:
+            return True, False, Fraction(0), -names.index(name)
+        wanted = latest[name] if latest[name] is not None else periods[name]
+        return False, stated[name] is not None, -NEVER if wanted is None else -wanted, -names.index(name)
+
+    while left:
+        numbers = {name: number for name in left if (number := stated[name]) is not None}
+        free = [name for name in left if name not in numbers]
+        bottom = max(numbers, key=lambda name: numbers[name]) if numbers else None
+        edge = -1 if bottom is None else numbers[bottom]
+        may = [name for name in free if upper > edge]
+        if bottom is not None and (not may or len(free) <= edge - (len(numbers) - 1)):
+            may.append(bottom)
+        may.sort(key=turn)
+
+        def is_in_time(name: str) -> bool:
+            limit = latest[name]
+            end = None if limit is None else ends(name, [other for other in left if other != name], behind)
+            return limit is None or (end is not None and end <= limit)
+
+        last = next((name for name in may if is_in_time(name)), may[0])
+        left.remove(last)
+        behind.insert(0, last)
+        upper = edge - 1 if last == bottom else upper - 1
+    return behind
