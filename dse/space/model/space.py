@@ -427,7 +427,7 @@ class Space:
 # What has a core or a part of its time beside threads by themselves: executors, reservations, pieces, partitions.
 
 
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
+ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set", "polling"]
 
 
 @dataclass(frozen=True)
