@@ -543,7 +543,7 @@ class Reading:
         sender = self.problem.component(arrival).get("from")
         is_inner = sender is not None and self.problem.section_of[sender] == "threads"
         is_inner = (
-            is_inner and self.executor_of(sender) == home and not sum(r[3] for r in self.connection_rows(arrival))
+            is_inner and self.executor_of(str(sender)) == home and not sum(r[3] for r in self.connection_rows(arrival))
         )
         work = self.get(str(sender), "compute_execution_time") if is_inner else None
         if self.protocol(name) == "hybrid" and arrival in self.triggers(name):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import partial
 
 from dse.analysis.latency.deliveries import delivery_ns
 from dse.analysis.latency.processing import skipped_ns
@@ -30,7 +31,7 @@ def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
     In the reaction time something sensed waits for the first timer. In an age each timer adds that another follows.
     """
-    ends = (lambda _: (ZERO, ZERO + UNBOUNDED_NS)) if counts_responses(space) else None
+    ends = _anything if counts_responses(space) else None
     for place, step in enumerate(flow.steps):
         if step.kind != "component" or not may_poll(space, space.components[step.index]):
             continue
@@ -44,7 +45,16 @@ def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         name = space.components[step.index].name
         yield Term(f"skipped releases of {name}", value, ends=ends)
         if kind != "reaction time" and step.via is not None and not step.only_reads:
-            yield Term(f"own job of {name}", lambda view, step=step: ZERO + own_job_ns(space, step, view))
+            yield Term(f"own job of {name}", partial(_own_job, space, step))
+
+
+def _anything(view: View) -> tuple[Fraction, Fraction]:
+    """The ends of what hangs on response times."""
+    return ZERO, ZERO + UNBOUNDED_NS
+
+
+def _own_job(space: Space, step: Step, view: View) -> Fraction:
+    return ZERO + own_job_ns(space, step, view)
 
 
 def _is_followed(space: Space, flow: Flow, place: int, view: View) -> bool:
@@ -93,10 +103,10 @@ def asks_for_too_much(space: Space, executor: int, view: View) -> bool:
     used = Fraction(0)
     for number in space.in_executor(executor, view):
         component = space.components[number]
-        parts = (("activation", component.execution_ns), ("input", component.callback_ns))
-        for rate, time in parts if at(component.protocol, view) == "hybrid" else parts[:1]:
-            longest = at(time, view)
-            used += 0 if longest is None else rate_hz(space, (rate, number), view) * longest[1]
+        longest, callback = at(component.execution_ns, view), at(component.callback_ns, view)
+        used += 0 if longest is None else rate_hz(space, ("activation", number), view) * longest[1]
+        if callback is not None and at(component.protocol, view) == "hybrid":
+            used += rate_hz(space, ("input", number), view) * callback[1]
     return used > NS_PER_S
 
 
