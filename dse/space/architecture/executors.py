@@ -157,8 +157,8 @@ def build_executors(
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
                 ledger.error(("threads", components[number].name, "priority"), message, "state that of the executor")
             if POLLING in given.kind and AT_RELEASE & set(leaves(components[number].communication)):
-                named = shown(components[number].name)
-                message = f"jobs of an executor that polls read when they begin, those of {named} at their release"
+                member = shown(components[number].name)
+                message = f"jobs of an executor that polls read when they begin, those of {member} at their release"
                 ledger.error((*path, "kind"), message, "leave its `communication` out, or take another kind")
         is_open = any(isinstance(components[number].executor, Choice) for number in members)
         for field_name in ("kind", "priority", "processor") if is_open else ():
