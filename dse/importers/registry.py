@@ -136,19 +136,6 @@ IMPORTERS: tuple[Importer, ...] = (
         {"frequency": "that of the processing units, such as 200 MHz; where the model does not say it."},
     ),
     Importer(
-        "autoware",
-        YAML,
-        "design files of Autoware: a system, module or node with those that it needs (ROS 2)",
-        "dse.importers.autoware.reading",
-        {
-            **OF_ROS2,
-            "mode": "the mode of the system; else its default one.",
-            "workspace": "the folder with the design files that FILE needs; else that around its package, or `design`.",
-        },
-        telltale=r"^autoware_system_design_format\s*:",
-        sure=tuple(f".{kind}.yaml" for kind in ("node", "module", "system")),
-    ),
-    Importer(
         "caret",
         YAML,
         "architecture files of CARET (ROS 2)",
@@ -181,6 +168,19 @@ IMPORTERS: tuple[Importer, ...] = (
         {**OF_ROS2, "timers": OF_LAUNCH["timers"]},
         telltale="ros__parameters",
         function="read_parameters",
+    ),
+    Importer(
+        "autoware",
+        YAML,
+        "design files of Autoware: a system, module or node with those that it needs (ROS 2)",
+        "dse.importers.autoware.reading",
+        {
+            **OF_ROS2,
+            "mode": "the mode of the system; else its default one.",
+            "workspace": "the folder with the design files that FILE needs; else that around its package, or `design`.",
+        },
+        telltale=r"^autoware_system_design_format\s*:",
+        sure=tuple(f".{kind}.yaml" for kind in ("node", "module", "system")),
     ),
     Importer(
         "trace",
