@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 import pytest
 
 import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import decisions_of
+from dse.cli.main import run
 from dse.examples.shipped import example_path
 from dse.questions.problem import load, loads
 from dse.questions.verbs.simulate import simulate
@@ -58,6 +60,18 @@ def test_what_all_waits_for_has_no_bound_in_an_overloaded_executor() -> None:
 def test_data_that_pass_at_a_release_do_not_go_with_releases_that_are_skipped() -> None:
     with pytest.raises(ProblemError, match='jobs of an executor that polls read when they begin, those of "plan"'):
         loads(FILE % ", communication: let")
+
+
+def test_no_corner_is_called_the_worst_of_an_executor_that_may_be_overloaded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where it begins to be, a timer's own job is taken off: the latency falls there."""
+    text = FILE.replace("objectives:", "requirements: [latency of whole <= 500 ms]\nobjectives:")
+    text += "uncertainty: {threads.plan.compute_execution_time.max: {range: 60 ms .. 120 ms, distribution: uniform}}\n"
+    path = tmp_path / "problem.yaml"
+    path.write_text((text % "").replace("compute_execution_time: 110 ms", "compute_execution_time: 50 ms .. 110 ms"))
+    assert run(["solve", str(path), "--robust"]) == 2
+    assert "begins to be overloaded" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
