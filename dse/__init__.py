@@ -44,11 +44,11 @@ if TYPE_CHECKING:
     from dse.answers.explanation import Explanation as Explanation
     from dse.answers.forms.registry import schema as schema
     from dse.answers.measured import MeasuredComparison as MeasuredComparison
+    from dse.answers.question_data import Origin as Origin
     from dse.answers.ranking.order import ranked_by as ranked_by
     from dse.answers.result import Clash as Clash
     from dse.answers.result import Conflict as Conflict
     from dse.answers.result import ObjectiveInfo as ObjectiveInfo
-    from dse.answers.result import Origin as Origin
     from dse.answers.result import Result as Result
     from dse.answers.result import Search as Search
     from dse.answers.robust import RobustResult as RobustResult
@@ -190,7 +190,7 @@ _TYPES = {
     "Margin": "dse.answers.studies.sensitivity",
     "MeasuredComparison": "dse.answers.measured",
     "ObjectiveInfo": "dse.answers.result",
-    "Origin": "dse.answers.result",
+    "Origin": "dse.answers.question_data",
     "Picture": "dse.report.picture",
     "Point": "dse.answers.designs",
     "Progress": "dse.search.front",

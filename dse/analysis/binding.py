@@ -15,7 +15,10 @@ from dse.support.units import NS_PER_S, Exact, unrounded
 
 
 def bus_stack(space: Space, connection: Connection, view: View) -> tuple[int, ...]:
-    """The buses that carry the connection and whatever carries these; empty when unbound or inside one process."""
+    """The buses that carry the connection and whatever carries these; empty when unbound or inside one process.
+
+    Indices of buses; further buses that carry at once are included.
+    """
     bus = at(connection.bus, view)
     stack: list[int] = []
     for start in () if bus is None else (bus, *connection.further):
@@ -36,7 +39,10 @@ def _climb(space: Space, bus: int | None, view: View, stack: list[int]) -> None:
 
 
 def carriers_of(space: Space, bus: int, view: View) -> tuple[int, ...]:
-    """What carries a virtual bus directly."""
+    """What carries a virtual bus directly.
+
+    Indices of buses, empty where the virtual bus is not carried by another one.
+    """
     slot = space.buses[bus]
     carrier = at(slot.carrier, view)
     return () if carrier is None else (carrier, *slot.further)
@@ -77,7 +83,10 @@ def own_core(space: Space, number: int, view: View, count: Exact) -> int | None:
 
 
 def machine_type(space: Space, connection: Connection, view: View) -> str:
-    """The type of the processor that runs the connection's middleware: the sending thread's, else the receiver's."""
+    """The type of the processor that runs the connection's middleware: the sending thread's, else the receiver's.
+
+    The name of a type. Raises `NotOffered` where the slot is empty or neither end runs on a processor.
+    """
     for end in (connection.source, connection.target):
         processor = at(at_home(space.components, end).processor, view) if end is not None else None
         if processor is not None:
@@ -90,7 +99,10 @@ def machine_type(space: Space, connection: Connection, view: View) -> str:
 
 
 def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> Any:
-    """A bus's figure for one connection: per processor type it is that of the machine which runs it."""
+    """A bus's figure for one connection: per processor type it is that of the machine which runs it.
+
+    A leaf of `tree` in the base unit of the field. Raises `NotOffered` where the chosen type has no such figure.
+    """
     leaf = at(tree, view)
     if isinstance(leaf, PerProcessorType):
         return at(leaf.by_type[machine_type(space, connection, view)], view)
@@ -98,7 +110,11 @@ def bus_figure(space: Space, tree: Tree, connection: Connection, view: View) -> 
 
 
 def message_sizes(space: Space, connection: Connection, bus: int, view: View) -> tuple[Exact, ...]:
-    """The size in bytes of a connection's message on a bus, once for each way: data and overheads of all its buses."""
+    """The size in bytes of a connection's message on a bus, once for each way: data and overheads of all its buses.
+
+    In bytes, with the overheads of every bus on the way (docs/semantics.md, section 3.3); several entries where a
+    message crosses the bus more than once.
+    """
     return tuple(way_bytes(space, connection, way, view) for way in ways_over(space, connection, bus, view))
 
 
@@ -112,7 +128,7 @@ def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: Vi
     return total
 
 
-def is_local(space: Space, connection: Connection, view: View) -> bool:
+def _is_local(space: Space, connection: Connection, view: View) -> bool:
     """Whether both ends are in one process: the connection costs nothing and binds to nothing."""
     if connection.source is None or connection.target is None:
         return False
@@ -141,12 +157,18 @@ def carrying_ns(
 
 
 def bit_times_ns(bus: Bus) -> set[Fraction]:
-    """Of what all transmission times of a bus with frames are multiples; nothing for others."""
+    """Of what all transmission times of a bus with frames are multiples; nothing for others.
+
+    Times in ns, over all types of the bus and all their bandwidths; used to find a common time scale.
+    """
     return {unit * NS_PER_S / bandwidth for unit, bandwidth in bit_units(bus.fixed_ns, bus.bandwidth_bps)}
 
 
 def byte_times_ns(bus: Bus) -> set[Fraction]:
-    """What a byte may take on a bus whose transmission time follows from its bandwidth; nothing for others."""
+    """What a byte may take on a bus whose transmission time follows from its bandwidth; nothing for others.
+
+    Times in ns: eight bits over each bandwidth that the bus may have.
+    """
     tree = graft(bus.fixed_ns, lambda leaf: bus.bandwidth_bps if leaf is FROM_BANDWIDTH else None)
     return {8 * NS_PER_S / Fraction(leaf) for leaf in leaves(tree) if leaf is not None}
 
@@ -175,6 +197,6 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     own = at(connection.latency_ns, view)
     if given:
         return least, most, "transmission time"
-    if own is not None and not is_local(space, connection, view):
+    if own is not None and not _is_local(space, connection, view):
         return own[0], own[1], "specified"
     return 0, 0, "no latency"

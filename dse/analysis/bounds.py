@@ -33,7 +33,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a thread, connection or device adds to a figure."""
+    """What a thread, connection or device adds to a figure.
+
+    In the unit of the figure; parts of a bound add up to it.
+    """
 
     name: Annotated[str, "Which."]
     value: Annotated[Fraction, "How much."]
@@ -41,7 +44,11 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Impossible:
-    """A requirement that no design meets, as bounds alone show."""
+    """A requirement that no design meets, as bounds alone show.
+
+    Found by summing the least (or the greatest) of each summand over all options, which no design can fall below
+    (exceed).
+    """
 
     JSON_NAME = "Bound"
     WRITTEN = (
@@ -61,14 +68,21 @@ class Impossible:
 
 
 class Ends:
-    """What summands may be, over all designs of a space: each is looked at once, however many ask."""
+    """What summands may be, over all designs of a space: each is looked at once, however many ask.
+
+    The terms must stay alive while the object does: they are recognised by identity.
+    """
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self._found: dict[int, tuple[Term, list[tuple[Fraction, Fraction]] | None]] = {}
 
     def of(self, term: Term) -> list[tuple[Fraction, Fraction]] | None:
-        """The least and the most that a summand may be, case by case; None where that is not known."""
+        """The least and the most that a summand may be, case by case; None where that is not known.
+
+        Pairs (least, most) in the unit of the term, one for each combination of the options that it consults; None
+        beyond a limit on their number.
+        """
         if id(term) not in self._found:
             self._found[id(term)] = term, _cases(self.space, partial(_both, term))
         return self._found[id(term)][1]
@@ -82,7 +96,10 @@ def _both(term: Term, view: View) -> tuple[Fraction, Fraction]:
 
 
 def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
-    """Those of some requirements that no design meets, as far as bounds show it, with both figures."""
+    """The requirements among `limits` that no design meets, as far as bounds show it, with both figures.
+
+    `Impossible` objects with the bound and the limit. A requirement that is not listed may be infeasible all the same.
+    """
     for limit in limits:
         requirement = limit.requirement
         sides: tuple[tuple[Side, str], ...] = (("least", "<"), ("most", ">"))
@@ -137,7 +154,10 @@ def _with_limit(
 
 
 def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
-    """What no design is better than, as `Measure.integer` counts; None where that is not known, or not in time."""
+    """What no design is better than, as `Measure.integer` counts; None where that is not known, or not in time.
+
+    An integer in counting units, rounded to the safe side.
+    """
     side: Side = "least" if sense == "minimise" else "most"
     nonnegative = measure.metric.kind not in SUMS_OF_SUMS
     try:
@@ -158,7 +178,10 @@ def _summands(terms: Iterable[Term]) -> int:
 
 
 def largest(ends: Ends, measure: Measure) -> Fraction | None:
-    """A figure that no design exceeds, by its absolute value, in units of 1 / `scale`; None where that is not known."""
+    """A figure that no design exceeds, by its absolute value, in units of 1 / `scale`; None where that is not known.
+
+    Exact; used to see that sums fit into the solver's integers.
+    """
     found = _largest(ends, measure.terms)
     return None if found is None else measure.scale * found
 

@@ -79,12 +79,18 @@ class Evaluator:
 
     @cached_property
     def metrics(self) -> tuple[Measure, ...]:
-        """Every metric that a result lists."""
+        """Every metric that a result lists.
+
+        Measures with their integer scale, in the order of `all_metrics`; built on first use.
+        """
         return tuple(build_measure(self.space, metric) for metric in in_time(all_metrics(self.space)))
 
     @cached_property
     def counting_units(self) -> dict[str, str]:
-        """The unit in which each metric is counted."""
+        """The unit in which each metric is counted.
+
+        Names of metrics to units such as ``ns`` or ``1/3 ppm``.
+        """
         return {item.metric.name: item.counting_unit for item in self.metrics}
 
     @cached_property
@@ -96,12 +102,18 @@ class Evaluator:
         return self._shares and not is_scheduled(self.space, metric)
 
     def find_metrics(self) -> None:
-        """Build what a result lists, while there is time."""
+        """Build what a result lists, while there is time.
+
+        Raises `OutOfTime` where the limit in force is over.
+        """
         _ = self.metrics
 
     @property
     def rounded(self) -> tuple[str, ...]:
-        """The objectives and metrics that are rounded up because no common unit is fine enough for them."""
+        """The objectives and metrics that are rounded up because no common unit is fine enough for them.
+
+        Names, each once. A rounded figure is an upper bound that is less than a counting unit per term too high.
+        """
         return tuple(dict.fromkeys(item.metric.name for item in (*self.objectives, *self.metrics) if item.rounded))
 
     def evaluate(self, design: Design) -> Evaluation:
@@ -127,7 +139,10 @@ class Evaluator:
         return Evaluation(canonical(self.space, design), objectives, (), verdicts)
 
     def invalid(self, design: Design) -> list[str]:
-        """Why the design is none, in words."""
+        """Why the design is none, in words.
+
+        Sentences; empty for a valid design, which may still violate requirements.
+        """
         try:
             found = self.rulebook.breaches(design)
         except NotOffered:
@@ -144,7 +159,11 @@ class Evaluator:
         return found
 
     def metric_values(self, design: Design) -> dict[str, int]:
-        """Every metric of a valid design, in its counting unit; the last ones are remembered, as by `evaluate`."""
+        """Every metric of a valid design, in its counting unit; the last ones are remembered, as by `evaluate`.
+
+        Names to integers; an unbounded metric has the stand-in of `UNBOUNDED_NS`. At most `REMEMBERED` designs are
+        kept.
+        """
         found = self._figures.get(design)
         if found is None:
             view = View(design)
@@ -156,11 +175,17 @@ class Evaluator:
 
     @property
     def is_slow(self) -> bool:
-        """Whether the figures of a design take so long that a search finds them while there is time (`weigh`)."""
+        """Whether the figures of a design take so long that a search finds them while there is time (`weigh`).
+
+        True where response times or waiting for buses count, or with more than `MANY` limits.
+        """
         return not self._shares or len(self.limits) > MANY
 
     def weigh(self, design: Design) -> None:
-        """Find, and remember, whatever is asked about a design later: where figures are slow, while there is time."""
+        """Find, and remember, whatever is asked about a design later: where figures are slow, while there is time.
+
+        Called for each new point of a front, so that writing the answer takes no time at the end.
+        """
         if not self.evaluate(design).breaches:
             self.metric_values(design)
 

@@ -56,7 +56,10 @@ HOLDS: dict[str, Callable[[Fraction, Fraction], bool]] = {
 
 @dataclass(frozen=True)
 class EachCore:
-    """An upper limit on each core of a processor of a space: at most `most`, in ppm of the core, or less than that."""
+    """An upper limit on each core of a processor of a space: at most `most`, in ppm of the core, or less than that.
+
+    `most` is in ppm of one core; with `is_strict` the load must be less.
+    """
 
     space: Space
     processor: int
@@ -65,7 +68,10 @@ class EachCore:
 
     @property
     def room(self) -> Room:
-        """What a core may carry, as a share of it."""
+        """What a core may carry, as a share of it.
+
+        The capacity for bin packing, 1 for a whole core.
+        """
         return Room(self.most / PPM, self.is_strict)
 
 
@@ -86,12 +92,18 @@ class Limit:
 
     @property
     def alone(self) -> dict[str, list[Term]]:
-        """The terms of each thread that must keep the limit of one core alone; none where no core is limited."""
-        return {} if self.cores is None else thread_loads(self.measure.terms)
+        """The terms of each thread that must keep the limit of one core alone; none where no core is limited.
+
+        Names of threads to their terms. A thread whose share exceeds the limit of a core violates it wherever it runs.
+        """
+        return {} if self.cores is None else _thread_loads(self.measure.terms)
 
     @property
     def together(self) -> list[list[Term]]:
-        """The terms of threads that are stated to run on one core, which keep its limit together, core by core."""
+        """The terms of threads that are stated to run on one core, which keep its limit together, core by core.
+
+        One list of terms for each core with several such threads. Their sum is a lower bound of the core's load.
+        """
         if self.cores is None:
             return []
         stated = {item.name: item.core for item in self.cores.space.components if isinstance(item.core, int)}
@@ -103,7 +115,10 @@ class Limit:
 
 
 class Reading(Protocol):
-    """How requirements are made limits: `build_limit`, or with other figures."""
+    """How requirements are made limits: `build_limit`, or with other figures.
+
+    Takes a space, a requirement and flags, and returns a `Limit`; explanations use another reading without waiting.
+    """
 
     def __call__(self, space: Space, requirement: Requirement, *, is_asked: bool = True) -> Limit:
         """The limit of a requirement of a space; one that is not asked may be any."""
@@ -156,12 +171,18 @@ class Verdict:
 
     @property
     def who(self) -> Annotated[str, NULL]:
-        """The thread or core that alone decides, where one does: value and limit are then its own."""
+        """The thread or core that alone decides, where one does: value and limit are then its own.
+
+        A name, such as of a thread that exceeds a core, or the words for the fullest core; empty where the sum decides.
+        """
         return self.worst_term or (core_words(self.spread) if self.worst_core and self.spread is not None else "")
 
     @property
     def slack(self) -> Annotated[Fraction, NULL]:
-        """How far the value is from the limit; negative where it is missed, null where the value is unbounded."""
+        """How far the value is from the limit; negative where it is missed, null where the value is unbounded.
+
+        In the unit of the metric; value and limit are those that decide (`who`).
+        """
         return self.limit - self.value if self.requirement.is_upper else self.value - self.limit
 
 
@@ -257,7 +278,10 @@ def excess(space: Space, limit: Limit) -> Measure:
 
 
 def thread_values(limit: Limit, view: View, threads: Collection[str] | None = None) -> dict[str, Fraction]:
-    """What each thread that must keep the limit of one core uses in a design, in the measure's unit; all, or some."""
+    """What each thread that must keep the limit of one core uses in a design, in the measure's unit; all, or some.
+
+    Names to exact shares. `threads` restricts the names; a limit that is not about cores gives an empty mapping.
+    """
     return {
         name: exact_sum(term.value(view) for term in terms)
         for name, terms in limit.alone.items()
@@ -265,7 +289,7 @@ def thread_values(limit: Limit, view: View, threads: Collection[str] | None = No
     }
 
 
-def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
+def _thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
     """Utilisation terms by thread: a hybrid thread's callback and timer together."""
     grouped: dict[str, list[Term]] = {}
     for term in terms:
@@ -274,7 +298,10 @@ def thread_loads(terms: tuple[Term, ...]) -> dict[str, list[Term]]:
 
 
 def comparisons(limit: Limit, view: View) -> Iterator[ComparedSum]:
-    """Everything that a requirement compares in a design: the sum, then each thread and the fullest core."""
+    """Everything that a requirement compares in a design: the sum, then each thread and the fullest core.
+
+    `ComparedSum` objects; the requirement holds when each of them does.
+    """
     loads = thread_values(limit, view)
     yield from sum_comparisons(limit, view, loads)
     if limit.cores is not None:
@@ -282,7 +309,10 @@ def comparisons(limit: Limit, view: View) -> Iterator[ComparedSum]:
 
 
 def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | None = None) -> Iterator[ComparedSum]:
-    """The sum, then each thread; `loads` are what `thread_values` finds, where that is known."""
+    """The sum, then each thread; `loads` are what `thread_values` finds, where that is known.
+
+    Without the fullest core, whose load takes a partition of threads to compute.
+    """
     if limit.cores is None:
         yield ComparedSum(limit.measure.value(view), limit.bound(view))
         return
@@ -293,7 +323,11 @@ def sum_comparisons(limit: Limit, view: View, loads: Mapping[str, Fraction] | No
 
 
 def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) -> ComparedSum:
-    """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it."""
+    """The load of the fullest core; where no partition keeps the limit, as first-fit leaves it.
+
+    In ppm of one core: the least possible load of the fullest core, by complete search within an effort limit
+    (`spread`).
+    """
     used = on_processor(cores.space, cores.processor, loads, view)
     found = spread(cores.space, cores.processor, used, view, cores.room)
     value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
@@ -337,7 +371,10 @@ def too_many(limit: Limit, view: View) -> tuple[str, ...]:
 
 
 def on_processor(space: Space, processor: int, loads: Mapping[str, Fraction], view: View) -> dict[int, Fraction]:
-    """The share of a core that each thread on a processor uses, by its number; `loads` are in ppm, by name."""
+    """The share of a core that each thread on a processor uses, by its number; `loads` are in ppm, by name.
+
+    Component indices to fractions of a core, for the threads that run on `processor` in the design.
+    """
     return {
         number: loads[item.name] / PPM
         for number, item in enumerate(space.components)
@@ -376,7 +413,10 @@ def _sharing(limit: Limit, thread: str, view: View) -> str:
 
 
 def core_words(found: Spread) -> str:
-    """The fullest core in words: its number where every core is stated or decided."""
+    """The fullest core in words: its number where every core is stated or decided.
+
+    With open cores the number has no meaning, because equal cores are interchangeable.
+    """
     return FULLEST if found.is_open else f"core {found.fullest}"
 
 

@@ -239,14 +239,20 @@ def _sum(space: Space, metric: Metric, parts: Sequence[tuple[Quantity, Metric]])
 
 
 def display_unit(dimension: Dimension) -> tuple[str, Fraction]:
-    """The unit in which results count a dimension, and how many of it make one coherent unit."""
+    """The unit in which results count a dimension, and how many of it make one coherent unit.
+
+    A pair (name, number), such as ``("ns", 10⁹)`` for times. Other dimensions get a product of base units.
+    """
     if dimension in DISPLAY:
         return DISPLAY[dimension]
     return " ".join(f"{base}^{power}" for base, power in zip(BASES, dimension, strict=True) if power), Fraction(1)
 
 
 def all_metrics(space: Space) -> tuple[Metric, ...]:
-    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked."""
+    """Every metric that a result lists: flows, processors, buses, system totals, derived metrics, changes if asked.
+
+    In the order in which results list them. Ages and exact latencies are left out for flows where they are not defined.
+    """
     metrics: list[Metric] = []
     for number, flow in enumerate(space.flows):
         kinds = (*FLOW_METRICS, *CHAIN_METRICS) if any(step.since for step in flow.steps) else FLOW_METRICS
@@ -272,7 +278,10 @@ def all_metrics(space: Space) -> tuple[Metric, ...]:
 
 
 def loaded_buses(space: Space) -> list[int]:
-    """The buses, without types of virtual buses that only wrap messages: nothing is ever bound to them."""
+    """The buses, without types of virtual buses that only wrap messages: nothing is ever bound to them.
+
+    Indices of buses, in their order.
+    """
     wraps = {one for bus in space.buses for protocols in leaves(bus.protocols) for one in protocols}
     wraps |= {one for item in space.connections for one in item.protocols}
     wraps -= {number for item in space.connections for number in reachable_buses(space, item)}
@@ -301,7 +310,7 @@ FORMULAS: Mapping[str, Callable[[Space, Metric, bool], Measure]] = {
     "response time": _response_time,
     "message response": _message_response,
     **dict.fromkeys((*SYSTEM_METRICS, "total"), _figures),
-    "changes": lambda space, metric, _: Measure(metric, "", change_terms(space)),
+    "changes": lambda space, metric, _: Measure(metric, "", _change_terms(space)),
     "derived": lambda space, metric, _: _sum(space, metric, space.derived[metric.index or 0].terms),
     **dict.fromkeys(("max", "min"), lambda space, metric, _: _extreme(space, metric)),
 }
@@ -322,7 +331,7 @@ def counted_decisions(space: Space) -> Iterator[tuple[int, Decision, int]]:
             yield index, decision, space.baseline[index]
 
 
-def change_terms(space: Space) -> tuple[Term, ...]:
+def _change_terms(space: Space) -> tuple[Term, ...]:
     """A summand for each decision: what it costs where a design uses it and has another option than the baseline."""
     return tuple(
         _term(index, decision, option, space.cost_of_change.get(index, 1))
@@ -354,5 +363,8 @@ def changed_decisions(space: Space, view: View) -> dict[str, int]:
 
 
 def cost_of_changes(space: Space, view: View) -> int:
-    """The figure of ``changes`` for a design."""
+    """The figure of ``changes`` for a design.
+
+    The sum over changed decisions of the baseline, 1 for each unless `cost_of_change` says otherwise.
+    """
     return sum(changed_decisions(space, view).values())

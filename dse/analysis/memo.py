@@ -43,7 +43,11 @@ ABSENT = object()
 
 
 class Answering(View):
-    """A whole design whose response times are known, by task: whoever asks for one asks for no decision behind it."""
+    """A whole design whose response times are known, by task: whoever asks for one asks for no decision behind it.
+
+    Response times depend on nearly all decisions, so that a memory keyed by decisions would not serve for what is
+    computed of them.
+    """
 
     __slots__ = ("known",)
 
@@ -55,16 +59,25 @@ class Answering(View):
         return self.known.get(decision, ABSENT) if type(decision) is tuple else int(self.design[decision])
 
     def get(self, key: tuple[int, str], default: Any = None) -> Any:
-        """A response time, by task; the default where there is none."""
+        """A response time, by task; the default where there is none.
+
+        In ns; `key` is (number, part), as the analysis of scheduling names tasks.
+        """
         return self.known.get(key, default)
 
     def apart(self) -> View:
-        """A view of the design that shares no remembered figures."""
+        """A view of the design that shares no remembered figures.
+
+        For a computation with other figures of the same design.
+        """
         return View(self.design, self.groups)
 
 
 class Watching(View):
-    """Another view, with a note of every decision that is asked for, and of every response time that it knows."""
+    """Another view, with a note of every decision that is asked for, and of every response time that it knows.
+
+    What is asked becomes the path in the memory under which a value is stored.
+    """
 
     __slots__ = ("asked",)
 
@@ -75,7 +88,10 @@ class Watching(View):
         self.asked: dict[Any, Any] = {}
 
     def get(self, key: tuple[int, str], default: Any = None) -> Any:
-        """A response time that is known, by task; the default where there is none."""
+        """A response time that is known, by task; the default where there is none.
+
+        In ns; `key` is (number, part). The question is noted with its answer.
+        """
         found = self.asked[key] = self.design[key]
         return default if found is ABSENT else found
 
@@ -90,7 +106,10 @@ class Watching(View):
 
 
 def knowing(view: View) -> Answering | Watching | None:
-    """The view where it knows response times."""
+    """The view where it knows response times.
+
+    None for views whose response times are computed from the decisions.
+    """
     if isinstance(view, Answering) or (isinstance(view, Watching) and isinstance(view.design, Answering)):
         return view
     return None
@@ -130,7 +149,11 @@ class Recall(Generic[T]):
         self._admitting = Lock()
 
     def recall(self, space: Space, key: Any, view: View, formula: Callable[[Space, Any, View], T]) -> T:
-        """``formula(space, key, view)``, from memory where it has been asked before."""
+        """``formula(space, key, view)``, from memory where it has been asked before.
+
+        The stored value is found by walking the tree of decisions that the formula consulted before; only these options
+        must agree. With a limited memory a formula that is rarely recalled is computed directly.
+        """
         trees = (self._trees.get(id(space)) or self._admitted(space))[1]
         tree = trees.get(key)
         if tree is None:

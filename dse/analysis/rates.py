@@ -22,29 +22,44 @@ RateKey: TypeAlias = tuple[Literal["activation", "input", "slowest", "delivery"]
 
 
 def is_event_triggered(component: Component, view: View) -> bool:
-    """Aperiodic, sporadic, or neither protocol nor period stated."""
+    """Aperiodic, sporadic, or neither protocol nor period stated.
+
+    Jobs are then released by messages, at the rate of the inputs (docs/semantics.md, section 2).
+    """
     return arrivals(component, view).by_inputs
 
 
 def arrivals(component: Component, view: View) -> Arrivals:
-    """What releases the jobs of a component."""
+    """What releases the jobs of a component.
+
+    The rule of its dispatch protocol in this design.
+    """
     protocol = at(component.protocol, view)
     return arrivals_of(protocol, has_period=protocol is None and at(component.period_ns, view) is not None)
 
 
 def is_periodic(component: Component, view: View) -> bool:
-    """Has a period and is not explicitly sporadic or aperiodic; a hybrid component's timer is periodic."""
+    """Has a period and is not explicitly sporadic or aperiodic; a hybrid component's timer is periodic.
+
+    The complement of `is_event_triggered` in this design.
+    """
     return not is_event_triggered(component, view)
 
 
 def passes_rates_on(component: Component, view: View) -> bool:
-    """Whether the rate of a component follows from those of its inputs: it is event-triggered, or waits for all."""
+    """Whether the rate of a component follows from those of its inputs: it is event-triggered, or waits for all.
+
+    A cycle of such components has no rate, so that the design is invalid.
+    """
     found = arrivals(component, view)
     return found.by_inputs or (found.by_timer and is_joined(component, view))
 
 
 def is_joined(component: Component, view: View) -> bool:
-    """Whether a job of a component needs a message of each of its triggers."""
+    """Whether a job of a component needs a message of each of its triggers.
+
+    True for ``join: all`` (docs/semantics.md, section 3.8).
+    """
     return bool(at(component.join, view) == ALL)
 
 
@@ -177,12 +192,19 @@ class Dispatch(NamedTuple):
 
     @property
     def arriving(self) -> Literal["input", "slowest"]:
-        """The rate of the inputs that counts."""
+        """The rate of the inputs that counts.
+
+        ``input`` is the sum of all triggers' rates, ``slowest`` the least of them, which decides for a join of all.
+        """
         return "slowest" if self.joins else "input"
 
 
 def dispatch(component: Component, view: View) -> Dispatch:
-    """The rule by which a component gets its rate."""
+    """The rule by which a component gets its rate.
+
+    A `Dispatch` with rates in Hz, exact: the timer's, whether inputs count, the most that a separation admits, and
+    whether inputs are joined.
+    """
     found = arrivals(component, view)
     timer = _frequency_hz(at(component.period_ns, view)) if found.has_period else ZERO
     joins = is_joined(component, view)
@@ -202,7 +224,10 @@ def _plain_frequency_hz(period_ns: int) -> Fraction:
 
 
 def stated_hz(connection: Connection, view: View) -> Fraction:
-    """The rate that a connection states: itself, or by its data rate over its size; 0 of messages without a size."""
+    """The rate that a connection states: itself, or by its data rate over its size; 0 of messages without a size.
+
+    In Hz, exact.
+    """
     if connection.rate_hz is not None:
         rate: Fraction = ZERO + at(connection.rate_hz, view)
         return rate
@@ -212,7 +237,11 @@ def stated_hz(connection: Connection, view: View) -> Fraction:
 
 
 def summands(space: Space, key: RateKey) -> list[RateKey]:
-    """The rates that a rate is the sum, or the larger, or the smaller of."""
+    """The rates that a rate is the sum, or the larger, or the smaller of.
+
+    Keys, by which `rate_hz` computes recursively: activation from inputs, inputs from deliveries, deliveries from the
+    sender's activation.
+    """
     kind, number = key
     if kind == "activation":
         return [("input", number)]
@@ -223,7 +252,10 @@ def summands(space: Space, key: RateKey) -> list[RateKey]:
 
 
 def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
-    """What a rate may be beside that, over all designs: a timer's, or what a connection states."""
+    """What a rate may be beside that, over all designs: a timer's, or what a connection states.
+
+    In Hz, exact: the rates that enter the system at this point, for a common denominator of all rates.
+    """
     kind, number = key
     if kind == "activation":
         periods = [leaf for leaf in leaves(space.components[number].period_ns) if leaf is not None]
@@ -238,7 +270,10 @@ def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
 
 
 def active_cycle(space: Space, view: View) -> list[int]:
-    """The components of a shortest cycle of dispatches in a design that has one, the first again at the end."""
+    """The components of a shortest cycle of dispatches in a design that has one, the first again at the end.
+
+    Component indices; the cycle with the least index is chosen, so that the message is stable.
+    """
     eager = {number for number, item in enumerate(space.components) if _is_surely_eager(item, view)}
     graph: dict[int, list[int]] = {number: [] for number in eager}
     for target in sorted(eager):
@@ -292,7 +327,10 @@ def _find_source_rates(space: Space) -> dict[RateKey, frozenset[Fraction]]:
 
 
 def all_keys(space: Space) -> list[RateKey]:
-    """Every rate that a space has."""
+    """Every rate that a space has.
+
+    Deliveries of connections first, then inputs, slowest input and activation of each component.
+    """
     keys: list[RateKey] = [("delivery", number) for number in range(len(space.connections))]
     for number in range(len(space.components)):
         keys += [("input", number), ("slowest", number), ("activation", number)]

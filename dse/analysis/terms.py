@@ -58,12 +58,12 @@ class Term:
     sampled: Sampled | None = None
     """What it is of, where an element of a flow may sample what another timer made."""
 
-    def rounded_up(self, view: View, scale: int) -> int:
+    def _rounded_up(self, view: View, scale: int) -> int:
         """The value in units of 1 / `scale`, every single figure in it rounded up."""
         if self.extreme is None:
             return ceil(self.value(view) * scale)
         found: int = self.extreme.pick(
-            sum(term.rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
+            sum(term._rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
         return found
 
@@ -82,13 +82,19 @@ class Sampled:
     asked: Callable[[View], View] = lambda view: view
 
     def scaled(self, factor: Fraction) -> Sampled:
-        """The summand times a constant."""
+        """The summand times a constant.
+
+        A new summand; `factor` is exact and multiplies the existing one.
+        """
         return replace(self, factor=self.factor * factor)
 
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """`times` * max(0, (d + `shift`) mod `step` - `less`) of a difference d of offsets; all in ns."""
+    """`times` * max(0, (d + `shift`) mod `step` - `less`) of a difference d of offsets; all in ns.
+
+    The time that data wait for a reader on one clock, as a function of the two offsets.
+    """
 
     times: Fraction
     shift: Exact
@@ -108,7 +114,10 @@ class Phased:
     parts: Callable[[View], tuple[Fraction, tuple[Rest, ...]]]
 
     def scaled(self, factor: Fraction) -> Phased:
-        """The summand times a constant."""
+        """The summand times a constant.
+
+        A new summand whose base and rests are multiplied by `factor`, exact.
+        """
 
         def parts(view: View) -> tuple[Fraction, tuple[Rest, ...]]:
             base, rests = self.parts(view)
@@ -117,7 +126,10 @@ class Phased:
         return Phased(self.sender, self.receiver, parts)
 
     def asked_of(self, other: Callable[[View], View]) -> Phased:
-        """The summand by what another view of each design says."""
+        """The summand by what another view of each design says.
+
+        `other` maps the view of a design to the one that formulas get.
+        """
         return replace(self, parts=lambda view: self.parts(other(view)))
 
 
@@ -160,7 +172,10 @@ class Reads:
     factor: Fraction = Fraction(1)
 
     def scaled(self, factor: Fraction) -> Reads | None:
-        """The summand times a constant; None where it is negative, so that nothing is told at least."""
+        """The summand times a constant; None where it is negative, so that nothing is told at least.
+
+        A new summand; the delay until the read and the job's time are multiplied by `factor`.
+        """
         if factor <= 0:
             return None
         job = None if self.job is None else scaled_term(self.job, factor)
@@ -179,23 +194,36 @@ Kind: TypeAlias = Literal["max", "min"]
 
 @dataclass(frozen=True)
 class ExtremeOfSums:
-    """The greatest (`kind` ``max``) or the least (``min``) of several sums of terms."""
+    """The greatest (`kind` ``max``) or the least (``min``) of several sums of terms.
+
+    Each sum is a tuple of terms; the extreme is itself the summand of a metric.
+    """
 
     kind: Kind
     sums: tuple[tuple[Term, ...], ...]
 
     def pick(self, values: Iterable[Any]) -> Any:
-        """The value that counts; traced numbers (`dse.questions.sensitivity`) remember how it was made, too."""
+        """The value that counts; traced numbers (`dse.questions.sensitivity`) remember how it was made, too.
+
+        The maximum or minimum of `values`, according to `kind`.
+        """
         return reduce(partial(picked, self.kind), values)
 
     def changed(self, change: Callable[[Term], Term], kind: Kind | None = None) -> ExtremeOfSums:
-        """The extreme with every term changed; of another kind where one is given."""
+        """The extreme with every term changed; of another kind where one is given.
+
+        A new extreme; used to scale and to negate.
+        """
         return ExtremeOfSums(kind or self.kind, tuple(tuple(change(term) for term in terms) for terms in self.sums))
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A metric of a space: `value` in `unit`, `integer` in units of 1 / `scale` (exact unless `rounded`)."""
+    """A metric of a space: `value` in `unit`, `integer` in units of 1 / `scale` (exact unless `rounded`).
+
+    Terms are in `unit`. A measure is rounded where the common denominator of its terms would be too large for the
+    solver.
+    """
 
     metric: Metric
     unit: str
@@ -204,24 +232,36 @@ class Measure:
     rounded: bool = False
 
     def value(self, view: View) -> Fraction:
-        """The exact value in `unit`."""
+        """The exact value in `unit`.
+
+        A `Fraction`; raises `NotOffered` for a design that is not valid.
+        """
         return exact_sum(term.value(view) for term in self.terms)
 
     def integer(self, view: View) -> int:
-        """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand)."""
+        """The value in units of 1 / `scale`; when `rounded`, each term is rounded up (demand).
+
+        What the solver counts. Rounding each term up keeps the sum safe for upper limits.
+        """
         if self.rounded:
-            return sum(term.rounded_up(view, self.scale) for term in self.terms)
+            return sum(term._rounded_up(view, self.scale) for term in self.terms)
         return self.counted(self.value(view))
 
     def counted(self, value: int | Fraction) -> int:
-        """A value in `unit` in units of 1 / `scale`."""
+        """A value in `unit` in units of 1 / `scale`.
+
+        An integer; the value must be a multiple of 1 / `scale`, which is asserted.
+        """
         total = value * self.scale
         assert total.denominator == 1, f"{self.metric.name}: {total} is no integer"
         return cast(int, total) if is_unbounded(total) else int(total)
 
     @property
     def counting_unit(self) -> str:
-        """The unit of `integer`: ``ppm``, or ``1/3 ppm``."""
+        """The unit of `integer`: ``ppm``, or ``1/3 ppm``.
+
+        Text for results, which state integers with it.
+        """
         return self.unit if self.scale == 1 else f"1/{self.scale} {self.unit}"
 
 
@@ -243,7 +283,10 @@ def exact_sum(values: Iterable[int | Fraction]) -> Fraction:
 
 
 def product_term(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:
-    """A coefficient times a rate, as a summand; the rate is not asked for where the coefficient is 0."""
+    """A coefficient times a rate, as a summand; the rate is not asked for where the coefficient is 0.
+
+    A `Term` in the unit of coefficient times Hz. `of` names what the rate is of.
+    """
 
     def value(view: View) -> Fraction:
         factor = coefficient(view)
@@ -253,7 +296,10 @@ def product_term(space: Space, label: str, coefficient: Callable[[View], Fractio
 
 
 def scaled_term(term: Term, factor: Fraction) -> Term:
-    """The term times a constant; a negative one makes the greatest of several sums the least of the negated ones."""
+    """The term times a constant; a negative one makes the greatest of several sums the least of the negated ones.
+
+    A new `Term`; ends, coefficient and extreme are multiplied alike.
+    """
     if term.extreme is not None:
         others: dict[Kind, Kind] = {"max": "min", "min": "max"}
         kind = others[term.extreme.kind] if factor < 0 else term.extreme.kind
@@ -281,7 +327,10 @@ def scaled_term(term: Term, factor: Fraction) -> Term:
 
 
 def picked(kind: Kind, one: Any, other: Any) -> Any:
-    """The greater or the less of two numbers, which remember it where they remember how they were made."""
+    """The greater or the less of two numbers, which remember it where they remember how they were made.
+
+    `kind` is ``max`` or ``min``; traced numbers return a traced result.
+    """
     if type(one) is not int or type(other) is not int:
         remembers = next((number for number in (one, other) if hasattr(number, "picked")), None)
         if remembers is not None:
@@ -290,7 +339,10 @@ def picked(kind: Kind, one: Any, other: Any) -> Any:
 
 
 def extreme_term(label: str, extreme: ExtremeOfSums) -> Term:
-    """The greatest or least of several sums, as a summand."""
+    """The greatest or least of several sums, as a summand.
+
+    A `Term` whose value is the extreme of exact sums.
+    """
 
     def value(view: View) -> Fraction:
         found: Fraction = extreme.pick([exact_sum(term.value(view) for term in terms) for terms in extreme.sums])

@@ -27,7 +27,7 @@ TIME_SCALE_LIMIT = 1000
 
 
 RESPONSE_SCALE_LIMIT = 10
-"""The same where response times are in them, for which `UNBOUNDED_NS` may stand."""
+"""The finest unit of sums with response times, for which `UNBOUNDED_NS` may stand: a tenth of a ns."""
 
 
 def latency_scale(space: Space, flow: Flow) -> tuple[int, int]:
@@ -59,7 +59,10 @@ _SCALES: Recall[int] = Recall()
 
 
 def whole_time_scale(space: Space) -> int:
-    """A common denominator of all times of a space, whatever the design; many metrics ask for it."""
+    """A common denominator of all times of a space, whatever the design; many metrics ask for it.
+
+    A divisor: times multiplied by it are whole numbers of ns. Remembered for each space.
+    """
 
     def scale(space: Space, _: object, __: View) -> int:
         return _time_scale(space, range(len(space.components)), range(len(space.connections)))

@@ -99,7 +99,10 @@ def load_terms(space: Space, bus: int) -> tuple[Term, ...]:
 
 
 def reachable_buses(space: Space, connection: Connection) -> frozenset[int]:
-    """Every bus that may carry the connection, directly or under a virtual bus."""
+    """Every bus that may carry the connection, directly or under a virtual bus.
+
+    Indices of buses, over all options of the connection and of what carries it.
+    """
     return carriers(space.buses, connection)
 
 
@@ -107,7 +110,10 @@ _REACH: Recall[tuple[frozenset[int], ...]] = Recall()
 
 
 def all_reachable_buses(space: Space) -> tuple[frozenset[int], ...]:
-    """The buses that may carry each connection, directly or under a virtual bus, by the connection's number."""
+    """The buses that may carry each connection, directly or under a virtual bus, by the connection's number.
+
+    One frozenset of bus indices for each connection; remembered for each space.
+    """
 
     def found(space: Space, _: object, __: View) -> tuple[frozenset[int], ...]:
         return tuple(reachable_buses(space, item) for item in space.connections)
@@ -165,7 +171,10 @@ def _carried_bytes(
 
 
 def payload_terms(space: Space, bus: int) -> tuple[Term, ...]:
-    """The load of a bus without its frames, in B/s: what OSATE counts."""
+    """The load of a bus without its frames, in B/s: what OSATE counts.
+
+    `Term` objects of data without headers, gaps and stuff bits (docs/semantics.md, section 3.7).
+    """
     slot = replace(space.buses[bus], fixed_ns=None)
     return load_terms(replace(space, buses=(*space.buses[:bus], slot, *space.buses[bus + 1 :])), bus)
 
@@ -194,7 +203,10 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
 
 
 def utilisation_scale(space: Space, terms: Sequence[Term]) -> int:
-    """The common denominator of all utilisations, in ppm, that the terms can sum to."""
+    """The common denominator of all utilisations, in ppm, that the terms can sum to.
+
+    Of execution times over periods, over all options that the terms may take.
+    """
 
     def work(term: Term) -> set[Fraction]:
         assert term.rate is not None
@@ -207,7 +219,10 @@ def utilisation_scale(space: Space, terms: Sequence[Term]) -> int:
 
 
 def load_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
-    """The common denominator of all loads, in B/s, that the terms can sum to."""
+    """The common denominator of all loads, in B/s, that the terms can sum to.
+
+    Of sizes times rates, over all options; with frames also of bits on the wire.
+    """
 
     def sizes(term: Term) -> set[Fraction]:
         return plain_sizes(_connection(space, term)) | wire
@@ -226,7 +241,10 @@ def load_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
 
 
 def busy_scale(space: Space, bus: int, terms: Sequence[Term]) -> int:
-    """The common denominator of all busy times, in ppm, that the terms can sum to."""
+    """The common denominator of all busy times, in ppm, that the terms can sum to.
+
+    Of transmission times times rates, over all options of bus type and size.
+    """
     slot = space.buses[bus]
 
     def times(term: Term) -> set[Fraction]:

@@ -29,45 +29,57 @@ MOST_LISTED = 8
 
 @dataclass(frozen=True)
 class Predicate:
-    """Something that must hold in every design, with the words to say so; `why` says more where it does not."""
+    """Something that must hold in every design, with the words to say so; `why` says more where it does not.
+
+    `why` gives a longer sentence for one design; `text` says what should hold.
+    """
 
     text: str
     holds: Callable[[View], bool]
     why: Callable[[Design], str] | None = None
 
-    def breach(self, design: Design) -> str:
+    def _breach(self, design: Design) -> str:
         """What to say of a design in which it does not hold."""
         return self.text if self.why is None else self.why(design)
 
 
 @dataclass(frozen=True)
 class Cover:
-    """An optional slot must be empty unless one of its users is bound to it."""
+    """An optional slot must be empty unless one of its users is bound to it.
+
+    `users` are predicates: whether a thread runs in the slot, or a message is carried by it.
+    """
 
     slot: Slot
     users: tuple[Callable[[View], bool], ...]
 
 
 def has_conditional_home(decision: Decision, index: int) -> bool:
-    """Whether the decision can be inactive: its home tree does not begin with it."""
+    """Whether the decision can be inactive: its home tree does not begin with it.
+
+    Unconditional decisions are active in every design.
+    """
     return not (isinstance(decision.home, Choice) and decision.home.decision == index)
 
 
 def canonical(space: Space, design: Design) -> Design:
-    """The design with every decision that it does not use marked inactive; equal designs become identical."""
+    """The design with every decision that it does not use marked inactive; equal designs become identical.
+
+    Inactive decisions get the option `INACTIVE`. Designs are compared and hashed in this form only.
+    """
     view = View(design)
     return tuple(
         option if is_met(space.decisions[index], index, view) else INACTIVE for index, option in enumerate(design)
     )
 
 
-def unanswered(space: Space, view: View) -> list[Decision]:
+def _unanswered(space: Space, view: View) -> list[Decision]:
     """The decisions that a design uses without an option for them."""
     open_ = (index for index, option in enumerate(view.design) if option < 0)
     return [space.decisions[index] for index in open_ if is_met(space.decisions[index], index, view)]
 
 
-def structural_predicates(space: Space) -> Iterator[Predicate]:
+def _structural_predicates(space: Space) -> Iterator[Predicate]:
     """What the architecture itself demands of every design."""
     for number, decision in enumerate(space.decisions):
         if _mentions_not_offered(decision.home):
@@ -163,12 +175,18 @@ def _is_filled_if_used(decision: int, empty: int, uses: Callable[[View], bool], 
 
 
 def covers(space: Space) -> tuple[Cover, ...]:
-    """The optional slots with everything that may be bound to them."""
+    """The optional slots with everything that may be bound to them.
+
+    A combination of options that fills an optional slot without a user is no design.
+    """
     return tuple(Cover(slot, tuple(uses for _, uses in users)) for slot, users in slot_users(space) if slot.optional)
 
 
 def slot_users(space: Space) -> Iterator[tuple[Slot, list[tuple[str, Callable[[View], bool]]]]]:
-    """For each slot the names of what may be bound to it, with a predicate that tells whether it is."""
+    """For each slot the names of what may be bound to it, with a predicate that tells whether it is.
+
+    Pairs of a slot and its users (name, predicate), processors first.
+    """
     for number, slot in enumerate(space.processors):
         threads = [item for item in space.components if number in set(leaves(item.processor))]
         yield slot, [(item.name, _runs_on(item.processor, number)) for item in threads]
@@ -199,7 +217,10 @@ def _existing_cores(space: Space) -> Iterator[Predicate]:
 
 
 def has_core_text(component: Component) -> str:
-    """What is demanded of the core of a thread, in words."""
+    """What is demanded of the core of a thread, in words.
+
+    Also used to recognise the predicate among the breaches of a design.
+    """
     return f"the core of {component.name} is one that its processor has"
 
 
@@ -251,7 +272,10 @@ def truth(condition: ResolvedCondition, view: View) -> bool | None:
 
 
 def atom_truth(atom: Atom, view: View) -> bool | None:
-    """The truth of a single test."""
+    """The truth of a single test.
+
+    None where a figure is inactive in the design: rules treat that as unknown.
+    """
     if isinstance(atom, UsedTest):
         return any(_value(tree, view) in names for tree, names in atom.types)
     if isinstance(atom, ValueTest):
@@ -277,16 +301,22 @@ def _value(tree: Tree, view: View) -> Any:
 
 
 def is_broken(rule: Rule, view: View) -> bool:
-    """``require`` is broken only by what is false, ``forbid`` only by what is true."""
+    """``require`` is broken only by what is false, ``forbid`` only by what is true.
+
+    Three-valued logic: an unknown condition breaks neither.
+    """
     return truth(rule.condition, view) is (rule.verb == "forbid")
 
 
 class Rulebook:
-    """Everything that makes a combination of options a design, gathered once for a space."""
+    """Everything that makes a combination of options a design, gathered once for a space.
+
+    Structure (optional slots, processes, cores), bindings, and the user's rules, each as a `Predicate` or rule.
+    """
 
     def __init__(self, space: Space) -> None:
         self.space = space
-        self.predicates = tuple(structural_predicates(space))
+        self.predicates = tuple(_structural_predicates(space))
         self.covers = covers(space)
 
     def breaches(self, design: Design) -> list[str]:
@@ -298,8 +328,8 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [f"{item.name} has no option" for item in unanswered(self.space, view)]
-        found += [item.breach(design) for item in self.predicates if not item.holds(view)]
+        found = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
+        found += [item._breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):

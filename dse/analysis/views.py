@@ -35,12 +35,18 @@ class View:
         return int(self.design[decision])
 
     def apart(self) -> View:
-        """A view of the design with a memory of its own; what notes the decisions that are asked for still does."""
+        """A view of the design with a memory of its own; what notes the decisions that are asked for still does.
+
+        The copy has none of the remembered response times and figures.
+        """
         return type(self)(self.design, self.groups)
 
 
 class Noting(Sequence[int]):
-    """A design that remembers which decisions are looked at."""
+    """A design that remembers which decisions are looked at.
+
+    A sequence of options; reading an entry notes its index.
+    """
 
     def __init__(self, design: Sequence[int]) -> None:
         self.design = design
@@ -55,7 +61,10 @@ class Noting(Sequence[int]):
 
 
 class Undecided(Exception):
-    """A formula asked for `decision`, which the partial design leaves open."""
+    """A formula asked for `decision`, which the partial design leaves open.
+
+    Caught by whoever tabulates a formula: the formula is evaluated once for each option of the decision.
+    """
 
     def __init__(self, decision: int) -> None:
         self.decision = decision
@@ -66,7 +75,10 @@ class CyclicActivation(Exception):
 
 
 class PartialView(View):
-    """A partial design: asking for an open decision raises `Undecided`."""
+    """A partial design: asking for an open decision raises `Undecided`.
+
+    Decisions without an option are left open; figures that do not depend on them can be computed.
+    """
 
     __slots__ = ()
 
@@ -83,13 +95,19 @@ class PartialView(View):
 
 
 def is_met(decision: Decision, index: int, view: View) -> bool:
-    """Whether the design uses the decision."""
+    """Whether the design uses the decision.
+
+    A decision is used where its home tree, evaluated for this design, passes through it.
+    """
     return index in consulted(decision.home, view)[0]
 
 
 @dataclass(frozen=True, slots=True)
 class Case(Generic[T]):
-    """Where every decision of `conditions` takes the option beside it, the formula has `value`."""
+    """Where every decision of `conditions` takes the option beside it, the formula has `value`.
+
+    `conditions` are pairs (decision, option); cases of a table exclude each other and cover all designs.
+    """
 
     conditions: tuple[tuple[int, int], ...]
     value: T
@@ -131,7 +149,10 @@ def tabulate(
 
 
 def allowed_options(space: Space, decision: int) -> Sequence[int]:
-    """The options that ``--fix`` leaves a decision."""
+    """The options that ``--fix`` leaves a decision.
+
+    Indices of options: all of them, or the one that the caller has fixed.
+    """
     if decision in space.fixed:
         return (space.fixed[decision],)
     return range(len(space.decisions[decision].options))

@@ -66,17 +66,27 @@ class FlowTable:
 
     @property
     def min_ns(self) -> Exact:
-        """The minimum latency."""
+        """The minimum latency.
+
+        The exact sum of the rows' minima in ns (docs/semantics.md, section 3); a `Fraction` only where it is no whole
+        number.
+        """
         return whole(sum((row.min_ns for row in self.rows), Fraction(0)))
 
     @property
     def max_ns(self) -> Annotated[Exact, NULL]:
-        """The maximum latency; null where it is unbounded."""
+        """The maximum latency; null where it is unbounded.
+
+        The exact sum of the rows' maxima in ns; an `Unbounded` number when a row has no bound.
+        """
         return whole(sum((row.max_ns for row in self.rows), Fraction(0)))
 
     @property
     def specified_ns(self) -> Annotated[tuple[Exact, Exact] | None, Json(default=None, kind=tuple[Exact, ...] | None)]:
-        """Under the `osate` profiles: the totals of what is specified, minimum and maximum."""
+        """Under the `osate` profiles: the totals of what is specified, minimum and maximum.
+
+        In ns, from the flow specifications of the AADL model alone; None where a row has no specification.
+        """
         given = [row.specified_ns for row in self.rows]
         if None in given:
             return None
@@ -85,7 +95,10 @@ class FlowTable:
 
     @property
     def jitter_ns(self) -> Annotated[Exact, NULL]:
-        """The maximum minus the minimum; null where it is unbounded."""
+        """The maximum minus the minimum; null where it is unbounded.
+
+        In ns, exact: the difference of `max_ns` and `min_ns`.
+        """
         return whole(self.max_ns - self.min_ns)
 
 
@@ -127,17 +140,27 @@ class Usage:
 
     @property
     def total(self) -> Fraction:
-        """The sum of the shares."""
+        """The sum of the shares.
+
+        In the unit of the shares: ppm of one core for a processor, B/s for a bus.
+        """
         return sum(self.shares.values(), Fraction(0))
 
     @property
     def busy_total(self) -> Fraction | None:
-        """The share of the time, in ppm, that a physical bus is busy; None where that is not computable."""
+        """The share of the time, in ppm, that a physical bus is busy; None where that is not computable.
+
+        The sum over the connections on the bus, exact.
+        """
         return None if self.busy is None else sum(self.busy.values(), Fraction(0))
 
     @property
     def busy_use(self) -> Annotated[Mapping[str, Any], Json(kind=Busy)]:
-        """The share of the time that it is busy."""
+        """The share of the time that it is busy.
+
+        A mapping with ``unit``, ``shares`` and ``total``, or with ``total`` None and the ``reason``, in the form of
+        JSON.
+        """
         if self.busy is None:
             return {"total": None, "reason": self.no_busy or None}
         return {"unit": "ppm", "shares": self.busy, "total": self.busy_total}
@@ -241,12 +264,19 @@ class Analysis(Answer):
 
     @property
     def metric_values(self) -> Annotated[Mapping[str, Any], Json(kind=Mapping[str, MetricValue])]:
-        """Every metric."""
+        """Every metric.
+
+        Names of metrics to mappings with ``value`` (exact) and ``unit``, in the form of JSON.
+        """
         return {name: {"value": value, "unit": self.metric_units[name]} for name, value in self.metrics.items()}
 
     @property
     def overheads(self) -> Mapping[str, Sequence[str]]:
-        """What response times count beside execution times, with the threads or processors of which it is stated."""
+        """What response times count beside execution times, with the threads or processors of which it is stated.
+
+        Keys are *blocking*, *context switches*, *interrupts* and *throttling*; names are in the order of the file,
+        empty where the problem states none.
+        """
         return stated_overheads(self.space, self.design)
 
     @property
@@ -256,11 +286,17 @@ class Analysis(Answer):
 
     @property
     def is_feasible(self) -> bool:
-        """Whether the design is valid and meets every requirement, those on flows that could not be read included."""
+        """Whether the design is valid and meets every requirement, those on flows that could not be read included.
+
+        A requirement on something that the import could not follow counts as violated, because it is not known to hold.
+        """
         return not self.breaches and not self.space.unchecked and all(verdict.holds for verdict in self.verdicts)
 
     def limits_empty_slot(self, verdict: Verdict) -> bool:
-        """Whether a requirement holds because what it limits is left empty, or of a type without such a limit."""
+        """Whether a requirement holds because what it limits is left empty, or of a type without such a limit.
+
+        Such a requirement holds without saying anything, and tables do not call it the tightest.
+        """
         metric = verdict.requirement.metric
         slots = {"utilisation": self.processors, "load": self.buses, "busy": self.buses}.get(metric.kind)
         if slots is None or not verdict.holds:
@@ -269,7 +305,11 @@ class Analysis(Answer):
         return usage.type == EMPTY or self.is_of_other_type(verdict)
 
     def is_of_other_type(self, verdict: Verdict) -> bool:
-        """Whether a limit is implied by other types of a bus than the chosen one, which has none."""
+        """Whether a limit is implied by other types of a bus than the chosen one, which has none.
+
+        True only for implied limits on load or busy time: the chosen type of the bus has no bandwidth, or is not
+        exclusive.
+        """
         metric, number = verdict.requirement.metric, verdict.requirement.metric.index or 0
         if not verdict.requirement.implied or metric.kind not in ("load", "busy") or self.buses[number].type == EMPTY:
             return False

@@ -28,7 +28,11 @@ def json_text(data: Mapping[str, Any]) -> str:
 
 
 def to_file(text: str, path: str | os.PathLike[str] | None) -> str:
-    """The text, which is written to a file where there is a path for it: whole or not at all."""
+    """The text, which is written to a file where there is a path for it: whole or not at all.
+
+    Returned in any case, so that a caller can print it. The file is complete or unchanged, even when the process is
+    killed.
+    """
     if path is not None:
         write_file(os.fspath(path), text)
     return text
@@ -73,7 +77,10 @@ class Answer:
         return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """The answer in its format, as plain data: exact figures, fractions as text where they are no integers."""
+        """The answer in its format, as plain data: exact figures, fractions as text where they are no integers.
+
+        Keys are those of docs/formats.md; reading the mapping again gives an equal answer.
+        """
         from dse.answers.forms.codec import written
 
         return written(type(self), self)

@@ -46,12 +46,19 @@ class Line:
 
     @property
     def differs(self) -> bool:
-        """Whether the two are not the same."""
+        """Whether the two are not the same.
+
+        A value that has another meaning in the two problems (`is_alike` is false) differs even when the numbers are
+        equal; cores that are only numbered differently do not.
+        """
         return bool(self.one != (self.renumbered or self.other)) or not self.is_alike
 
     @property
     def difference(self) -> Fraction | None:
-        """Other minus one, for numbers that both have."""
+        """Other minus one, for numbers that both have.
+
+        Exact, in the unit of the line; None for texts, and for numbers that do not mean one thing in both problems.
+        """
         if self.is_alike and isinstance(self.one, Fraction) and isinstance(self.other, Fraction):
             return self.other - self.one
         return None
@@ -104,17 +111,26 @@ class DesignComparison(Answer):
 
     @property
     def options(self) -> Mapping[str, tuple[str | None, str | None]]:
-        """The option of each decision in both; null where a design has no use for it."""
+        """The option of each decision in both; null where a design has no use for it.
+
+        Names of decisions to pairs of options, in the order of the first design's problem.
+        """
         return _pairs(self.decisions)
 
     @property
     def figures(self) -> Annotated[Mapping[str, Any], Json(kind=Mapping[str, TwoValues])]:
-        """Each metric in both."""
+        """Each metric in both.
+
+        Names of metrics to mappings with ``values`` (a pair, None where a design has none) and ``unit``.
+        """
         return {line.name: {"values": (line.one, line.other), "unit": line.unit} for line in self.metrics}
 
     @property
     def requirements(self) -> Mapping[str, tuple[Holds, Holds]]:
-        """How both meet each requirement; null where the problem does not state it."""
+        """How both meet each requirement; null where the problem does not state it.
+
+        Texts of requirements to pairs of ``holds``-verdicts.
+        """
         return _pairs(self.verdicts)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -136,7 +152,10 @@ class DesignComparison(Answer):
 
 @dataclass(frozen=True)
 class PointComparison:
-    """A point against the other front."""
+    """A point against the other front.
+
+    Both fronts answer one question, so that objectives can be compared point by point.
+    """
 
     JSON_NAME = "ComparedPoint"
     WRITTEN = (
@@ -187,7 +206,10 @@ class ResultComparison(Answer):
         return _pairs(self.facts)
 
     def frame(self) -> pandas.DataFrame:
-        """What was asked and found, side by side; columns ``name``, ``one`` and ``other``."""
+        """What was asked and found, side by side; columns ``name``, ``one`` and ``other``.
+
+        A `pandas.DataFrame` with one row for each fact, such as the status or a requirement; all cells are texts.
+        """
         import pandas
 
         rows = [[line.name, line.one, line.other] for line in self.facts]
@@ -195,7 +217,11 @@ class ResultComparison(Answer):
 
 
 def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> DesignComparison:
-    """Two analysed designs; what only one of them has is None in the other."""
+    """Two analysed designs; what only one of them has is None in the other.
+
+    A `DesignComparison` with decisions, metrics and verdicts side by side. Metrics for which the two problems state
+    other rules, or prices in other currencies, are shown without a difference.
+    """
     held = [
         {verdict.requirement.shown: _verdict(verdict.holds) for verdict in analysis.verdicts}
         for analysis in (one, other)

@@ -22,7 +22,10 @@ from dse.support.json_fields import Data, Unit
 
 @dataclass(frozen=True)
 class Broken:
-    """A requirement that a design misses when response times count."""
+    """A requirement that a design misses when response times count.
+
+    Values and limits are exact, in base units of the metric.
+    """
 
     requirement: Annotated[str, "The requirement in the words of the problem."]
     value: Annotated[Fraction | None, "What the design has, in `unit`; null where it is unbounded."]
@@ -32,7 +35,10 @@ class Broken:
 
     @classmethod
     def of(cls, miss: Miss) -> Broken:
-        """What the referee found, without the number that stands for no bound."""
+        """What the referee found, without the number that stands for no bound.
+
+        `value` is None where a response time in the metric has no bound; `unbounded` names the threads.
+        """
         verdict = miss.verdict
         value = None if miss.unbounded else verdict.value
         return cls(verdict.requirement.shown, value, verdict.limit, verdict.unit, miss.unbounded)
@@ -52,7 +58,10 @@ class Contended:
 
     @property
     def status(self) -> Literal["kept", "broken", "not checked"]:
-        """Whether it keeps every requirement then."""
+        """Whether it keeps every requirement then.
+
+        ``not checked`` stands in files only: a design that was not judged before the time limit.
+        """
         return "broken" if self.broken else "kept"
 
 
@@ -72,7 +81,10 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
 
 
 def contended(found: Judged) -> Contended:
-    """What the referee said of a design."""
+    """What the referee said of a design.
+
+    One `Broken` for each requirement that the design misses with waiting counted; none means that it keeps all.
+    """
     return Contended(tuple(Broken.of(miss) for miss in found.misses))
 
 
@@ -108,7 +120,11 @@ class CoreUse:
 
 
 def core_use(space: Space, design: Design) -> dict[str, CoreUse]:
-    """How the cores of each processor with several cores are used, by its name."""
+    """How the cores of each processor with several cores are used, by its name.
+
+    Processors with one core are left out. Loads are exact, in ppm of one core, by the stated, decided or first-fit
+    assignment of threads.
+    """
     return {
         space.processors[number].name: CoreUse(
             item.status if item.is_open else "stated",

@@ -127,7 +127,11 @@ class FurtherDesigns:
 
 @dataclass(frozen=True)
 class KeptBy:
-    """The cores of a design of a result, and what it keeps with contention."""
+    """The cores of a design of a result, and what it keeps with contention.
+
+    `cores` has the numbers of cores, from 1, by thread; `contention` is None where response times count in the question
+    itself.
+    """
 
     cores: Annotated[
         Mapping[str, int], "The core, from 1, of each thread with several to choose from.", Json(default={})
@@ -207,7 +211,10 @@ class FurtherAsked:
 
 @dataclass(frozen=True)
 class InsistedPoint(Figures):
-    """A design on the front with some option fixed that is not on the whole front."""
+    """A design on the front with some option fixed that is not on the whole front.
+
+    Objectives and metrics are integers in counting units, as those of a `Point`.
+    """
 
     WRITTEN = ("id", "objectives", "counts", "decisions")
 
@@ -235,12 +242,19 @@ class InsistedOption:
 
 @dataclass(frozen=True)
 class Insisting:
-    """The price of insisting: for each option of each open decision the front with that option fixed."""
+    """The price of insisting: for each option of each open decision the front with that option fixed.
+
+    A designer who wants a certain computer reads there what that costs in each objective. Points that are on the whole
+    front are named by their id, others are listed in `points`.
+    """
 
     points: Annotated[tuple[InsistedPoint, ...], "The designs that only these fronts have."]
     options: Annotated[tuple[InsistedOption, ...], "Every option of every open decision, in the order of the problem."]
 
     @property
     def is_complete(self) -> bool:
-        """Whether every option's front is proved."""
+        """Whether every option's front is proved.
+
+        True also where an option is proved infeasible.
+        """
         return all(item.status != "incomplete" for item in self.options)

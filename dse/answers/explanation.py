@@ -15,8 +15,8 @@ from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.shortening import Shorter
 from dse.analysis.latency.offset_advice import Boundary
 from dse.answers.base import Answer, to_file
-from dse.answers.question_data import BY_WAITING
-from dse.answers.result import ExplainedProblem, Origin, csv_text
+from dse.answers.question_data import BY_WAITING, ExplainedProblem, Origin
+from dse.answers.result import csv_text
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.support.json_fields import NULL, Data, Json, Of, Unit
@@ -30,7 +30,10 @@ Decisions = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Demand:
-    """A requirement, a rule or a fixed decision."""
+    """A requirement, a rule or a fixed decision.
+
+    Members of conflicts and relaxations are demands; implied limits of 100 % count as requirements.
+    """
 
     kind: Annotated[Literal["requirement", "rule", "fixed decision"], "Which of the three."]
     text: Annotated[str, "In the words of the problem."]
@@ -61,7 +64,10 @@ class Example:
         return [demand.text for demand in self.breaks]
 
     def besides(self, *expected: Demand) -> tuple[Demand, ...]:
-        """What it breaks beyond what is expected of it."""
+        """What it breaks beyond what is expected of it.
+
+        Demands in the order of `breaks`; an empty tuple where the design violates nothing but `expected`.
+        """
         return tuple(demand for demand in self.breaks if demand not in expected)
 
 
@@ -118,7 +124,11 @@ class ConflictMember:
 
 @dataclass(frozen=True)
 class MinimalConflict:
-    """Demands that cannot hold together; without any one of them the others can."""
+    """Demands that cannot hold together; without any one of them the others can.
+
+    Each member has an example: a design that meets every other member of the conflict, which proves that the member
+    matters.
+    """
 
     WRITTEN = (Of("listed", "They.", key="members"), "by_waiting")
 
@@ -190,13 +200,19 @@ class Relaxation:
 
     @property
     def beyond(self) -> bool:
-        """Whether the requirement, which is strict, holds beyond `closest` only."""
+        """Whether the requirement, which is strict, holds beyond `closest` only.
+
+        `closest` itself leaves no design then, any limit looser than it does.
+        """
         return self.operator in ("<", ">")
 
 
 @dataclass(frozen=True)
 class GiveUp:
-    """The fewest demands without which the others leave a design."""
+    """The fewest demands without which the others leave a design.
+
+    Minimal in number; there can be other sets of equal size. The example is a design that meets all other demands.
+    """
 
     WRITTEN = ("members", *OF_EXAMPLE)
 
@@ -208,7 +224,10 @@ class GiveUp:
 
 @dataclass(frozen=True)
 class Offer:
-    """What options that are not among the alternatives would change."""
+    """What options that are not among the alternatives would change.
+
+    `price` is in hundredths of the currency; None means that the options alone do not make the problem feasible.
+    """
 
     texts: Annotated[tuple[str, ...], "The options, in words.", Json("options")]
     price: Annotated[int | None, "The price of the cheapest design with them; null where there is none."]
@@ -302,7 +321,10 @@ class Explanation(Answer):
         return self
 
     def with_(self, **changes: Any) -> Explanation:
-        """The explanation with some of its parts replaced."""
+        """The explanation with some of its parts replaced.
+
+        A new object, as `dataclasses.replace` makes it; used while an explanation is put together.
+        """
         return replace(self, **changes)
 
     @property

@@ -50,19 +50,28 @@ class Prediction:
 
     @property
     def predicted(self) -> tuple[Fraction | None, Fraction]:
-        """The predicted range; null where it is an upper bound alone, or has none."""
+        """The predicted range; null where it is an upper bound alone, or has none.
+
+        Exact, in the unit of the prediction.
+        """
         return self.low, self.high
 
     @property
     def verdict(self) -> Literal["inside", "above", "below", "both"]:
-        """Where the measured values lie."""
+        """Where the measured values lie.
+
+        ``both`` where samples lie below the minimum and above the maximum; an upper bound alone has no *below*.
+        """
         above = self.seen.high > self.high
         below = self.low is not None and self.seen.low < self.low
         return "both" if above and below else "above" if above else "below" if below else "inside"
 
     @property
     def beyond(self) -> Fraction:
-        """How far beyond the prediction, at most."""
+        """How far beyond the prediction, at most.
+
+        In the unit of the prediction; 0 where every sample is inside.
+        """
         under = self.low - self.seen.low if self.low is not None else Fraction(0)
         over = Fraction(0) if is_unbounded(self.high) else self.seen.high - self.high
         return max(Fraction(0), over, under)
@@ -73,13 +82,19 @@ class Prediction:
 
     @property
     def of_measured(self) -> Annotated[Fraction | None, NUMBER]:
-        """That as a share of the measured value; null where it is 0."""
+        """The distance beyond the prediction as a share of the measured value; null where it is 0.
+
+        `beyond` over the extreme sample; None, too, where that is unbounded.
+        """
         value = self.seen.high if self._is_above else self.seen.low
         return self.beyond / value if value and not is_unbounded(value) else None
 
     @property
     def of_predicted(self) -> Annotated[Fraction | None, NUMBER]:
-        """That as a share of the predicted value; null where it is 0."""
+        """The distance beyond the prediction as a share of the predicted value; null where it is 0.
+
+        `beyond` over the predicted end; None, too, where that is unbounded.
+        """
         value = self.high if self._is_above else self.low
         return self.beyond / value if value and not is_unbounded(value) else None
 
@@ -102,7 +117,10 @@ class Input:
 
     @property
     def stated(self) -> tuple[Fraction, Fraction]:
-        """What the file states."""
+        """What the file states.
+
+        A pair (low, high) in the unit of the figure.
+        """
         return self.low, self.high
 
     @property
@@ -143,7 +161,10 @@ class Kept:
 
     @property
     def is_newly_broken(self) -> bool:
-        """Whether it holds with the figures of the file, but not with measured ones, or not as measured itself."""
+        """Whether it holds with the figures of the file, but not with measured ones, or not as measured itself.
+
+        These requirements are what measuring was for: the prediction said that they hold.
+        """
         return self.holds[0] and not (self.holds[1] and self.observed_holds is not False)
 
     @property
@@ -189,19 +210,28 @@ class MeasuredComparison(Answer):
 
     @property
     def tolerance_ppm(self) -> Fraction:
-        """How far the mean of periods and rates may be from what is stated."""
+        """How far the mean of periods and rates may be from what is stated.
+
+        In ppm of the stated value.
+        """
         return self.tolerance * PPM
 
     @property
     def is_as_predicted(self) -> bool:
-        """Every metric inside its prediction, no figure beyond what the file states."""
+        """Every metric inside its prediction, no figure beyond what the file states.
+
+        With `still_holds` it is the verdict of the comparison.
+        """
         return all(item.verdict == "inside" for item in self.predictions) and not any(
             item.drifted for item in self.inputs
         )
 
     @property
     def still_holds(self) -> bool:
-        """Every requirement holds with the measured figures, and as far as its metric was measured."""
+        """Every requirement holds with the measured figures, and as far as its metric was measured.
+
+        Judged with measured figures in the place of stated ones, and with the observed metric where it was recorded.
+        """
         return all(item.holds[1] and item.observed_holds is not False for item in self.requirements)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:

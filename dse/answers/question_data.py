@@ -1,12 +1,16 @@
-"""What answers say of the question and its problem, as plain data: settings, objectives, files."""
+"""What answers say of the question and its problem: settings, objectives, files, and which problem it was."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Literal, TypeAlias, get_type_hints
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
 
 from dse.space.question.settings import SETTINGS
-from dse.support.json_fields import Data, Of, Unit
+from dse.support.json_fields import Data, Json, Of, Unit
+from dse.support.version import SEMANTICS
 
 Sense: TypeAlias = Literal["minimise", "maximise"]
 
@@ -79,3 +83,52 @@ class AskedQuestion(Settings):
     objectives: Annotated[list[str], "The objectives with their senses, such as `minimise price`."]
     fixed: Annotated[Mapping[str, str], "The decisions that were fixed, each with its option."]
     robust: Annotated[bool, "Whether every requirement had to hold for all values that `uncertainty` states."]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+
+    `identity` is described in `dse.spec.loading.document`; `texts` are the files of the problem by name, as found from
+    the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was here.
+    """
+
+    name: Annotated[str, "The name that the problem gives itself."]
+    file: Annotated[str, "The path of its file, as it was given."]
+    sha256: Annotated[str, "The SHA-256 of the file."]
+    includes: Sequence[tuple[str, str]]
+    effective: Annotated[Mapping[str, Any], "The question as it was asked.", Json(kind=AskedQuestion)]
+    identity: Annotated[str, "A digest of what the problem means, the same whatever its layout and comments."] = ""
+    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
+    is_carried: bool = False
+
+    @property
+    def included(self) -> Annotated[list[Mapping[str, str]], Json("includes", kind=list[Include])]:
+        """The files that it includes."""
+        return [{"file": name, "sha256": digest} for name, digest in self.includes]
+
+    @property
+    def question(self) -> str:
+        """A digest of meaning and question together; regions belong to one of them only.
+
+        It is made of what the figures mean, what the problem means, and what was asked of it.
+        """
+        asked = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+class ExplainedProblem(Data):
+    """Which problem was explained, and what was asked of it."""
+
+    OF = Origin
+    WRITTEN = ("name", "file", "sha256", "included", "effective")
+
+
+class SolvedProblem(Data):
+    """Which problem was solved, and what was asked of it."""
+
+    OF = Origin
+    WRITTEN = (
+        *("name", Of("file", limits={"pattern": r"^[^\x00]*$"}), "sha256", "included", "identity", "effective"),
+        "question",
+    )

@@ -50,7 +50,10 @@ def read_stated(path: str | Path) -> dict[str, Any]:
 
 
 def no_json(text: str, error: ValueError, otherwise: str = "is not JSON") -> str:
-    """What a text is that was to be a file of `--json`, and is no JSON: a problem file, or `otherwise`."""
+    """What a text is that was to be a file of `--json`, and is no JSON: a problem file, or `otherwise`.
+
+    A sentence for the error message; `error` is what the JSON reader says, with line and column.
+    """
     if is_problem(text):
         return "is a problem file, and no result: `dse solve PROBLEM --json RESULT.json` writes one"
     return f"{otherwise}: {error}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import json
 import os
@@ -30,7 +29,7 @@ from dse.answers.designs import (
     Point,
     Status,
 )
-from dse.answers.question_data import BY_WAITING, AskedQuestion, Include, Objective
+from dse.answers.question_data import BY_WAITING, Objective, Origin, SolvedProblem
 from dse.answers.ranking.ranking import METHOD, competition_ranks, ideal_distances
 from dse.answers.ranking.variants import find_variants
 from dse.answers.tables.display import in_table, scaled_unit, titled
@@ -132,7 +131,10 @@ class Result(Answer):
     semantics: ClassVar[int] = SEMANTICS
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """`to_dict` as text, also written to `path`; on one line, which is made soonest, while the search goes on."""
+        """`to_dict` as text, also written to `path`; on one line, which is made soonest, while the search goes on.
+
+        Returned in any case. The result of a search that goes on is written on one line, other results are indented.
+        """
         if not self.under_way:
             return super().to_json(path)
         return to_file(f"{json.dumps(self.to_dict(), ensure_ascii=False)}\n", path)
@@ -147,12 +149,19 @@ class Result(Answer):
 
     @property
     def leaves_out_contention(self) -> bool:
-        """Whether what designs keep with contention is something else than what they were searched for."""
+        """Whether what designs keep with contention is something else than what they were searched for.
+
+        True where threads share processors and latencies count execution times; `contended` then has a verdict for each
+        design.
+        """
         return with_contention(self.space) is not None
 
     @cached_property
     def variants(self) -> Mapping[int, int]:
-        """Near-identical points by id: the better-ranked point that each is a variant of (`dse.answers.ranking`)."""
+        """Near-identical points by id: the better-ranked point that each is a variant of (`dse.answers.ranking`).
+
+        Ids to ids. A variant differs by one decision and by little in every objective; empty while the search goes on.
+        """
         if self.under_way:
             return {}
         vectors = [tuple(point.objectives[item.name] for item in self.objectives) for point in self.front]
@@ -162,7 +171,10 @@ class Result(Answer):
 
     @property
     def leaders(self) -> tuple[Point, ...]:
-        """The points that are no variants of better-ranked ones, in the order of rank."""
+        """The points that are no variants of better-ranked ones, in the order of rank.
+
+        `Point` objects; reports list them before their variants.
+        """
         return tuple(point for point in self.front if point.id not in self.variants)
 
     @property
@@ -172,12 +184,19 @@ class Result(Answer):
 
     @property
     def ranked_by(self) -> Annotated[Mapping[str, str], Json(kind=Ranking)]:
-        """How the points are ranked."""
+        """How the points are ranked.
+
+        A mapping with ``method``, such as ``ideal``, and ``words``, which has every parameter.
+        """
         return {"method": self.ranking, "words": self.ranking_words}
 
     @property
     def listed_front(self) -> list[ListedPoint]:
-        """The non-dominated designs, in the order of rank."""
+        """The non-dominated designs, in the order of rank.
+
+        Each `Point` with its cores, its verdict with contention and the point that it is a variant of, in the form of
+        JSON.
+        """
         return [ListedPoint(point, self._kept_by(point), self.variants.get(point.id)) for point in self.front]
 
     @property
@@ -220,12 +239,18 @@ class Result(Answer):
 
     @property
     def metric_units(self) -> Mapping[str, str]:
-        """The unit of each metric of a point, as `dse.analyse` has it; JSON and tables count in `counting_units`."""
+        """The unit of each metric of a point, as `dse.analyse` has it; JSON and tables count in `counting_units`.
+
+        Names of metrics to units such as ``ns`` or ``ppm``, without fractions of a unit.
+        """
         return {name: scaled_unit(unit)[1] for name, unit in self.counting_units.items()}
 
     @property
     def units(self) -> Mapping[str, str]:
-        """The unit that the integers of each metric count, objectives included."""
+        """The unit that the integers of each metric count, objectives included.
+
+        Names to units such as ``ns`` or ``1/3 ppm``, for `Point.counts` and `Point.objectives`.
+        """
         return {**self.counting_units, **{item.name: item.unit for item in self.objectives}}
 
     def __len__(self) -> int:
@@ -251,7 +276,11 @@ class Result(Answer):
         return bool(self.front)
 
     def plot(self, kind: str = "scatter", alternative: int | None = None) -> Any:
-        """A plot of the front, as `dse.plot` draws it: a notebook shows it, its ``save`` writes it as SVG or PNG."""
+        """A plot of the front, as `dse.plot` draws it: a notebook shows it, its ``save`` writes it as SVG or PNG.
+
+        `kind` is ``scatter``, ``parallel``, ``latency`` and so on (`dse.plot`); `alternative` is the id of a design.
+        Raises `UsageError` for an unknown kind.
+        """
         return import_module("dse.report.picture").plot(self, kind, alternative)  # plots stand above answers
 
     def point(self, number: int) -> Point:
@@ -279,14 +308,20 @@ class Result(Answer):
 
     @property
     def columns(self) -> list[str]:
-        """The columns of `frame` and of the CSV."""
+        """The columns of `frame` and of the CSV.
+
+        Id and rank first, then objectives, other metrics, and the open decisions.
+        """
         names = [item.name for item in self.objectives]
         more = [name for name in self.counting_units if name not in names]
         return ["id", "rank", *names, *more, *self.open_decisions]
 
     @property
     def open_decisions(self) -> list[str]:
-        """The names of the decisions that the problem leaves open, in its order."""
+        """The names of the decisions that the problem leaves open, in its order.
+
+        Decisions with more than one option, those that were fixed by the caller included.
+        """
         return [decision.name for decision in self.space.decisions if decision.is_open]
 
     def _rows(self) -> list[list[Any]]:
@@ -307,7 +342,10 @@ class Result(Answer):
 
 
 def csv_text(rows: Iterable[Sequence[Any]]) -> str:
-    """Rows as CSV; a text that a spreadsheet would take for a formula gets an apostrophe."""
+    """Rows as CSV; a text that a spreadsheet would take for a formula gets an apostrophe.
+
+    Lines end with a newline; cells are quoted where needed. An unbounded figure is the word that reports use.
+    """
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
     return out.getvalue()
@@ -318,7 +356,11 @@ def _cell(value: Any) -> Any:
 
 
 def decisions_of(space: Space, design: Design) -> dict[str, str]:
-    """The active open decisions of a design, as texts."""
+    """The active open decisions of a design, as texts.
+
+    Names of decisions to names of options, in the order of the space; decisions with one option and inactive ones are
+    left out.
+    """
     return {
         decision.name: decision.options[option]
         for decision, option in zip(space.decisions, design, strict=True)
@@ -330,7 +372,10 @@ V = TypeVar("V", bound=tuple[int | Fraction, ...])
 
 
 def ranked(rows: Sequence[tuple[V, Design]], senses: Sequence[str]) -> list[tuple[int, V, Design]]:
-    """(rank, vector, design) in the order of rank, then of the objectives."""
+    """(rank, vector, design) in the order of rank, then of the objectives.
+
+    Ranks are 1 and up, ties share one; by the distance to the ideal point. `senses` has the sense of each objective.
+    """
     distances = ideal_distances([vector for vector, _ in rows], senses)
     found = zip(competition_ranks(distances), rows, strict=True)
     return sorted((rank, vector, design) for rank, (vector, design) in found)
@@ -387,7 +432,10 @@ class Clash:
 
     @property
     def miss(self) -> Fraction | None:
-        """How far `closest` is beyond `limit`."""
+        """How far `closest` is beyond `limit`.
+
+        In `unit`, at least 0; None for rules and where no closest limit is known.
+        """
         return (
             None if self.closest is None or self.limit is None else abs(Fraction(writable(self.closest)) - self.limit)
         )
@@ -395,7 +443,10 @@ class Clash:
 
 @dataclass(frozen=True)
 class Conflict:
-    """Requirements and rules that cannot hold together, although without any one of them the others can."""
+    """Requirements and rules that cannot hold together, although without any one of them the others can.
+
+    A minimal conflict: each member has the closest limit with which it would hold beside the others.
+    """
 
     members: Annotated[tuple[Clash, ...], "They, in the order of the problem."]
     by_waiting: Annotated[bool, BY_WAITING] = True
@@ -431,55 +482,6 @@ class UnusedChoice(Data):
     points: Annotated[list[int], "The ids of the points that have no use for it."]
 
 
-@dataclass(frozen=True)
-class Origin:
-    """Which problem was solved: name, file, hashes, and the question as it was really asked.
-
-    `identity` is described in `dse.spec.loading.document`; `texts` are the files of the problem by name, as found from
-    the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was here.
-    """
-
-    name: Annotated[str, "The name that the problem gives itself."]
-    file: Annotated[str, "The path of its file, as it was given."]
-    sha256: Annotated[str, "The SHA-256 of the file."]
-    includes: Sequence[tuple[str, str]]
-    effective: Annotated[Mapping[str, Any], "The question as it was asked.", Json(kind=AskedQuestion)]
-    identity: Annotated[str, "A digest of what the problem means, the same whatever its layout and comments."] = ""
-    texts: Mapping[str, str] = field(default_factory=dict, repr=False)
-    is_carried: bool = False
-
-    @property
-    def included(self) -> Annotated[list[Mapping[str, str]], Json("includes", kind=list[Include])]:
-        """The files that it includes."""
-        return [{"file": name, "sha256": digest} for name, digest in self.includes]
-
-    @property
-    def question(self) -> str:
-        """A digest of meaning and question together; regions belong to one of them only.
-
-        It is made of what the figures mean, what the problem means, and what was asked of it.
-        """
-        asked = [SEMANTICS, self.identity, dict(self.effective)]
-        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
-
-
-class ExplainedProblem(Data):
-    """Which problem was explained, and what was asked of it."""
-
-    OF = Origin
-    WRITTEN = ("name", "file", "sha256", "included", "effective")
-
-
-class SolvedProblem(Data):
-    """Which problem was solved, and what was asked of it."""
-
-    OF = Origin
-    WRITTEN = (
-        *("name", Of("file", limits={"pattern": r"^[^\x00]*$"}), "sha256", "included", "identity", "effective"),
-        "question",
-    )
-
-
 def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]) -> list[dict[str, Any]]:
     """The decisions that were fixed and that some points have no use for, so that fixing them changes nothing there.
 
@@ -492,6 +494,3 @@ def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]
         if idle:
             found.append({"decision": decision.name, "option": decision.options[option], "points": idle})
     return found
-
-
-# What it costs to insist on an option: the front with it fixed, for each option of each open decision.

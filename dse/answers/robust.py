@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from dse.answers.base import Answer
 from dse.answers.designs import Point
-from dse.answers.result import Origin, Result
+from dse.answers.question_data import Origin
+from dse.answers.result import Result
 from dse.support.json_fields import COUNT, NULL, Data, Json, Of, Unit
 
 if TYPE_CHECKING:
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a design of the nominal front is not robust."""
+    """Why a design of the nominal front is not robust.
+
+    The place is the corner of the stated ranges where the requirement is missed most.
+    """
 
     JSON_NAME = "Lost"
 
@@ -101,12 +105,18 @@ class RobustResult(Answer):
         return self.robust.problem
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
-        """The robust front as a frame, as `Result.frame`."""
+        """The robust front as a frame, as `Result.frame`.
+
+        One row for each robust design; `units` as for `Result.frame`.
+        """
         return self.robust.frame(units)
 
     @property
     def price(self) -> dict[str, tuple[int | None, int | None]]:
-        """For each objective its best value on the nominal and on the robust front (None: there is no design)."""
+        """For each objective its best value on the nominal and on the robust front (None: there is no design).
+
+        Names of objectives to pairs of integers in the counting unit of the objective.
+        """
         found: dict[str, tuple[int | None, int | None]] = {}
         for info in self.robust.objectives:
             pick = min if info.sense == "minimise" else max
@@ -117,13 +127,19 @@ class RobustResult(Answer):
 
     @property
     def kept(self) -> tuple[Point, ...]:
-        """The points of the robust front whose designs are on the nominal front too."""
+        """The points of the robust front whose designs are on the nominal front too.
+
+        In the order of rank on the robust front.
+        """
         nominal = {point.design for point in self.nominal.front}
         return tuple(point for point in self.robust.front if point.design in nominal)
 
     @property
     def entered(self) -> tuple[Point, ...]:
-        """The designs that only the robust front has: something better, or as good and earlier, was not robust."""
+        """The designs that only the robust front has: something better, or as good and earlier, was not robust.
+
+        In the order of rank on the robust front.
+        """
         nominal = {point.design for point in self.nominal.front}
         return tuple(point for point in self.robust.front if point.design not in nominal)
 

@@ -29,7 +29,10 @@ CONTENTION = "they leave out CPU contention"
 
 @dataclass(frozen=True)
 class Extreme:
-    """An observed extreme, and what shows it again."""
+    """An observed extreme, and what shows it again.
+
+    Offsets, drifts and seed reproduce the run: `dse simulate` with them shows the latency again.
+    """
 
     latency_ns: Annotated[Exact, "The latency."]
     offsets_ns: Annotated[Mapping[str, Exact], "The offset of each timer."]
@@ -77,17 +80,23 @@ class FlowObservation:
 
     @property
     def mean_ns(self) -> Fraction | None:
-        """The exact mean; None when nothing arrived."""
+        """The exact mean; None when nothing arrived.
+
+        In ns, from the latencies and how often each occurred.
+        """
         total = sum(value * count for value, count in self.latencies.items())
         return Fraction(total, self.count) if self.count else None
 
     @property
     def outside(self) -> int:
-        """How many latencies lie outside `bounds_ns`."""
+        """How many latencies lie outside `bounds_ns`.
+
+        A count of data, whatever the reason, contention that the question does not count included.
+        """
         return self._outside(self.bounds_ns)
 
     @property
-    def claimed_ns(self) -> tuple[Exact, Exact]:
+    def _claimed_ns(self) -> tuple[Exact, Exact]:
         """The bounds that must hold."""
         return self.bounds_ns if self.scheduled_ns is None else self.scheduled_ns
 
@@ -97,20 +106,30 @@ class FlowObservation:
 
     @property
     def is_contradiction(self) -> bool:
-        """Whether the observation refutes the analysis."""
-        return self._outside(self.claimed_ns) > 0 and not self.excuse
+        """Whether the observation refutes the analysis.
+
+        True where a latency lies outside what the analysis claims for this run and no known reason excuses it.
+        """
+        return self._outside(self._claimed_ns) > 0 and not self.excuse
 
     @property
     def outside_words(self) -> str:
-        """What lies outside the bounds of the question that was asked, and why; empty where nothing does."""
+        """What lies outside the bounds of the question that was asked, and why; empty where nothing does.
+
+        Words such as "3 of 200 latencies of main (...)" for the summary of a run.
+        """
         if not self.outside:
             return ""
         return f"{self.outside} of {self.count} latencies of {self.name} ({self.excuse or CONTENTION})"
 
     @property
     def reach(self) -> Fraction | None:
-        """The part of the analysed range [min, max] that was observed; None when there is nothing to reach."""
-        least, most = self.claimed_ns
+        """The part of the analysed range [min, max] that was observed; None when there is nothing to reach.
+
+        A fraction from 0 to 1 that tells how close the simulation came to both bounds; None where nothing arrived or
+        minimum and maximum are equal.
+        """
+        least, most = self._claimed_ns
         if not self.latencies or most == least:
             return None
         return Fraction(max(self.latencies) - min(self.latencies), most - least)
@@ -138,7 +157,10 @@ class FlowObservation:
 
 @dataclass(frozen=True)
 class TaskObservation:
-    """The longest observed response of a thread on a shared core, or of a message on its bus."""
+    """The longest observed response of a thread on a shared core, or of a message on its bus.
+
+    The longest response in ns, from release to end; `is_compared` is false where the bound need not hold for the run.
+    """
 
     JSON_NAME = "ObservedThread"
     WRITTEN = ("observed_ns", "bound_ns", Of("is_contradiction", key="contradiction"))
@@ -157,7 +179,10 @@ class TaskObservation:
 
     @property
     def is_contradiction(self) -> bool:
-        """Whether the observation refutes the analysis."""
+        """Whether the observation refutes the analysis.
+
+        False where the bound need not hold for the run, because some threads are dispatched at no stated rate.
+        """
         return self.is_compared and self.is_outside
 
     @property
@@ -171,7 +196,10 @@ class TaskObservation:
 
 @dataclass(frozen=True)
 class DisparityObservation:
-    """The largest observed difference of age of what a component reads by two flows."""
+    """The largest observed difference of age of what a component reads by two flows.
+
+    Ages differ by at most the *disparity*, which the analysis bounds (docs/semantics.md).
+    """
 
     JSON_NAME = "ObservedDisparity"
     WRITTEN = ("observed_ns", "bound_ns", "allowance_ns", Of("is_contradiction", key="contradiction"), "excuse")
@@ -184,7 +212,10 @@ class DisparityObservation:
 
     @property
     def is_outside(self) -> bool:
-        """Whether the observation is beyond the bound, for whatever reason."""
+        """Whether the observation is beyond the bound, for whatever reason.
+
+        Beyond `bound_ns` by more than `allowance_ns`, both in ns.
+        """
         return self.observed_ns is not None and self.observed_ns > self.bound_ns + self.allowance_ns
 
     @property
@@ -264,12 +295,19 @@ class Simulation(Answer):
 
     @property
     def is_anything_observed(self) -> bool:
-        """Whether a single datum came through, a thread ended, or a message was sent."""
+        """Whether a single datum came through, a thread ended, or a message was sent.
+
+        A run without any observation confirms nothing, and is reported so.
+        """
         return any(flow.count for flow in self.flows) or any(task.observed_ns for task in (*self.tasks, *self.messages))
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Every observation outside the bounds of the question, with the reason where one is known, in words."""
+        """Every observation outside the bounds of the question, with the reason where one is known, in words.
+
+        Sentences for flows, threads, messages and disparities, in this order; contradictions and excused observations
+        alike.
+        """
         found = [flow.outside_words for flow in self.flows]
         found += [task.outside_words for task in (*self.tasks, *self.messages)]
         found += [item.outside_words for item in self.disparities]
@@ -277,10 +315,14 @@ class Simulation(Answer):
 
     @property
     def contradictions(self) -> tuple[str, ...]:
-        """Every observation that refutes the analysis, in words."""
+        """Every observation that refutes the analysis, in words.
+
+        Sentences with the observed and the analysed figures in ns. Any of them is a fault of the analysis or of the
+        simulation.
+        """
         found = [
             f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
-            f"analysed {flow.claimed_ns[0]} .. {flow.claimed_ns[1]} ns"
+            f"analysed {flow._claimed_ns[0]} .. {flow._claimed_ns[1]} ns"
             for flow in self.flows
             if flow.is_contradiction
         ]

@@ -80,5 +80,8 @@ class Verification(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 0 verified, 4 rejected, 5 unfinished."""
+        """What the command line answers with: 0 verified, 4 rejected, 5 unfinished.
+
+        From the status alone: *verified*, *rejected* or *unfinished*.
+        """
         return {"verified": EXIT_COMPLETE, "rejected": EXIT_NO, "unfinished": EXIT_INCOMPLETE}[self.status]

@@ -14,7 +14,6 @@ import click
 from dse.cli.saying import in_a_line, tell, visible
 from dse.importers.registry import MOST_LOOKED_AT, is_model
 from dse.support.errors import UsageError, nearest
-from dse.support.extras import how_to_install, is_installed
 from dse.support.files import writing as files
 from dse.support.files.guard import PathLike, claim
 from dse.support.files.reading import UnreadableFileError, beginning
@@ -31,7 +30,10 @@ PIPED_WIDTH = 160
 
 
 class ExistingPath(click.Path):
-    """A path that must be there; a misspelt one is answered with the nearest name of its folder."""
+    """A path that must be there; a misspelt one is answered with the nearest name of its folder.
+
+    A `click.Path` with ``exists=True`` and a better message.
+    """
 
     def __init__(self, *, dir_okay: bool = True, allow_dash: bool = False) -> None:
         super().__init__(exists=True, dir_okay=dir_okay, allow_dash=allow_dash)
@@ -67,7 +69,10 @@ def _example_in(folder: str | os.PathLike[str]) -> str:
 
 
 class ProblemPath(ExistingPath):
-    """A problem file, a model, or a folder that holds one."""
+    """A problem file, a model, or a folder that holds one.
+
+    A folder without AADL models, and ``RESULT.json#ID``, are refused with what to write instead.
+    """
 
     def __init__(self) -> None:
         super().__init__(allow_dash=True)
@@ -86,7 +91,10 @@ class ProblemPath(ExistingPath):
 
 
 def problem_argument(*, required: bool = True) -> Callable[[F], F]:
-    """The problem file, or a model with ``--root``, ``--mode``, ``--library``: then the command has a `dse.Model`."""
+    """The problem file, or a model with ``--root``, ``--mode``, ``--library``: then the command has a `dse.Model`.
+
+    A decorator; `required` False is for commands that also work without a file.
+    """
 
     def decorate(command: F) -> F:
         @wraps(command)
@@ -111,7 +119,10 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
 
 
 def load_told(file: str | os.PathLike[str]) -> Problem:
-    """The problem of a file or model; standard error says what the import of a model has left out."""
+    """The problem of a file or model; standard error says what the import of a model has left out.
+
+    Raises `ProblemError` with every mistake of the file.
+    """
     from dse.questions.problem import Model, load
 
     problem = load(file if isinstance(file, Model) else Path(file))
@@ -139,14 +150,20 @@ def quiet_option(command: F) -> F:
 
 
 def time_limit_option(what: str) -> Callable[[F], F]:
-    """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes."""
+    """``--time-limit``: a `TimeLimit` that begins with the command; `what` there is when it comes.
+
+    A decorator; the deadline begins when the option is read, so that loading counts.
+    """
     text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."
     begun = lambda ctx, param, value: TimeLimit.after(value)  # noqa: E731 (as click calls it)
     return click.option("--time-limit", type=Seconds(), callback=begun, metavar="DURATION", help=text)
 
 
 def in_time(command: F) -> F:
-    """``--time-limit`` of a command whose answer is whole or none: it ends with a message and exit code 5."""
+    """``--time-limit`` of a command whose answer is whole or none: it ends with a message and exit code 5.
+
+    A decorator; the limit is in force (`until`) around the whole command.
+    """
 
     @wraps(command)
     def limited(*arguments: Any, time_limit: TimeLimit, **options: Any) -> Any:
@@ -192,25 +209,24 @@ def report_folder(path: str) -> Path:
         raise UsageError(f"{path}: {error.strerror or error}") from error
     if not os.access(folder, os.W_OK):
         raise UsageError(f"{path}: the folder cannot be written to")
-    tell_plots()
     return folder
 
 
-def tell_plots() -> None:
-    """Say on standard error that pages have no plots, where that is so."""
-    if not is_installed("plots"):
-        tell(f"dse: a page without plots: they need {how_to_install('plots')}")
-
-
 def tell_carried(file: str | Path, *, is_carried: bool) -> None:
-    """Say on standard error that the problem file is not there, and what was worked with instead."""
+    """Say on standard error that the problem file is not there, and what was worked with instead.
+
+    Nothing is printed where the file is there.
+    """
     if is_carried:
         what = f"{file} names files that are not there" if Path(file).is_file() else f"{file} is not there"
         tell(f"dse: {what}: working with the problem that the result itself carries")
 
 
 def console(*, quiet: bool = False, err: bool = False) -> Console:
-    """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8; COLUMNS is its width."""
+    """A console that neither cuts tables in a pipe nor fails on a terminal without UTF-8; COLUMNS is its width.
+
+    A rich `Console` without colours in a pipe; `quiet` prints nothing, `err` goes to standard error.
+    """
     from rich.console import Console
     from rich.text import Text
 
@@ -261,7 +277,10 @@ def _holds_a_problem(path: PathLike) -> bool:
 
 
 def write_text(path: str, text: str) -> None:
-    """Write a file whole or not at all; ``-`` is standard output."""
+    """Write a file whole or not at all; ``-`` is standard output.
+
+    UTF-8; a reader of standard output that has gone is no error. Raises `OSError` for a file that cannot be written.
+    """
     if path == "-":
         try:
             sys.stdout.buffer.write(files.utf8(text))
@@ -273,7 +292,10 @@ def write_text(path: str, text: str) -> None:
 
 
 def save(*files: tuple[str | None, Callable[[], str]]) -> OSError | None:
-    """Write each file that is asked for; returns the first failure, so that what was computed can still be shown."""
+    """Write each file that is asked for; returns the first failure, so that what was computed can still be shown.
+
+    `files` are pairs of a path and a function that makes the text; files with the path None are not made.
+    """
     failure: OSError | None = None
     for path, text in files:
         if path is None:
@@ -286,12 +308,18 @@ def save(*files: tuple[str | None, Callable[[], str]]) -> OSError | None:
 
 
 def named(error: OSError, path: str) -> OSError:
-    """The error with the path that the user gave: writing to a full disk names none."""
+    """The error with the path that the user gave: writing to a full disk names none.
+
+    A new `OSError` where the original has no file name.
+    """
     return error if error.filename or path == "-" else OSError(error.errno, error.strerror, path)
 
 
 def discard_output() -> None:
-    """The reader has gone: nothing more can be written, and Python must not try at exit."""
+    """The reader has gone: nothing more can be written, and Python must not try at exit.
+
+    Standard output goes to the null device from now on, so that the exit code stays that of the answer.
+    """
     devnull = os.open(os.devnull, os.O_WRONLY)
     os.dup2(devnull, sys.stdout.fileno())
     os.close(devnull)

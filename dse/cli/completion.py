@@ -12,7 +12,7 @@ from click.shell_completion import CompletionItem
 from dse.support.errors import DseError
 
 
-def beginning(words: Iterable[str], text: str) -> list[CompletionItem]:
+def _beginning(words: Iterable[str], text: str) -> list[CompletionItem]:
     """The words that begin with a text."""
     return [CompletionItem(word) for word in words if word.startswith(text)]
 
@@ -21,11 +21,14 @@ def examples(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
     """The names of the examples."""
     from dse.examples.shipped import example_files
 
-    return beginning([path.stem for path in example_files()], text)
+    return _beginning([path.stem for path in example_files()], text)
 
 
 def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
-    """Methods of ranking; those with parameters with the objectives of the problem file, where one is named already."""
+    """Methods of ranking; those with parameters with the objectives of the problem file, where one is named already.
+
+    At most the words that begin with `text`; a file that cannot be read gives the methods alone.
+    """
     from dse.answers.ranking.ranking import METHODS
 
     problem = _problem(ctx)
@@ -33,11 +36,14 @@ def rankings(ctx: click.Context, param: click.Parameter, text: str) -> list[Comp
     quoted = [f"'{name}'" if " " in name else name for name in names]
     words = [method for method in METHODS if method not in ("weights", "order")]
     words += [f"weights:{name}=" for name in quoted] + [f"order:{name}" for name in quoted]
-    return beginning(words, text)
+    return _beginning(words, text)
 
 
 def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[CompletionItem]:
-    """``DECISION = OPTION`` for each option of each open decision of the problem file."""
+    """``DECISION = OPTION`` for each option of each open decision of the problem file.
+
+    Texts for ``--fix``; nothing before a problem file is named.
+    """
     problem = _problem(ctx)
     if problem is None:
         return []
@@ -47,7 +53,7 @@ def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[Complet
         if decision.is_open
         for option in decision.options
     ]
-    return beginning(found, text)
+    return _beginning(found, text)
 
 
 def _problem(ctx: click.Context) -> Any:

@@ -25,7 +25,7 @@ class Unheard(io.FileIO):
     """A stream for what is said beside the answer: where nobody reads any more, it is said to nobody."""
 
     def write(self, data: Any) -> int:
-        """As in a file; without a reader everything counts as written."""
+        """Write data as to a file; without a reader everything counts as written."""
         try:
             return super().write(data) or 0
         except BrokenPipeError:
@@ -33,7 +33,10 @@ class Unheard(io.FileIO):
 
 
 def main() -> None:
-    """Run the command line and leave with its exit code."""
+    """Run the command line and leave with its exit code.
+
+    Ctrl-C before the command is loaded ends with code 5, as one during a search does.
+    """
     code = 5  # as dse.support.errors.EXIT_INCOMPLETE, which may not be there yet
     try:
         signal.signal(signal.SIGINT, Interrupts.note)

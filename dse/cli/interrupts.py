@@ -16,7 +16,10 @@ AGAIN_S = 0.02
 
 
 class Interrupts:
-    """Whether Ctrl-C came: compiled modules that are being imported turn it into errors of their own."""
+    """Whether Ctrl-C came: compiled modules that are being imported turn it into errors of their own.
+
+    `came` is asked where an error may be nothing but a lost Ctrl-C.
+    """
 
     came = False
 
@@ -28,7 +31,10 @@ class Interrupts:
 
     @staticmethod
     def repeat(lost: UnraisableHookArgs) -> None:
-        """The hook for what cannot be raised: a Ctrl-C that came in a callback of Python's own comes again."""
+        """The hook for what cannot be raised: a Ctrl-C that came in a callback of Python's own comes again.
+
+        The signal is sent again after `AGAIN_S` seconds; other exceptions go to Python's own hook.
+        """
         if lost.exc_type is not KeyboardInterrupt:
             sys.__unraisablehook__(lost)
             return

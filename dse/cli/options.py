@@ -23,7 +23,10 @@ ORDER = f"{__name__}.order"
 
 
 class Words(click.Choice[str]):
-    """One of some words, also in the spelling of the problem file: ``response-time`` or ``response_time``."""
+    """One of some words, also in the spelling of the problem file: ``response-time`` or ``response_time``.
+
+    Underscores and hyphens are read alike; what the command gets has underscores.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """The word as the problem file has it."""
@@ -50,7 +53,10 @@ def _osate_settings(context: click.Context, option: click.Parameter, text: str |
 
 
 def question_options(command: F) -> F:
-    """Options that change the question: limits, requirements, rules, fixed decisions, settings."""
+    """Options that change the question: limits, requirements, rules, fixed decisions, settings.
+
+    A decorator for every command that asks a question; `question_of` reads the options.
+    """
     for metric, (example, of, called, whose) in reversed(list(LIMITED.items())):
         what = f"of every {of}, or of one (NAME={example})" if of else whose
         command = click.option(
@@ -114,7 +120,10 @@ class OrderedCommand(GroupedCommand):
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Note the names of the options, one for each time that one was given."""
+        """Note the names of the options, one for each time that one was given.
+
+        ``--minimise`` and ``--maximise`` are one list of objectives, whose order only the raw arguments have.
+        """
         has_report = any("--report" in parameter.opts for parameter in self.params)
         if has_report:
             args = _with_reports(args)
@@ -144,7 +153,10 @@ def _with_reports(args: list[str]) -> list[str]:
 
 
 def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
-    """``--minimise`` and ``--maximise`` of an `OrderedCommand`; see `objectives_of`."""
+    """``--minimise`` and ``--maximise`` of an `OrderedCommand`; see `objectives_of`.
+
+    A decorator; both spellings (``--minimize``) are read. `hidden` leaves them out of the help.
+    """
 
     def decorate(command: F) -> F:
         what = "As for solve; changes no explanation." if hidden else "Objectives instead of those of the file."
@@ -157,14 +169,20 @@ def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
 
 
 def objectives_of(minimise: tuple[str, ...], maximise: tuple[str, ...]) -> tuple[str, ...]:
-    """The objectives of the running command, in the order in which they were given."""
+    """The objectives of the running command, in the order in which they were given.
+
+    Texts such as ``minimise price``; requires an `OrderedCommand`.
+    """
     given = {"minimise": iter(minimise), "maximise": iter(maximise)}
     order = [name for name in click.get_current_context().meta[ORDER] if name in given]
     return tuple(f"{sense} {next(given[sense])}" for sense in order)
 
 
 def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Question:
-    """The question that the options ask, in the words of `dse.Problem.ask`."""
+    """The question that the options ask, in the words of `dse.Problem.ask`.
+
+    Keywords of `Problem.ask`. Raises `UsageError` where an option contradicts ``--settings``.
+    """
     from dse.space.question.settings import SETTINGS
 
     asked: Question = {"objectives": objectives, "require": options["require"], "fix": options["fix"]}
@@ -179,7 +197,10 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
 
 
 class Top(click.ParamType[int | None]):
-    """How many alternatives to show: a number, or ``all``."""
+    """How many alternatives to show: a number, or ``all``.
+
+    Numbers from 1; raises a usage error of click for anything else.
+    """
 
     name = "number"
 
@@ -193,10 +214,17 @@ class Top(click.ParamType[int | None]):
 
 
 def ranking_options(command: F) -> F:
-    """``--rank-by`` and ``--top``."""
+    """``--rank-by`` and ``--top``.
+
+    A decorator; the method is checked when the objectives are known.
+    """
     more = (
         click.option(
-            "--top", type=Top(), default="10", show_default=True, metavar="N|all", help="How many alternatives to show."
+            "--top",
+            type=Top(),
+            default="10",
+            metavar="N|all",
+            help="How many alternatives to list; else 10 in reports and with --explain, one of each kind on a screen.",
         ),
         click.option(
             "--rank-by",

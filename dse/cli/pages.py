@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import F, console, report_folder, save, tell_plots
+from dse.cli.common import F, console, report_folder, save
 from dse.cli.saying import tell
+from dse.support.errors import UsageError
 from dse.support.files.writing import PAGES
 from dse.support.timelimit import OutOfTime, TimeLimit, until
 
@@ -18,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def report_option(command: F) -> F:
-    """``--report PATH`` of a command whose report is one page."""
+    """``--report PATH`` of a command whose report is one page.
+
+    A decorator; the suffix is checked before the command runs.
+    """
     text = "Also write what is printed as a page: HTML (PATH.html, with plots) or Markdown (PATH.md)."
     return click.option("--report", metavar="PATH", callback=_check_report, help=text)(command)
 
@@ -26,20 +31,45 @@ def report_option(command: F) -> F:
 def _check_report(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
     if value is not None and not value.lower().endswith(PAGES):
         raise no_page(value)
-    if value is not None:
-        tell_plots()
     return value
 
 
 def check_page_or_folder(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
-    """A report that is one page where a path is given, and files in a folder where none is."""
+    """A report that is one page where a path is given, and files in a folder where none is.
+
+    A callback of click: "" means a folder, a path must end in a suffix of `PAGES`.
+    """
     if value and not value.lower().endswith(PAGES):
         raise no_page(value)
     return value
 
 
+def page_path(path: str | None) -> str | None:
+    """The path of a page as ``--report`` has it, whose folder is made if need be; None where there is no page.
+
+    Called before the work, so that a folder that cannot be made ends the command at once.
+
+    Raises
+    ------
+    UsageError
+        naming the folder that cannot be made.
+    """
+    if not path:
+        return None
+    folder = Path(path).parent
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else str(error)
+        raise UsageError(f"{path}: the folder {str(folder)!r} cannot be made: {why}") from error
+    return path
+
+
 def no_page(path: str) -> click.BadParameter:
-    """That a report cannot go to `path`."""
+    """The error for a report that cannot go to `path`.
+
+    Raised by the caller; names the suffixes that are possible.
+    """
     text = f"{path or 'no path'}: a report is HTML or Markdown: a path that ends in {' or '.join(PAGES)}"
     return click.BadParameter(text, param_hint="'--report'")
 
@@ -65,7 +95,10 @@ def in_what_is_left(limit: TimeLimit, write: Callable[[], OSError | None], failu
 
 
 def write_page(path: str | None, page: Page) -> OSError | None:
-    """Write a page where ``--report`` says, if it was given; returns the failure to do so."""
+    """Write a page where ``--report`` says, if it was given; returns the failure to do so.
+
+    HTML or Markdown by the suffix. The answer is still printed where writing fails.
+    """
     if path is None:
         return None
     from dse.report.output import page_text
@@ -121,7 +154,10 @@ def print_front(
 
 
 def write_page_figures(folder: str | None, page: Page, stem: str) -> None:
-    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder."""
+    """Write the plots of a page as SVG and PNG files into a folder, and tell each; nothing without a folder.
+
+    Raises `UsageError` without the extra `plots`.
+    """
     if folder is None:
         return
     from dse.report.output import page_figures

@@ -19,7 +19,10 @@ POSTPONED = {"ortools.sat.python.cp_model": "pandas", "pydantic.plugin._loader":
 
 
 def postpone() -> None:
-    """From now on in this process; what is imported already stays."""
+    """From now on in this process; what is imported already stays.
+
+    An import hook that replaces heavy modules by placeholders, which load the module on first use.
+    """
     sys.meta_path.insert(0, _Finder())
 
 
@@ -62,7 +65,7 @@ class _Loader:
         self.other = other
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """As its own loader does."""
+        """The module as its own loader makes it."""
         made: ModuleType | None = self.loader.create_module(spec)
         return made
 

@@ -42,15 +42,24 @@ def in_a_line(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line on standard output."""
+    """Print a line on standard output.
+
+    Escape sequences in the text are shown as text.
+    """
     click.echo(visible(text))
 
 
 def tell(text: str) -> None:
-    """Print a line on standard error."""
+    """Print a line on standard error.
+
+    Escape sequences in the text are shown as text.
+    """
     click.echo(visible(text), err=True)
 
 
 def rewrite(text: str) -> None:
-    """Write over the last line on a terminal, by standard error."""
+    """Write over the last line on a terminal, by standard error.
+
+    For progress: the next call replaces the line.
+    """
     click.echo(f"\r\033[K{visible(text)}", err=True, nl=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dse.cli.common import check_writable, report_folder, tell_plots
+from dse.cli.common import check_writable, report_folder
 from dse.cli.pages import check_page_or_folder
 from dse.cli.saying import tell
 from dse.support.errors import UsageError, about
@@ -26,7 +26,10 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 
 def study_report_options(command: F) -> F:
-    """``--report [PATH]`` of an `OrderedCommand`, and ``-o``."""
+    """``--report [PATH]`` of an `OrderedCommand`, and ``-o``.
+
+    A decorator; ``--report`` without a path means files in the folder of ``-o``.
+    """
     what = "Also write a report: one page (PATH.html or PATH.md), else HTML, Markdown, CSV and JSON in a folder (-o)."
     more = (
         click.option("--report", metavar="[PATH]", callback=check_page_or_folder, help=what),
@@ -40,7 +43,10 @@ def study_report_options(command: F) -> F:
 
 
 def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
-    """The report of a study."""
+    """The report of a study.
+
+    HTML, Markdown, CSV and JSON in `folder`; each path is told on standard error unless `quiet`.
+    """
     from dse.report.output import study_files
 
     files = study_files(result.to_dict(), result.to_csv(), result.to_json())
@@ -51,13 +57,14 @@ def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet:
 
 def folder_of(report: str | None, folder: str) -> Path | None:
     """Where a report of several files goes, if one was asked for; made before the work."""
-    if report:
-        tell_plots()
     return report_folder(folder) if report == "" else None
 
 
 def claim_study(folder: Path | None, problem: str, kind: str) -> None:
-    """The files of a study's report are claimed before the work, as soon as the problem's name is known."""
+    """The files of a study's report are claimed before the work, as soon as the problem's name is known.
+
+    Raises `UsageError` before any run is solved where a file cannot be written.
+    """
     if folder is not None:
         from dse.report.output import study_names
 
@@ -83,7 +90,10 @@ def read_json(path: str) -> Any:
 
 
 def is_study(data: Any) -> bool:
-    """Whether the data are those of a sweep or of sensitivity."""
+    """Whether the data are those of a sweep or of sensitivity.
+
+    Judged by the key ``format`` of the JSON.
+    """
     return isinstance(data, dict) and str(data.get("format", "")).startswith(("dse-sweep/", "dse-sensitivity/"))
 
 

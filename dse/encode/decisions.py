@@ -15,7 +15,11 @@ from dse.support.timelimit import in_time
 
 
 def add_decisions(board: Board) -> None:
-    """Each decision takes exactly one of its options, or is inactive: sum(x[d, o]) + inactive[d] = 1."""
+    """Each decision takes exactly one of its options, or is inactive: sum(x[d, o]) + inactive[d] = 1.
+
+    Literals are stored in ``board.options`` and ``board.inactive``; a decision with one option that is always active
+    has no variable. Options that the caller fixed away are false.
+    """
     for index, decision in enumerate(in_time(board.space.decisions)):
         conditional = has_conditional_home(decision, index)
         if len(decision.options) == 1 and not conditional:
@@ -33,7 +37,10 @@ def add_decisions(board: Board) -> None:
 
 
 def add_activity(board: Board) -> None:
-    """A decision is inactive exactly when the walk through its home tree does not meet it."""
+    """A decision is inactive exactly when the walk through its home tree does not meet it.
+
+    One implication for each case of the walk, in both directions.
+    """
     for index, decision in enumerate(in_time(board.space.decisions)):
         inactive = board.inactive[index]
         if inactive is None:
@@ -51,7 +58,10 @@ def add_activity(board: Board) -> None:
 
 
 def add_validity(board: Board, rulebook: Rulebook) -> None:
-    """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user."""
+    """Structural predicates forbid the cases in which they fail; a filled optional slot has at least one user.
+
+    Small predicates become clauses, larger ones a literal for each case.
+    """
     for predicate in in_time(rulebook.predicates):
 
         def fails(view: View, predicate: Predicate = predicate) -> bool:
@@ -68,7 +78,10 @@ def add_validity(board: Board, rulebook: Rulebook) -> None:
 
 
 def add_rule(board: Board, rule: Rule) -> None:
-    """Forbid the cases in which the rule is broken; large rules go through a literal for each part."""
+    """Forbid the cases in which the rule is broken; large rules go through a literal for each part.
+
+    Three-valued logic as in `dse.analysis.validity`: an unknown condition breaks no rule.
+    """
     if board.forbid_where(lambda view: is_broken(rule, view)):
         return
     true, false = _kleene(board, rule.condition)

@@ -39,7 +39,10 @@ def set_domain(bounded: Any, low: int, high: int) -> None:
 
 @dataclass
 class Form:
-    """constant + sum of coefficient * variable, with bounds known term by term: ``low <= form <= high``."""
+    """constant + sum of coefficient * variable, with bounds known term by term: ``low <= form <= high``.
+
+    Integers; bounds are those of the terms added up, which may be wider than the true range.
+    """
 
     constant: int = 0
     coefficients: dict[int, int] = field(default_factory=dict)
@@ -47,7 +50,10 @@ class Form:
     high: int = 0
 
     def add(self, other: Form, times: int = 1) -> None:
-        """Add another form in place."""
+        """Add another form in place.
+
+        `times` may be negative; then the bounds change places.
+        """
         self.constant += times * other.constant
         for variable, coefficient in other.coefficients.items():
             self.coefficients[variable] = self.coefficients.get(variable, 0) + times * coefficient
@@ -83,7 +89,10 @@ class SolverModel(cp_model.CpModel):
         pass
 
     def clone(self) -> SolverModel:
-        """A model of its own with the same variables and constraints."""
+        """A model of its own with the same variables and constraints.
+
+        Variables keep their indices.
+        """
         made = SolverModel()
         made.proto.copy_from(self.proto)
         made.rebuild_constant_map()
@@ -91,7 +100,10 @@ class SolverModel(cp_model.CpModel):
 
 
 class Board:
-    """A CP-SAT model under construction, the literal of every option, and every derived literal made once."""
+    """A CP-SAT model under construction, the literal of every option, and every derived literal made once.
+
+    Clauses and sums go through it, so that equal conditions share one literal.
+    """
 
     def __init__(self, space: Space, tuning: ModelTuning | None = None) -> None:
         self.space = space
@@ -121,7 +133,10 @@ class Board:
         self.true = self.model.new_constant(1)
 
     def all_of(self, literals: Iterable[Any]) -> Any:
-        """A literal that is true exactly when all of the given ones are."""
+        """A literal that is true exactly when all of the given ones are.
+
+        One new Boolean variable with its clauses, unless an equal conjunction exists; constants are simplified.
+        """
         parts = {literal.index: literal for literal in literals if literal.index != self.true.index}
         if any(-index - 1 in parts for index in parts) or -self.true.index - 1 in parts:
             return self.true.negated()
@@ -139,22 +154,31 @@ class Board:
         return self._all_of[key]
 
     def any_of(self, literals: Iterable[Any]) -> Any:
-        """A literal that is true exactly when one of the given ones is."""
+        """A literal that is true exactly when one of the given ones is.
+
+        By De Morgan from `all_of`, with which it shares literals.
+        """
         return self.all_of(literal.negated() for literal in literals).negated()
 
-    def case_literal(self, case: Case[Any]) -> Any:
+    def _case_literal(self, case: Case[Any]) -> Any:
         """The literal of a case: all its options are chosen."""
         return self.all_of(self.options[decision][option] for decision, option in self.conditions(case))
 
     def conditions(self, case: Case[Any]) -> list[tuple[int, int]]:
-        """The options of a case, without those that the others imply."""
+        """The options of a case, without those that the others imply.
+
+        Pairs (decision, option), ascending.
+        """
         conditions = set(case.conditions)
         for decision, _ in case.conditions:
             conditions -= self.implied(decision)
         return sorted(conditions)
 
     def implied(self, decision: int) -> frozenset[tuple[int, int]]:
-        """The options that are chosen whenever the decision is active: the one way through its home tree to it."""
+        """The options that are chosen whenever the decision is active: the one way through its home tree to it.
+
+        Pairs (decision, option); empty where there are several ways.
+        """
         if decision not in self._implied:
             ways = list(_ways(self.space.decisions[decision].home, decision, ()))
             self._implied[decision] = frozenset(ways[0]) if len(ways) == 1 else frozenset()
@@ -168,12 +192,18 @@ class Board:
             self.model.add_exactly_one(literals)
 
     def forbid(self, literals: Sequence[Any]) -> None:
-        """Not all of the literals together; where there is a guard, only while it is true."""
+        """Not all of the literals together; where there is a guard, only while it is true.
+
+        One clause of the negated literals.
+        """
         held = [] if self.guard is None else [self.guard]
         self.model.add_bool_or([literal.negated() for literal in (*literals, *held)])
 
     def demand(self, comparison: Any, where: Sequence[Any]) -> None:
-        """A linear constraint where all the literals are true; where there is a guard, only while it is true."""
+        """A linear constraint where all the literals are true; where there is a guard, only while it is true.
+
+        `comparison` is a linear inequality or equation of CP-SAT.
+        """
         held = [] if self.guard is None else [self.guard]
         self.model.add(comparison).only_enforce_if([*where, *held])
 
@@ -182,7 +212,10 @@ class Board:
         return tuple(decision for decision, _ in self.branched.most_common())
 
     def cases(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[Case[T]]:
-        """The cases of a formula, where the decisions in `given` are taken."""
+        """The cases of a formula, where the decisions in `given` are taken.
+
+        Raises `OverflowError` beyond `HARD_CASE_LIMIT` cases.
+        """
         cases = tabulate(self.space, formula, HARD_CASE_LIMIT, given)
         if cases is None:
             raise OverflowError("a figure depends on more combinations of options than can be tabulated")
@@ -190,17 +223,23 @@ class Board:
 
     def named(self, cases: Iterable[Case[T]], given: Given = NOTHING) -> list[tuple[Any, T]]:
         """Cases as (literal, value), exactly one of which is true (where the options in `given` are chosen)."""
-        pairs = [(self.case_literal(case), case.value) for case in cases]
+        pairs = [(self._case_literal(case), case.value) for case in cases]
         if not given:
             self.exactly_one([literal for literal, _ in pairs])
         return pairs
 
     def table(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[tuple[Any, T]]:
-        """The cases of a formula as (literal, value), exactly one of which is true where `given` is chosen."""
+        """The cases of a formula as (literal, value), exactly one of which is true where `given` is chosen.
+
+        Raises `OverflowError` beyond `HARD_CASE_LIMIT` cases.
+        """
         return self.named(self.cases(formula, given), given)
 
     def short_table(self, formula: Callable[[View], T], limit: int) -> list[tuple[Any, T]] | None:
-        """The same; None beyond `limit` cases."""
+        """The cases of a formula as (literal, value), exactly one of which is true; None beyond `limit` cases.
+
+        For formulas that have another encoding where the table would be large.
+        """
         cases = tabulate(self.space, formula, limit)
         return self.named(cases) if cases is not None else None
 
@@ -213,12 +252,18 @@ class Board:
         return cases is not None
 
     def holds(self, formula: Callable[[View], bool]) -> Any:
-        """The literal of a predicate."""
+        """The literal of a predicate.
+
+        True in exactly the designs in which `formula` is true.
+        """
         pairs = self.table(formula)
         return self.any_of(literal for literal, value in pairs if value)
 
     def form(self, pairs: Iterable[tuple[Any, int]]) -> Form:
-        """The linear form of a table of integers."""
+        """The linear form of a table of integers.
+
+        The least value is the constant, other cases add their difference to it.
+        """
         listed = list(pairs)
         if not listed:
             return Form()
@@ -229,7 +274,10 @@ class Board:
         return form
 
     def optional_form(self, pairs: Iterable[tuple[Any, int]]) -> Form:
-        """The linear form of a table of which at most one case is true, and 0 where none is."""
+        """The linear form of a table of which at most one case is true, and 0 where none is.
+
+        Cases exclude each other; the form is the value of the one that is true.
+        """
         listed = list(pairs)
         form = Form(0, {}, min(0, *(value for _, value in listed), 0), max(0, *(value for _, value in listed), 0))
         for literal, value in listed:
@@ -282,13 +330,19 @@ def _ways(tree: Tree, decision: int, taken: tuple[tuple[int, int], ...]) -> Iter
 
 
 def check_exact(value: int, what: str) -> None:
-    """Raise OverflowError where `value` is beyond what is computed exactly."""
+    """Raise OverflowError where `value` is beyond what is computed exactly.
+
+    `what` begins the message. Sums below `EXACT_LIMIT` cannot overflow in the solver.
+    """
     if abs(value) >= EXACT_LIMIT:
         raise OverflowError(f"{what} may reach {abs(value)}, beyond exact arithmetic")
 
 
 def placed(item: Requirement | Objective, error: OverflowError) -> OverflowError:
-    """The error with what it is about: its place in the file, and its text."""
+    """The error with what it is about: its place in the file, and its text.
+
+    For a message that names the requirement or objective whose figures are too large.
+    """
     return OverflowError(f"{item.origin}: {item.text}: {error}" if item.origin else f"{item.text}: {error}")
 
 
@@ -298,7 +352,10 @@ def floor_int(value: Fraction) -> int:
 
 
 def greatest(*, strict: bool) -> Callable[[Fraction], int]:
-    """The greatest integer that keeps an upper bound, or is below it."""
+    """The greatest integer that keeps an upper bound, or is below it.
+
+    A function from an exact bound to an integer.
+    """
     return (lambda bound: ceil_int(bound) - 1) if strict else floor_int
 
 

@@ -53,7 +53,10 @@ class EncodedObjective:
 
 @dataclass(frozen=True)
 class RegionSwitch:
-    """While `literal` is true, each objective is within the domain of its linear constraint, named by its index."""
+    """While `literal` is true, each objective is within the domain of its linear constraint, named by its index.
+
+    Lets one model ask for a union of regions of the objective space.
+    """
 
     literal: cp_model.IntVar
     constraints: tuple[int, ...]
@@ -84,7 +87,10 @@ class EncodedSpace:
         return tuple(objective.size + 1 for objective in self.objectives)
 
     def copy(self) -> EncodedSpace:
-        """The same model again, for another thread to solve."""
+        """A copy of the model, for another thread to solve.
+
+        Variables keep their indices; what the original learns later is not shared.
+        """
         model = self.model.clone()
 
         def again(variable: cp_model.IntVar) -> cp_model.IntVar:
@@ -106,7 +112,10 @@ class EncodedSpace:
         )
 
     def design(self, solution: Sequence[int]) -> Design:
-        """The design of a solution, which has the value of each variable of the model."""
+        """The design of a solution, which has the value of each variable of the model.
+
+        A tuple of option numbers, with inactive decisions marked.
+        """
         return tuple(_chosen(indices, solution) for indices in self._indices)
 
     @cached_property
@@ -120,7 +129,10 @@ class EncodedSpace:
         return [None if literal is None else literal.index for literal in self.inactive]
 
     def differs_from(self, design: Design) -> list[Any]:
-        """Literals of which at least one is true in any other design; cores count where figures depend on them."""
+        """Literals of which at least one is true in any other design; cores count where figures depend on them.
+
+        Used to exclude a design; decisions with a single option are left out.
+        """
         moved = self.contention.moved if self.contention is not None else frozenset()
         return [
             self.options[index][option].negated()
@@ -129,7 +141,10 @@ class EncodedSpace:
         ]
 
     def in_order(self) -> list[Any]:
-        """The strategies of a search in the order of the file, one after the other."""
+        """The strategies of a search in the order of the file, one after the other.
+
+        CP-SAT decision strategies for fixed search.
+        """
         return [self._order, *(self.core_limits.packing() if self.core_limits is not None else ())]
 
     @cached_property
@@ -138,7 +153,10 @@ class EncodedSpace:
         return strategy_in_order(self.model, self.options, self.inactive, moved, self.attained)
 
     def suggest(self, design: Design | None) -> None:
-        """Give the solver a design to start from, or none."""
+        """Give the solver a design to start from, or none.
+
+        Sets the solution hint of the model for every decision; other variables have none.
+        """
         self.model.clear_hints()
         if design is None:
             return
@@ -250,7 +268,10 @@ class Demands:
         self.limits = [self.add_limit(limit) for limit in evaluator.limits]
 
     def add_limit(self, limit: Limit) -> cp_model.IntVar:
-        """Encode a limit; returns its guard."""
+        """Encode a limit; returns its guard.
+
+        The limit holds while the guard is true, so that one model answers questions about many sets of limits.
+        """
         metric, sign = limit.requirement.metric, int(limit.requirement.is_upper)
         if may_wait(limit.measure.terms) and not is_better_shorter(self.evaluator.space, metric, sign):
             self.is_upward = False
@@ -268,7 +289,10 @@ class Demands:
         return guard
 
     def with_objective(self, measure: Measure | None) -> EncodedSpace:
-        """The space as it stands, with a measure to be minimised."""
+        """The space as it stands, with a measure to be minimised.
+
+        Raises `TooLargeError` where the measure leaves exact arithmetic.
+        """
         objectives: tuple[EncodedObjective, ...] = ()
         if measure is not None:
             wanted = Objective(measure.metric.name, "minimise", measure.metric)
@@ -330,7 +354,7 @@ def _encode(evaluator: Evaluator, tuning: ModelTuning | None) -> EncodedSpace:
         contention.add_waiting(board)
         if board.open_terms:
             contention.number_cores()
-    regions = add_region_switches(board.model, objectives, board.tuning.region_unions)
+    regions = _add_region_switches(board.model, objectives, board.tuning.region_unions)
     problem = board.model.validate()
     assert not problem, problem
     weigh = partial(_weigh, evaluator, objectives)
@@ -349,7 +373,7 @@ def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design:
     )
 
 
-def add_region_switches(
+def _add_region_switches(
     model: cp_model.CpModel, objectives: Sequence[EncodedObjective], tuning: RegionUnions
 ) -> list[RegionSwitch]:
     """Switch z: variable[i] <= bound[z, i] for each objective i, the bounds as yet those of the variables; one is on.

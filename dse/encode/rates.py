@@ -31,7 +31,10 @@ from dse.space.model.trees import leaves
 
 
 def add_acyclic_activation(board: Board) -> None:
-    """order[v] >= order[u] + 1 where the rates of u and v follow from their inputs and u triggers v."""
+    """order[v] >= order[u] + 1 where the rates of u and v follow from their inputs and u triggers v.
+
+    Only components in a cycle of possible dispatches get an order variable.
+    """
     graph = trigger_graph(board.space)
     for members in strong_components(graph):
         edges = {(one, other) for one in members for other in graph[one] if other in members}
@@ -49,7 +52,10 @@ def add_acyclic_activation(board: Board) -> None:
 
 
 class RateVariables:
-    """Integer variables for rates in units of 1 / `scale` Hz, made when asked for."""
+    """Integer variables for rates in units of 1 / `scale` Hz, made when asked for.
+
+    A rate is tabulated where it has few values; these variables are for the others.
+    """
 
     def __init__(self, board: Board) -> None:
         self.board = board
@@ -59,7 +65,10 @@ class RateVariables:
 
     @property
     def scale(self) -> int:
-        """The common denominator of all source rates."""
+        """The common denominator of all source rates.
+
+        Raises `OverflowError` where it would be too large for exact sums.
+        """
         if not self._scale:
             rates = source_rates_hz(self.board.space)
             self._scale = lcm(*(rate.denominator for found in rates.values() for rate in found))
@@ -93,7 +102,10 @@ class RateVariables:
         return Form(0, {product.index: 1}, low, high)
 
     def variable(self, key: RateKey) -> tuple[cp_model.IntVar, int]:
-        """The variable of a rate and its upper bound."""
+        """The variable of a rate and its upper bound.
+
+        Defined by linear constraints over other rates on first use.
+        """
         if key not in self._made:
             most = self._bounds[key]
             check_exact(most, "a rate in its common denominator")
@@ -192,7 +204,10 @@ class RateTables:
         self._products: dict[tuple[tuple[int, ...], tuple[int, ...]], list[list[Any]]] = {}
 
     def table(self, key: RateKey) -> RateTable | None:
-        """The literals and values (Hz) of a rate."""
+        """The literals and values (Hz) of a rate.
+
+        Pairs of a literal and an exact rate in Hz.
+        """
         if key not in self._made:
             self._made[key] = None  # a cycle of event-triggered components is asked for again and has no table
             self._made[key] = self._make(key)
@@ -262,7 +277,10 @@ class RateTables:
         return table
 
     def times(self, coefficients: RateTable, rates: RateTable) -> RateTable:
-        """The table of coefficient * rate; at most one literal is true, and where none is, the product is 0."""
+        """The table of coefficient * rate; at most one literal is true, and where none is, the product is 0.
+
+        Pairs of a literal and an exact product; cases of 0 are left out.
+        """
         never = self.board.true.negated().index
         by_value: dict[Fraction, list[Any]] = {}
         for literal, value in coefficients:

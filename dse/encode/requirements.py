@@ -18,7 +18,10 @@ from dse.space.model.trees import leaves
 
 
 def add_limit(board: Board, rates: RateVariables, limit: Limit) -> None:
-    """sum(terms) OP sum(bound[case] * case); the sum is an integer, so rounding the bound inwards is exact."""
+    """sum(terms) OP sum(bound[case] * case); the sum is an integer, so rounding the bound inwards is exact.
+
+    Deadlines and limits on cores are handed to the parts of the model that know response times and cores.
+    """
     operator, measure = limit.requirement.operator, limit.measure
     if is_deadline(limit):
         board.deadlines.append(Deadline(limit, board.guard.index if board.guard is not None else None))

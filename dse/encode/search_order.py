@@ -53,7 +53,10 @@ def _one_by_one(model: cp_model.CpModel, literals: Sequence[Any]) -> Any:
 
 @contextmanager
 def searched_by(model: cp_model.CpModel, strategies: Iterable[Any]) -> Iterator[None]:
-    """Inside, fixed search follows one strategy after the other; the model is left without one."""
+    """Inside, fixed search follows one strategy after the other; the model is left without one.
+
+    The strategies are those of `EncodedSpace.in_order`; none leaves the search to the solver.
+    """
     for strategy in strategies:
         model.proto.search_strategy.append(strategy)
     try:

@@ -28,14 +28,20 @@ LAST_CASE_LIMIT = 20_000
 
 @dataclass(frozen=True)
 class Branch:
-    """The form of a sum where the options in `given` are chosen, whose literals are `chosen`."""
+    """The form of a sum where the options in `given` are chosen, whose literals are `chosen`.
+
+    A sum has one branch for each combination of the options of its shared decisions.
+    """
 
     given: Given
     chosen: tuple[Any, ...]
     form: Form
 
     def counted(self, sign: int, offset: int, step: int) -> tuple[frozenset[int], int, dict[int, int]]:
-        """Its literals, and constant and coefficients of its form (times `sign`) in steps above an offset."""
+        """Its literals, and constant and coefficients of its form (times `sign`) in steps above an offset.
+
+        For the grid of values that the sum can have in a part of the space.
+        """
         coefficients = {index: sign * found // step for index, found in self.form.coefficients.items()}
         return frozenset(item.index for item in self.chosen), (sign * self.form.constant - offset) // step, coefficients
 

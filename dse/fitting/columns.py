@@ -50,7 +50,10 @@ _BRACKETED = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
 
 @dataclass(frozen=True)
 class Column:
-    """A column with a role; `scale` makes ns or bytes of its plain numbers (None: each cell states its unit)."""
+    """A column with a role; `scale` makes ns or bytes of its plain numbers (None: each cell states its unit).
+
+    `is_round_trip` halves the samples; `index` counts from 0.
+    """
 
     role: str
     index: int
@@ -60,7 +63,10 @@ class Column:
 
 
 class ColumnError(ValueError):
-    """The columns say not enough, or too much; `hint` is what helps."""
+    """The columns say not enough, or too much; `hint` is what helps.
+
+    Reported with the line of the header.
+    """
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -68,7 +74,10 @@ class ColumnError(ValueError):
 
 
 class OptionError(ColumnError):
-    """An option names a role, a column or a unit that there is not: no mistake of the file."""
+    """An option names a role, a column or a unit that there is not: no mistake of the file.
+
+    Reported without a line, because the file is not at fault.
+    """
 
 
 def find_columns(

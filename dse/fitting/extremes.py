@@ -54,7 +54,10 @@ class Tail:
 
     @property
     def is_rejected(self) -> bool:
-        """Whether the test says that the values are no sample of the model."""
+        """Whether the test says that the values are no sample of the model.
+
+        Then the fit is shown, and said to be unusable.
+        """
         return self.p_value < POOR
 
 

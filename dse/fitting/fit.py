@@ -48,7 +48,11 @@ Sizes = tuple[int, int]
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How measurements become figures; see `fit_measurements`."""
+    """How measurements become figures; see `fit_measurements`.
+
+    `sizes` and `without` select message sizes in bytes; `extremes` asks for tails up to what one sample in as many
+    exceeds.
+    """
 
     method: Method = "ols"
     quantiles: tuple[Fraction, Fraction] = (Fraction(1, 100), Fraction(99, 100))
@@ -244,13 +248,13 @@ def _poor(which: str, points: Points, line: LinearModel) -> list[Remark]:
 def _figures(low: LinearModel, high: LinearModel) -> list[tuple[Fraction, Fraction]]:
     """The ranges of the fixed part and of the time per byte, rounded outwards."""
     ends = (low.fixed_ns, high.fixed_ns), (low.per_byte_ns, high.per_byte_ns)
-    return [(outwards(least, Rounding.DOWN), outwards(most, Rounding.UP)) for least, most in ends]
+    return [(_outwards(least, Rounding.DOWN), _outwards(most, Rounding.UP)) for least, most in ends]
 
 
-def outwards(value: Fraction, rounding: Rounding) -> Fraction:
+def _outwards(value: Fraction, rounding: Rounding) -> Fraction:
     """A figure with `DIGITS` digits, in the named direction.
 
-    >>> int(outwards(Fraction(524987), Rounding.DOWN)), float(outwards(Fraction(1, 3), Rounding.UP))
+    >>> int(_outwards(Fraction(524987), Rounding.DOWN)), float(_outwards(Fraction(1, 3), Rounding.UP))
     (524900, 0.3334)
     """
     if not value:

@@ -31,7 +31,10 @@ SAMPLES = "samples"
 
 @dataclass(frozen=True)
 class FittedLine:
-    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits."""
+    """A line through the minima or maxima of the sizes, as the method gives it, and how well it fits.
+
+    Times in ns, sizes in bytes.
+    """
 
     WRITTEN = (
         *("line.fixed_ns", "line.per_byte_ns"),
@@ -44,7 +47,10 @@ class FittedLine:
 
 @dataclass(frozen=True)
 class Transport:
-    """A transport on a platform."""
+    """A transport on a platform.
+
+    Times in ns; `low_fit` and `high_fit` say how many samples lie beyond the two lines.
+    """
 
     JSON_NAME = "FittedTransport"
     WRITTEN = (
@@ -86,7 +92,10 @@ class Transport:
 
     @property
     def where(self) -> str:
-        """What was measured, and on what."""
+        """What was measured, and on what.
+
+        ``TRANSPORT on PLATFORM``, or what there is of it.
+        """
         return " on ".join(part for part in (self.transport, self.platform) if part)
 
     @property
@@ -104,7 +113,10 @@ class Transport:
 
 @dataclass(frozen=True)
 class Execution:
-    """The execution times of a callback on a platform."""
+    """The execution times of a callback on a platform.
+
+    Times in ns, one platform each.
+    """
 
     JSON_NAME = "FittedExecution"
     WRITTEN = (
@@ -163,8 +175,11 @@ class Fit(Answer):
         return self.to_yaml()
 
     def to_yaml(self, samples_file: str | None = None) -> str:
-        """The catalogue: a file that problem files include; see `catalogue_text`."""
-        return catalogue_text(self, samples_file)
+        """The catalogue: a file that problem files include; see `_catalogue_text`.
+
+        YAML text with remarks as comments; `samples_file` is the CSV that uncertainties refer to.
+        """
+        return _catalogue_text(self, samples_file)
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each transport, or thread, on each platform.
@@ -174,10 +189,10 @@ class Fit(Answer):
         into a problem file; of a thread ``least [ms]``, ``most [ms]`` and ``count``, missing where no file says it.
         `units` as for `Result.frame`.
         """
-        return fit_frame(self, units)
+        return _fit_frame(self, units)
 
 
-def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execution]]:
+def _executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execution]]:
     """The platforms of each thread type, in the order of the files."""
     order = {name: number for number, name in enumerate(dict.fromkeys(item.name for item in executions))}
     ordered = sorted(executions, key=lambda item: order[item.name])
@@ -187,7 +202,7 @@ def executions_by_name(executions: Sequence[Execution]) -> dict[str, list[Execut
 # The catalogue.
 
 
-def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
+def _catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
     """The catalogue as YAML; remarks on a figure stand before it.
 
     Parameters
@@ -199,11 +214,14 @@ def catalogue_text(fit: Fit, samples_file: str | None = None) -> str:
         deviation are stated instead.
     """
     data = catalogue(fit, samples_file)
-    return HEAD + "".join(f"# {line}\n" for line in remark_lines(fit)) + "\n" + block_text(data)
+    return HEAD + "".join(f"# {line}\n" for line in _remark_lines(fit)) + "\n" + block_text(data)
 
 
 def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
-    """The catalogue as plain data, without remarks."""
+    """The catalogue as plain data, without remarks.
+
+    Sections `assumptions`, `bus_types`, `thread_types` and `uncertainty`, as far as there is something to say.
+    """
     data: dict[str, Any] = {}
     limits = _limits(fit)
     if limits:
@@ -218,7 +236,7 @@ def catalogue(fit: Fit, samples_file: str | None = None) -> dict[str, Any]:
     return data
 
 
-def remark_lines(fit: Fit) -> Iterator[str]:
+def _remark_lines(fit: Fit) -> Iterator[str]:
     """The remarks on figures, each headed by its transport or thread and the platform."""
     measured: tuple[Transport | Execution, ...] = (*fit.transports, *fit.executions)
     for item in measured:
@@ -273,7 +291,7 @@ def _bus_types(fit: Fit) -> dict[str, Any]:
 
 def _thread_types(fit: Fit) -> dict[str, Any]:
     found = {}
-    for name, items in executions_by_name(fit.executions).items():
+    for name, items in _executions_by_name(fit.executions).items():
         ranges = {item.platform: _range(item) for item in items}
         times = ranges.get("", ranges)
         singles = [item.platform or name for item in items if item.summary.is_single]
@@ -330,7 +348,7 @@ def samples_table(fit: Fit) -> str:
 # Fitted figures as a frame.
 
 
-def fit_frame(fit: Fit, units: str | Sequence[str] | None) -> pandas.DataFrame:
+def _fit_frame(fit: Fit, units: str | Sequence[str] | None) -> pandas.DataFrame:
     """A row for each transport, or thread, on each platform: see `Fit.frame`."""
     slopes = ("per byte least", "per byte most")
     times = ("fixed least", "fixed most", *slopes)

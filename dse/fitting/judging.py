@@ -33,7 +33,10 @@ CEILING_SHARE = 0.01
 
 @dataclass(frozen=True)
 class Remark:
-    """Something to know before the figures are used."""
+    """Something to know before the figures are used.
+
+    `limit_bytes` is stated where the remark is about larger messages.
+    """
 
     JSON_NAME = "FitRemark"
 
@@ -48,7 +51,10 @@ class Remark:
 
 @dataclass(frozen=True)
 class Goodness:
-    """How well a line goes through the extremes of the sizes."""
+    """How well a line goes through the extremes of the sizes.
+
+    Times in ns; an envelope has nothing beyond it.
+    """
 
     r_squared: Annotated[float | None, "The share of the variance that the line explains; null where there is none."]
     rms_ns: Annotated[float, "The root of the mean squared residual."]
@@ -58,7 +64,11 @@ class Goodness:
 
 
 def goodness(points: Points, line: LinearModel, *, upper: bool) -> Goodness:
-    """How well a line fits points."""
+    """How well a line fits points.
+
+    `points` are pairs of a size in bytes and a time in ns; `upper` looks for maxima above the line, else for minima
+    below.
+    """
     residuals = [time - line.at(size) for size, time in points]
     mean = sum((time for _, time in points), Fraction(0)) / len(points)
     total = sum((time - mean) ** 2 for _, time in points)
@@ -103,7 +113,7 @@ def _rest(matrix: Floats, values: Floats) -> float:
     return float(((values - matrix @ solution) ** 2).sum())
 
 
-def spreads(summaries: Sequence[Summary]) -> list[float]:
+def _spreads(summaries: Sequence[Summary]) -> list[float]:
     """How far the samples of each size lie apart: the middle nine tenths, the deviation, or all from least to most."""
     if all(len(item.samples_ns) > 1 for item in summaries):
         return [float(np.subtract(*np.quantile(item.samples_ns, [0.95, 0.05]))) for item in summaries]
@@ -112,14 +122,14 @@ def spreads(summaries: Sequence[Summary]) -> list[float]:
     return [float(item.max_ns - item.min_ns) for item in summaries]
 
 
-def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
+def _anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
     """Ranges of sizes (positions of first and last) in which the spread jumps, against a robust line of all sizes.
 
     A spread that grows evenly with the size is none.
     """
     if len(summaries) < FEWEST_FOR_SPREAD:
         return []
-    values = np.array(spreads(summaries))
+    values = np.array(_spreads(summaries))
     sizes = np.array([float(item.size_bytes or 0) for item in summaries])
     slope, intercept = repeated_medians(sizes, values)
     expected = np.maximum(intercept + max(slope, 0.0) * sizes, np.median(values) / 2)
@@ -140,7 +150,10 @@ def anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
 
 
 def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982)."""
+    """Slope and intercept of a line that half of the points may be far from: Siegel, Biometrika 69 (1982).
+
+    Floats; a robust line with a breakdown point of 50 %.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):  # NaN of each point with itself
         medians = [np.nanmedian((y[at] - y) / (x[at] - x)) for at in in_time(range(len(x)))]
     slope = float(np.median(medians))
@@ -148,9 +161,12 @@ def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
-    """A remark for each range of sizes whose spread jumps."""
+    """A remark for each range of sizes whose spread jumps.
+
+    Each names the sizes in bytes and advises a limit or ``--without``.
+    """
     remarks = []
-    for first, last in anomalies(summaries):
+    for first, last in _anomalies(summaries):
         low, high = summaries[first].size_bytes, summaries[last].size_bytes
         where = f"from {low} to {high} B" if low != high else f"at {low} B"
         below = summaries[first - 1].size_bytes if first else None
@@ -165,7 +181,10 @@ def spread_remarks(summaries: Sequence[Summary]) -> list[Remark]:
 
 
 def left_out_remarks(used: Sequence[int], left_out: Sequence[int]) -> list[Remark]:
-    """That sizes were measured and not used: the line says nothing of them; up to where the sizes below them were."""
+    """The remark that sizes were measured and not used, with the greatest size up to which the line holds.
+
+    One for each run of neighbouring sizes.
+    """
     found = []
     for used_below, sizes in _runs(sorted(used), sorted(left_out)):
         where = f"from {sizes[0]} to {sizes[-1]} B" if len(sizes) > 1 else f"of {sizes[0]} B"
@@ -186,7 +205,10 @@ def _runs(used: Sequence[int], left_out: Sequence[int]) -> Iterator[tuple[list[i
 
 
 def saturated_remarks(summaries: Sequence[Summary]) -> list[Remark]:
-    """A remark for each row whose maximum looks like a ceiling (a time-out, a full queue, a counter's end)."""
+    """A remark for each row whose maximum looks like a ceiling (a time-out, a full queue, a counter's end).
+
+    One for each suspicious size, and one where several sizes share the greatest maximum.
+    """
     remarks = []
     for item in summaries:
         reason = _ceiling(item)
@@ -219,7 +241,10 @@ def _of(item: Summary) -> str:
 
 
 def resolution_remark(summaries: Sequence[Summary], words: Callable[[Fraction], str]) -> Remark | None:
-    """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us."""
+    """A remark where the figures lie on a coarse grid: what is measured in tenths of ms is not known in us.
+
+    None with fewer than four figures, or where the grid is finer than 5 % of the least one.
+    """
     figures = [value for item in in_time(summaries) for value in (item.min_ns, item.max_ns) if value]
     step = _grid(figures)
     least = min(figures, default=Fraction(0))

@@ -27,7 +27,10 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LinearModel:
-    """``fixed_ns + per_byte_ns * size``; `free` is the line that the method gives where parts may be negative."""
+    """``fixed_ns + per_byte_ns * size``; `free` is the line that the method gives where parts may be negative.
+
+    Both parts are at least 0; exact fractions of ns.
+    """
 
     fixed_ns: Annotated[Fraction, "The time of an empty message."]
     per_byte_ns: Annotated[Fraction, "The time for each byte."]
@@ -112,7 +115,10 @@ def below_upper(low: LinearModel, high: LinearModel, best_fixed: Part, best_slop
 
 
 def squares_parts(points: Points) -> tuple[Part, Part]:
-    """Of least squares: the mean of what is left, and the slope of a line through a point at size 0."""
+    """Of least squares: the mean of what is left, and the slope of a line through a point at size 0.
+
+    Two functions: the best fixed time for a slope, and the best slope for a fixed time.
+    """
     squares = sum(size * size for size, _ in points)
     return (
         lambda slope: sum((time - slope * size for size, time in points), Fraction(0)) / len(points),
@@ -121,7 +127,10 @@ def squares_parts(points: Points) -> tuple[Part, Part]:
 
 
 def lower_envelope_parts(points: Points) -> tuple[Part, Part]:
-    """Of the lower envelope: the least of what is left."""
+    """Of the lower envelope: the least of what is left.
+
+    Two functions: the greatest fixed time below all points for a slope, and the greatest slope for a fixed time.
+    """
     return (
         lambda slope: min(time - slope * size for size, time in points),
         lambda fixed: min((time - fixed) / size for size, time in points if size),
@@ -129,7 +138,10 @@ def lower_envelope_parts(points: Points) -> tuple[Part, Part]:
 
 
 def quantile_parts(samples: Iterable[tuple[int, Floats]], share: Fraction) -> tuple[Part, Part]:
-    """Of a quantile line: the quantile of what is left, for a slope with each sample counting as its size."""
+    """Of a quantile line: the quantile of what is left, for a slope with each sample counting as its size.
+
+    Two functions: the fixed time for a slope, and the slope for a fixed time, such that the share `share` lies below.
+    """
     sizes, times, weights = _weighted(samples)
     some = sizes > 0
 

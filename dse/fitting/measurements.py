@@ -29,7 +29,10 @@ _PLAIN = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+([eE][+-]?
 
 
 class MeasuredGroup(NamedTuple):
-    """What was measured together: a transport, a platform, a component, a thread; "" where the file does not say."""
+    """What was measured together: a transport, a platform, a component, a thread; "" where the file does not say.
+
+    Samples of one group are fitted together.
+    """
 
     transport: str = ""
     platform: str = ""
@@ -39,7 +42,10 @@ class MeasuredGroup(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """The samples of one size or thread, in a few figures (ns); of round trips, half of them."""
+    """The samples of one size or thread, in a few figures (ns); of round trips, half of them.
+
+    `samples_ns` is empty for rows of figures; `place` is ``FILE:LINE``.
+    """
 
     JSON_NAME = "Measured"
 
@@ -64,7 +70,10 @@ class Summary:
         return self.min_ns == self.max_ns and not self.deviation_ns
 
     def halved(self) -> Summary:
-        """Half of everything: a round trip as two equal ways."""
+        """Half of everything: a round trip as two equal ways.
+
+        The mean of a round trip halves exactly; minima and maxima are those of equal ways.
+        """
         figures = {
             name: value / 2
             for name in ("min_ns", "max_ns", "mean_ns", "median_ns", "deviation_ns")
@@ -75,7 +84,10 @@ class Summary:
 
 @dataclass(frozen=True)
 class Measurements:
-    """Everything that files of measurements say; `unused` are columns without a role."""
+    """Everything that files of measurements say; `unused` are columns without a role.
+
+    One `Summary` for each group and size.
+    """
 
     files: tuple[str, ...]
     summaries: tuple[Summary, ...]
@@ -267,7 +279,7 @@ class _SampleReader:
         self.rows.append((found, self.line))
 
     def _check(self, found: Summary) -> None:
-        """That the figures can be those of samples."""
+        """Check that the figures can be those of samples."""
         if found.min_ns > found.max_ns:
             self._wrong("the minimum is above the maximum", self.line)
             return
@@ -351,14 +363,20 @@ class _SampleReader:
 
 
 def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
-    """The lines with their numbers, without remarks and empty ones."""
+    """The lines with their numbers, without remarks and empty ones.
+
+    Pairs of a line number, from 1, and the line; looks at the time limit now and then.
+    """
     for number, line in in_time(enumerate(text.splitlines(), start=1), every=1000):
         if line.strip() and not line.startswith("#"):
             yield number, line
 
 
 def joined_rows(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[int, str]]:
-    """Rows: lines, joined where a quoted cell goes on in the next one."""
+    """Rows: lines, joined where a quoted cell goes on in the next one.
+
+    Pairs of the first line's number and the row's text.
+    """
     waiting: list[str] = []
     start, quotes = 0, 0
     for number, line in lines:

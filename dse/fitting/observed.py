@@ -84,7 +84,10 @@ class Observed:
 
     @property
     def text(self) -> str:
-        """As a requirement says it."""
+        """The figure and its name as a requirement has them.
+
+        Such as ``latency of "main loop"``, with quotes where there is a name.
+        """
         if not self.name:
             return self.figure
         quote = "'" if '"' in self.name else '"'
@@ -92,16 +95,22 @@ class Observed:
 
     @property
     def words(self) -> str:
-        """As a reader sees it."""
+        """The figure and its name as a reader sees them."""
         return f"{self.figure} of {self.name}" if self.name else self.figure
 
     @property
     def mean(self) -> Fraction | None:
-        """The mean; None where a row does not say it."""
+        """The mean; None where a row does not say it.
+
+        Exact, in the base unit of the figure.
+        """
         return self.total / (self.count or 1) if self.is_mean_known else None
 
     def merged(self, other: Observed) -> Observed:
-        """What both say of the same thing: the least, the greatest, and the mean of all where that is known."""
+        """What both say of the same thing: the least, the greatest, and the mean of all where that is known.
+
+        A new object; samples are dropped.
+        """
         counts = (self.count, other.count)
         is_known = self.is_mean_known and other.is_mean_known and None not in counts
         return replace(

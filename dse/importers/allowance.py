@@ -20,11 +20,14 @@ PIECES = 1_000_000
 MOST_TEXT = 100_000
 """The greatest number of characters of one text."""
 CHARACTERS = 32
-"""So many characters count as one piece."""
+"""The number of characters that count as one piece."""
 
 
 class TooMuchError(Exception):
-    """The allowance is used up; the message says what was too much."""
+    """The allowance is used up; the message says what was too much.
+
+    Caught by the importer, which makes a located message of it.
+    """
 
 
 @dataclass
@@ -39,7 +42,10 @@ _CURRENT: ContextVar[_Allowance | None] = ContextVar("allowance", default=None)
 
 @contextmanager
 def allowed(pieces: int = PIECES) -> Iterator[None]:
-    """What is read inside has one allowance."""
+    """What is read inside has one allowance.
+
+    `pieces` is the number of parts and texts; expansion beyond it raises `TooMuchError`.
+    """
     token = _CURRENT.set(_Allowance(pieces, pieces, Work()))
     try:
         yield

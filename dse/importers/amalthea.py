@@ -48,7 +48,10 @@ _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d{1,2})?")
 
 @dataclass
 class Element:
-    """An element of the file: its tag, its type (of several that stand under one tag), its attributes, its parts."""
+    """An element of the file: its tag, its type (of several that stand under one tag), its attributes, its parts.
+
+    Prefixes of tags and attributes are dropped; `kind` comes from ``xsi:type`` and is empty without one.
+    """
 
     tag: str
     kind: str
@@ -66,7 +69,10 @@ class Element:
         return (item for item in self.parts if item.tag in tags)
 
     def all(self) -> Iterator[Element]:
-        """It, and whatever is in it, in the order of the file."""
+        """It, and whatever is in it, in the order of the file.
+
+        Depth-first; each element uses up a piece of the allowance.
+        """
         waiting = [self]
         while waiting:
             item = waiting.pop()
@@ -75,7 +81,10 @@ class Element:
             waiting += reversed(item.parts)
 
     def refers(self, attribute: str) -> list[str]:
-        """The names of what an attribute refers to: ``A?type=Task B?type=Task``, or parts with an ``href``."""
+        """The names of what an attribute refers to: ``A?type=Task B?type=Task``, or parts with an ``href``.
+
+        Names are unquoted; kinds behind ``?`` are dropped.
+        """
         texts = self.attributes.get(attribute, "").split()
         texts += [item.attributes["href"] for item in self.of(attribute) if "href" in item.attributes]
         return [unquote(text.rpartition("#")[2].partition("?")[0]) for text in texts]

@@ -223,7 +223,10 @@ def importers() -> tuple[Importer, ...]:
 
 
 def is_model(path: Path) -> bool:
-    """Whether every command takes this file (or folder) where it takes a problem file."""
+    """Whether every command takes this file (or folder) where it takes a problem file.
+
+    True for formats whose importer makes a whole problem, such as AADL.
+    """
     if path.is_dir():
         return any(found_below(path, "*.aadl"))
     importer = importer_of(path)
@@ -231,7 +234,10 @@ def is_model(path: Path) -> bool:
 
 
 def found_below(folder: Path, pattern: str) -> Iterator[Path]:
-    """What is called so in a folder and those within it, folder by folder; symbolic links are not followed."""
+    """What is called so in a folder and those within it, folder by folder; symbolic links are not followed.
+
+    `pattern` is a shell pattern; names in alphabetical order within each folder.
+    """
     for here, folders, files in in_time(os.walk(folder)):
         yield from (Path(here) / name for name in sorted([*folders, *files]) if fnmatchcase(name, pattern))
 

@@ -25,7 +25,7 @@ def complete_design(space: Space, choices: Mapping[int, int]) -> Design:
     from dse.analysis.views import View, is_met
 
     made = [0 if len(item.options) == 1 else choices.get(index, -1) for index, item in enumerate(space.decisions)]
-    design = _with_slots(space, settled(space, made))
+    design = _with_slots(space, _settled(space, made))
     waiting = [item.index for item in (*space.open_cores, *space.open_priorities)
                if item.index < len(design) and design[item.index] < 0]  # fmt: skip
     known = View([max(option, 0) for option in design])
@@ -57,7 +57,11 @@ def _with_cores(space: Space, design: Design, waiting: Sequence[int]) -> Design:
 
 
 def baseline_design(space: Space) -> Design | None:
-    """Today's design; None when the problem states none, or only a part of it."""
+    """Today's design; None when the problem states none, or only a part of it.
+
+    A tuple of option numbers, one for each decision of the space, with inactive decisions at 0 (`canonical`). A
+    baseline whose choices exclude each other, or that leaves a decision open, is None, too.
+    """
     if not space.baseline:
         return None
     from dse.analysis.validity import canonical
@@ -90,7 +94,7 @@ def _with_slots(space: Space, made: Sequence[int]) -> list[int]:
 # What rules leave no choice about, in a design that is stated in part.
 
 
-def settled(space: Space, made: Sequence[int]) -> list[int]:
+def _settled(space: Space, made: Sequence[int]) -> list[int]:
     """The options of a design (-1: open), with those decisions made of which the rules leave one option.
 
     A rule is looked at where it asks for one open decision only; what it settles may settle others in turn. Each is

@@ -18,7 +18,11 @@ from dse.support.errors import UsageError, about
 
 @dataclass(frozen=True)
 class NamedDesign:
-    """The problem as it is asked of the design, the design's decisions as texts, and what is to be said of both."""
+    """The problem as it is asked of the design, the design's decisions as texts, and what is to be said of both.
+
+    `texts` are ``DECISION=OPTION`` as on the command line; `remarks` say, for instance, that a design comes from a
+    result of another question.
+    """
 
     problem: Problem
     texts: tuple[str, ...]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
-from dse.answers.result import Origin
+from dse.answers.question_data import Origin
 from dse.questions.builder import Builder
 from dse.questions.question import Changes, Question, changes_of
 from dse.questions.result_question import (
@@ -65,12 +65,19 @@ class Problem:
 
     @property
     def name(self) -> str:
-        """The problem's own name."""
+        """The problem's own name.
+
+        The key ``name`` of the problem file, or the name that an importer gave to the model.
+        """
         return self.space.name
 
     @property
     def base(self) -> Problem:
-        """The problem as its file states it."""
+        """The problem as its file states it.
+
+        A `Problem` without the changes that `ask` made: requirements, objectives, fixed decisions and settings are
+        those of the file. Itself where nothing was changed.
+        """
         return self if self.stated is None else Problem(self.loaded, self.stated)
 
     def ask(self, **question: Unpack[Question]) -> Problem:
@@ -95,7 +102,11 @@ class Problem:
 
     @staticmethod
     def build(name: str, **settings: Any) -> Builder[Problem]:
-        """A problem to be made in Python: a `Builder` of it, with settings such as ``processing="response_time"``."""
+        """A problem to be made in Python: a `Builder` of it, with settings such as ``processing="response_time"``.
+
+        Parts are added by name (`Builder.add_thread` and so on), then `Builder.problem` checks them as a file is
+        checked. Nothing is checked before.
+        """
         return Builder(name, load, **settings)
 
     def __repr__(self) -> str:
@@ -142,14 +153,21 @@ class Model(os.PathLike[str]):
 
     @property
     def options(self) -> dict[str, str]:
-        """What is stated, by name."""
+        """What is stated, by name.
+
+        At most ``root``, ``mode`` and ``library`` (folders separated by commas), as the options of ``dse import`` have
+        them; what is not stated is left out.
+        """
         folders = ",".join(os.fspath(item) for item in self.library) or None
         stated = (("root", self.root), ("mode", self.mode), ("library", folders))
         return {name: text for name, text in stated if text is not None}
 
 
 def model_of(path: Path, imported: Imported) -> Model:
-    """The model that a problem was imported from, which is now at a path: with its root, mode and libraries."""
+    """The model that a problem was imported from, which is now at a path: with its root, mode and libraries.
+
+    A `Model` whose library folders are relative to the model's folder, so that a moved model still finds them.
+    """
     base = path if path.is_dir() else path.parent
     return Model(path, imported.root, imported.mode, [base / folder for folder in imported.library])
 
@@ -277,7 +295,7 @@ def changed(problem: Problem, changes: Changes) -> Problem:
 
 
 def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
-    """Those that are not asked for yet in the same words; another limit of the same metric is another requirement."""
+    """Add the requirements that are not there yet word for word; another limit on one metric is another requirement."""
     asked = {(item.text, item.metric) for item in requirements if not item.implied}
     requirements += [item for item in found if (item.text, item.metric) not in asked]
 
@@ -394,7 +412,11 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
 
 
 def origin_of(problem: Problem) -> Origin:
-    """Which problem this is: name, file, hashes, and the question as it is asked."""
+    """Which problem this is: name, file, hashes, and the question as it is asked.
+
+    An `Origin` with the SHA-256 hashes of the file and of what it includes, the texts themselves, and the effective
+    question, so that a result can be checked without its file.
+    """
     loaded = problem.loaded
     return Origin(
         name=problem.name,

@@ -14,7 +14,7 @@ from dse.support.errors import UsageError
 Texts: TypeAlias = str | Sequence[str]
 """One text, or several."""
 Named: TypeAlias = Texts | Mapping[str, str]
-"""The same, or the text of each name."""
+"""One text, several, or the text of each name."""
 
 
 class HasDecisions(Protocol):
@@ -22,7 +22,10 @@ class HasDecisions(Protocol):
 
     @property
     def decisions(self) -> Mapping[str, str]:
-        """The chosen option by decision."""
+        """The chosen option by decision.
+
+        Names of decisions to names of options; inactive decisions may be missing.
+        """
 
 
 Decided: TypeAlias = Mapping[str, str] | Sequence[str] | HasDecisions | None
@@ -119,16 +122,27 @@ class Changes:
 
     @property
     def settings(self) -> dict[str, str | None]:
-        """The settings by name (`dse.space.question.settings`); None where the file's holds."""
+        """The settings by name (`dse.space.question.settings`); None where the file's holds.
+
+        Keys such as ``processing``, ``deadlines``, ``overload`` and ``profile``, each with a word of its setting or
+        None.
+        """
         return {name: getattr(self, name) for name in SETTINGS}
 
     @property
     def is_anything(self) -> bool:
-        """Whether there is any change."""
+        """Whether there is any change.
+
+        False for a verb that was called without any keyword of `Problem.ask`: the question is the file's.
+        """
         return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
 
     def then(self, more: Changes) -> Changes:
-        """These changes and further ones: limits, requirements and fixed decisions add up, the others replace."""
+        """These changes and further ones: limits, requirements and fixed decisions add up, the others replace.
+
+        A new `Changes`; neither of the two is modified. Of settings and objectives the later statement holds, so that a
+        result's question can be asked again with one more limit.
+        """
         given: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
         return replace(
             self,
@@ -189,7 +203,10 @@ def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str
 
 
 class Limited(NamedTuple):
-    """How a limit of a metric is told: an example; what each has its own, if that is so; its name; else whose it is."""
+    """How a limit of a metric is told: an example; what each has its own, if that is so; its name; else whose it is.
+
+    Used to write the keyword's help text: `example` is a value with its unit, such as ``20 ms``.
+    """
 
     example: str
     of: str = ""

@@ -14,8 +14,9 @@ from dse.answers.designs import FurtherAsked, FurtherDesign, FurtherDesigns, Ins
 from dse.answers.forms.codec import Form
 from dse.answers.forms.consistency import check_data
 from dse.answers.forms.registry import FORMS
+from dse.answers.question_data import Origin
 from dse.answers.reading import no_json, read_result
-from dse.answers.result import Clash, Conflict, ObjectiveInfo, Origin, Result, Search, decisions_of
+from dse.answers.result import Clash, Conflict, ObjectiveInfo, Result, Search, decisions_of
 from dse.answers.tables.display import figures_of
 from dse.questions.complete_design import baseline_design
 from dse.questions.problem import Problem, origin_of
@@ -63,7 +64,13 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
 
 
 def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, path: str | Path) -> Result:
-    """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`."""
+    """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`.
+
+    `data` has passed the checks of the form. Each point is evaluated again from its decisions; `search` has the regions
+    that are proved empty and those that are left.
+
+    Raises `UsageError` where objectives, figures, ids or ranks differ from what the analysis computes.
+    """
     space = asked.space
     evaluator = Evaluator(space)
     infos = tuple(

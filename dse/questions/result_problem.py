@@ -107,7 +107,11 @@ def carried_problem(data: Mapping[str, Any], path: str | Path) -> Problem:
 
 
 def carried_digests(problem: Problem) -> tuple[str, tuple[tuple[str, str], ...]]:
-    """The hash of the main file of a problem and of what it includes, from their texts."""
+    """The hash of the main file of a problem and of what it includes, from their texts.
+
+    SHA-256 in hexadecimal, then pairs of an included file's name and hash. A result carries these texts; the hashes
+    show whether a file on disk still is what was solved.
+    """
     loaded = problem.loaded
     names = [name for name, _ in loaded.includes]
     return _digest(loaded.texts[loaded.path.name]), tuple((name, _digest(loaded.texts[name])) for name in names)

@@ -51,14 +51,18 @@ def restated_space(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any
             raise UsageError("the result states an objective twice")
         space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
         space = with_implied(space)
-        fixed = named_choices(with_all_cores(space), effective["fixed"])
+        fixed = _named_choices(with_all_cores(space), effective["fixed"])
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"the result does not state a question that fits the problem: {error}") from error
     return with_open_cores(replace(space, fixed=fixed))
 
 
 def replaced_objectives(space: Space, effective: Mapping[str, Any]) -> list[int]:
-    """The numbers of the file's objectives that a result does not have."""
+    """The numbers of the file's objectives that a result does not have.
+
+    Indices into ``space.objectives``, ascending. Objectives are compared as text with their sense, such as ``minimise
+    price``.
+    """
     asked = set(effective["objectives"])
     return [number for number, item in enumerate(space.objectives) if f"{item.sense} {item.metric.name}" not in asked]
 
@@ -98,7 +102,11 @@ def asked_as(loaded: LoadedSpec, space: Space, effective: Mapping[str, Any]) -> 
 
 
 def stated_question(space: Space) -> dict[str, Any]:
-    """The question of a space in the words of a result: requirements, rules, objectives, fixed decisions, settings."""
+    """The question of a space in the words of a result: requirements, rules, objectives, fixed decisions, settings.
+
+    The mapping that stands in JSON results as ``problem.effective``. Implied limits (100 % of a core or bus) are listed
+    apart from those of the user.
+    """
     return {
         "requirements": [item.text for item in space.requirements if not item.implied],
         "implied": [item.text for item in space.requirements if item.implied],
@@ -113,7 +121,11 @@ def stated_question(space: Space) -> dict[str, Any]:
 
 
 def question_of(space: Space, effective: Mapping[str, Any]) -> Question:
-    """What the question of a result asks beyond that of the file's space, in the words of `Problem.ask`."""
+    """What the question of a result asks beyond that of the file's space, in the words of `Problem.ask`.
+
+    Keywords for `Problem.ask`: settings that differ, requirements and rules that the file does not state, decisions
+    fixed beyond it, and the objectives where they differ.
+    """
     own = stated_question(space)
     asked: dict[str, Any] = {name: effective[name] for name in SETTINGS if effective[name] != own[name]}
     stated = {*own["requirements"], *own["rules"]}
@@ -165,7 +177,7 @@ def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced:
             raise UsageError("\n".join([f"the problem is refused with {said}", *found])) from error
 
 
-def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
+def _named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
     """Options by decision, from names and canonical texts as results have them.
 
     Raises
@@ -183,12 +195,16 @@ def named_choices(space: Space, decisions: Mapping[str, str]) -> dict[int, int]:
 
 
 def named_design(space: Space, decisions: Mapping[str, str]) -> Design:
-    """The design of a result's point; errors as for `named_choices`, or when it leaves something open."""
-    return complete_design(space, named_choices(space, decisions))
+    """The design of a result's point; errors as for `_named_choices`, or when it leaves something open.
+
+    `decisions` are names of decisions and options. Raises `UsageError` where a name is unknown, an option excludes
+    another, or an active decision is missing.
+    """
+    return complete_design(space, _named_choices(space, decisions))
 
 
 def _requirements(space: Space, text: str) -> list[Requirement]:
-    """Those of the file with this text; else what the text says."""
+    """The requirements of the file with this text; else what the text says."""
     own = [item for item in space.requirements if item.text == text and not item.implied]
     if own:
         return own

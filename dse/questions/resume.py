@@ -118,12 +118,16 @@ def reopen_robust(path: str | Path, problem: str | Path | None = None) -> Robust
 def resume_robust(
     path: str | Path, problem: str | Path | None, budget: SearchLimits, watcher: RobustWatcher
 ) -> RobustResult:
-    """Go on with a robust search; see `resume`."""
-    question, earlier = read_robust(path, problem)
+    """Go on with a robust search; see `resume`.
+
+    Reads the stopped result at `path`, checks that it belongs to `problem` (its own file when None), and searches
+    within a new budget. Raises what `resume` raises.
+    """
+    question, earlier = _read_robust(path, problem)
     return solve_question(question, budget, watcher, earlier)
 
 
-def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQuestion, RobustSearch]:
+def _read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQuestion, RobustSearch]:
     """The question of a robust result, and where its search stands.
 
     Raises
@@ -142,7 +146,11 @@ def read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQue
 
 
 def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:
-    """What a robust result says of the nominal front, in the form of a result."""
+    """What a robust result says of the nominal front, in the form of a result.
+
+    A mapping in the form of a plain result, so that its checks can be used for the nominal front. `data` is not
+    modified.
+    """
     found = data["robust"]
     problem = {**data["problem"], "effective": {**data["problem"]["effective"], "robust": False}}
     return {**data, "problem": problem, "front": found["nominal_front"], **found["nominal"]}

@@ -28,7 +28,13 @@ def read_search(path: str | Path, problem: str | Path | None = None) -> tuple[Pr
 
 
 def search_of(data: Mapping[str, Any], path: str | Path, problem: str | Path | None) -> tuple[Problem, FrontSearch]:
-    """The problem, asked as a result that was read from `path` says, and the state of its search."""
+    """The problem, asked as a result that was read from `path` says, and the state of its search.
+
+    `problem` replaces the file that the result names.
+
+    Raises `UsageError` where the result's question does not belong to the problem, `ProblemError` for a mistake in the
+    file.
+    """
     with about(path):
         asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
         if origin_of(asked).question != data["problem"]["question"]:

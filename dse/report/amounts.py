@@ -17,7 +17,11 @@ PPM = 10**6
 
 
 def deltas_words(items: Sequence[Delta], currency: str) -> str:
-    """``Gains: price 290 EUR instead of 305 EUR (15 EUR less). Gives up: …. Unchanged: …``."""
+    """``Gains: price 290 EUR instead of 305 EUR (15 EUR less). Gives up: …. Unchanged: …``.
+
+    Improved objectives first, then worsened ones, then those that are equal; `currency` is the code of prices, such as
+    ``EUR``.
+    """
     gains = [_delta(item, currency) for item in items if item.gain > 0]
     losses = [_delta(item, currency) for item in items if item.gain < 0]
     same = [item.name for item in items if not item.gain]
@@ -35,7 +39,10 @@ def _delta(item: Delta, currency: str) -> str:
 
 
 def difference_words(item: Delta, currency: str) -> str:
-    """``15 EUR less``; where one of the two is unbounded there is no difference."""
+    """``15 EUR less``; where one of the two is unbounded there is no difference.
+
+    Rounded for display, in the unit that engineers read.
+    """
     if is_unbounded(item.after) or is_unbounded(item.before):
         after, before = counted(item.after, item.unit, currency), counted(item.before, item.unit, currency)
         return f"{after} instead of {before}"
@@ -54,7 +61,10 @@ def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 
 
 
 def slack_words(slack: Fraction, unit: str, currency: str, digits: int = 6) -> str:
-    """How far a value is from its limit; a dash where the value is unbounded."""
+    """How far a value is from its limit; a dash where the value is unbounded.
+
+    Text such as ``1.934 ms``, in the unit that engineers read, rounded to `digits` decimals.
+    """
     return "-" if is_unbounded(slack) else readable(slack, unit, currency, digits)
 
 
@@ -63,7 +73,10 @@ def _points(text: str) -> str:
 
 
 def margin_words(margin: Margin, currency: str) -> str:
-    """``load of can0 <= 40 %: 2.4 KB/s against 12.5 KB/s (40 % of 31.25 KB/s), slack 10.1 KB/s (80.8 % of the …)``."""
+    """``load of can0 <= 40 %: 2.4 KB/s against 12.5 KB/s (40 % of 31.25 KB/s), slack 10.1 KB/s (80.8 % of the …)``.
+
+    A limit without slack is said to bind; where one thread alone breaks a limit on cores it is named.
+    """
     value, limit = readable(margin.value, margin.unit, currency), _limit_words(margin, currency)
     who = f"{margin.thread} alone, {value} against {limit}" if margin.thread else f"{value} against {limit}"
     if not margin.slack:
@@ -89,7 +102,10 @@ def _limit_words(margin: Margin, currency: str) -> str:
 
 
 def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
-    """What one unit of gain costs: ``138.9 EUR per ms``."""
+    """What one unit of gain costs: ``138.9 EUR per ms``.
+
+    `loss` and `gain` are two objectives of one step on the front; their quotient is in display units, with four digits.
+    """
     loss_factor, loss_unit = display_unit(loss.unit, currency)
     gain_factor, gain_unit = display_unit(gain.unit, currency)
     rate = (Fraction(-loss.gain) / loss_factor) / (Fraction(gain.gain) / gain_factor)
@@ -113,7 +129,10 @@ def shortened(text: str, room: int) -> str:
 
 
 def listed(items: Sequence[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
+    """``a``, ``a and b``, ``a, b and c``.
+
+    Items are joined by commas and a final "and"; no items give an empty text.
+    """
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
@@ -126,19 +145,28 @@ MOST_ROWS = 400
 
 
 def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:
-    """Some decisions of a design in words."""
+    """Some decisions of a design in words.
+
+    Text such as ``computer Spectra, ekf.period 5 ms``, in the order of `names`; the suffix ``.type`` is dropped.
+    """
     return ", ".join(f"{name.removesuffix('.type')} {chosen[name]}" for name in names if name in chosen)
 
 
 def number_of(value: Any, unit: str, currency: str) -> float | None:
-    """A figure as a number of the unit that engineers read; None where it is unbounded, and cannot be drawn."""
+    """A figure as a number of the unit that engineers read; None where it is unbounded, and cannot be drawn.
+
+    `value` is in the base unit `unit`; the result is a float for plots only.
+    """
     if value is None or is_unbounded(value):
         return None
     return float(Fraction(value) / display_unit(unit, currency)[0])
 
 
 def figure_text(value: Any, unit: str, currency: str) -> str:
-    """An input or a metric for people, in full where its unit has no other form; None is unbounded."""
+    """An input or a metric for people, in full where its unit has no other form; None is unbounded.
+
+    `value` is exact, in the base unit `unit`; up to six decimals are shown, other units are written with nine digits.
+    """
     if value is None or is_unbounded(value):
         return NO_BOUND
     if unit in ("ns", "ct", "ppm", "mW", "B/s", "nm"):

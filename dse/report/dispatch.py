@@ -53,7 +53,10 @@ Told: TypeAlias = (
 
 
 def page_of(answer: Told) -> Page:
-    """What is said of an answer, whole."""
+    """What is said of an answer, whole.
+
+    A `Page` for the answer of any verb, chosen by its type.
+    """
     if isinstance(answer, Result | RobustResult):
         document, studies = _front_of(answer)
         return written_page(document, None, studies)
@@ -79,7 +82,10 @@ def page_of(answer: Told) -> Page:
 
 
 def text_of(answer: Told, *, is_html: bool) -> str:
-    """The page of an answer as HTML or as Markdown; that of a front is one to choose on in HTML."""
+    """The page of an answer as HTML or as Markdown; that of a front is one to choose on in HTML.
+
+    One file as text. The HTML page of a front has filters, plots and details; Markdown has tables only.
+    """
     if is_html and isinstance(answer, Result | RobustResult):
         document, studies = _front_of(answer)
         return html_report(document, None, studies)

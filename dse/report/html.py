@@ -62,7 +62,7 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
     drafter = Drafter(result.space)
     fragments = {item.point.id: _fragment(templates, document, drafter, item) for item in document.alternatives}
     opened = next((item for item in document.alternatives if item.point.id == first), None)
-    script = "".join(map(asset, SCRIPTS))
+    script = "".join(map(_asset, SCRIPTS))
     screen = Screen(document)
     studies = [*document.further_sections, *studies]
     specs = [plot.draw() for section in studies for plot in section.plots]
@@ -85,25 +85,28 @@ def html_report(document: Document, chosen: int | None = None, studies: Sequence
         crowded=len(document.varying) > MOST_ON_PAPER,
         first=first,
         fragment=fragments.get(first, []) if first is not None else [],
-        style=asset("report.css") + STYLE,
+        style=_asset("report.css") + STYLE,
         light=css_variables(LIGHT),
         dark=css_variables(DARK),
-        data=packed_json(data),
+        data=_packed_json(data),
         studies=numbered(studies),
         choices=insist_choices(result),
         further=further_metrics(result),
         bundle="" if is_long else bundle,
-        library=packed(bundle) if is_long else "",
+        library=_packed(bundle) if is_long else "",
         script=script,
-        without_plots=without_plots(bundle, FURTHER_PLOTS) if result.front or specs else "",
-        policy=f"{POLICY}; script-src {hashes([bundle, script])}",
+        without_plots=_without_plots(bundle, FURTHER_PLOTS) if result.front or specs else "",
+        policy=f"{POLICY}; script-src {_hashes([bundle, script])}",
     )
 
 
 def html_page(page: Page) -> str:
-    """A page as one file, which needs no network."""
+    """A page as one file, which needs no network.
+
+    HTML text with style, scripts and data inside. Without the extra `plots` tables stand in the place of plots.
+    """
     specs = [plot.draw() for section in page.sections for plot in section.plots]
-    bundle, script = libraries() if specs else "", asset("report.js")
+    bundle, script = libraries() if specs else "", _asset("report.js")
     nothing: dict[str, Any] = {"chosen": None, "objectives": [], "front": [], "lines": [], "fragments": {}}
     return (
         environment()
@@ -111,37 +114,43 @@ def html_page(page: Page) -> str:
         .render(
             page=page,
             sections=numbered(page.sections),
-            style=asset("report.css") + STYLE,
+            style=_asset("report.css") + STYLE,
             light=css_variables(LIGHT),
             dark=css_variables(DARK),
-            data=packed_json({**nothing, "specs": {"studies": specs}}),
+            data=_packed_json({**nothing, "specs": {"studies": specs}}),
             bundle=bundle,
             script=script,
-            without_plots=without_plots(bundle) if specs else "",
-            policy=f"{POLICY}; script-src {hashes([bundle, script])}",
+            without_plots=_without_plots(bundle) if specs else "",
+            policy=f"{POLICY}; script-src {_hashes([bundle, script])}",
         )
     )
 
 
-def packed(text: str) -> str:
+def _packed(text: str) -> str:
     """Text as gzip and base64: a third of its size, and nothing in it can end the script element that holds it."""
     return base64.b64encode(gzip.compress(utf8(text), 9, mtime=0)).decode()
 
 
-def packed_json(data: Any) -> str:
+def _packed_json(data: Any) -> str:
     """Data as JSON, packed."""
-    return packed(json.dumps(data, ensure_ascii=False, separators=(",", ":")))
+    return _packed(json.dumps(data, ensure_ascii=False, separators=(",", ":")))
 
 
 class Pool:
-    """Distinct items, numbered in the order of their first use."""
+    """Distinct items, numbered in the order of their first use.
+
+    Used to write repeated texts and data of a page once; the page refers to them by number.
+    """
 
     def __init__(self) -> None:
         self.items: list[Any] = []
         self._numbers: dict[str, int] = {}
 
     def take(self, items: Iterable[Any]) -> list[int]:
-        """The numbers of the items."""
+        """The numbers of the items.
+
+        A number for each item, in their order; a new item is added to the pool.
+        """
         numbers = []
         for item in items:
             key = item if isinstance(item, str) else json.dumps(item, sort_keys=True)
@@ -154,7 +163,10 @@ class Pool:
 
 @cache
 def environment() -> Environment:
-    """The templates of pages, each compiled once; every text in them is escaped."""
+    """The templates of pages, each compiled once; every text in them is escaped.
+
+    Jinja2 with strict undefined names: a template that asks for something that is not there fails.
+    """
     found = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
@@ -162,21 +174,21 @@ def environment() -> Environment:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    found.filters["breakable"] = breakable
+    found.filters["breakable"] = _breakable
     found.filters["thousands"] = format_count
     return found
 
 
-def breakable(text: str) -> Markup:
+def _breakable(text: str) -> Markup:
     """The text, escaped, with a place to break the line after each dot or underscore in a name.
 
-    >>> str(breakable("main_loop.period <= 1.5 ms"))
+    >>> str(_breakable("main_loop.period <= 1.5 ms"))
     'main_<wbr>loop.<wbr>period &lt;= 1.5 ms'
     """
     return Markup(re.sub(r"([._])(?=[^\W\d_])", r"\1<wbr>", str(escape(text))))
 
 
-def asset(name: str) -> str:
+def _asset(name: str) -> str:
     """The text of a file beside the templates."""
     templates = environment()
     assert templates.loader is not None
@@ -186,7 +198,10 @@ def asset(name: str) -> str:
 
 @cache
 def libraries() -> str:
-    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed."""
+    """Vega, Vega-Lite and Vega-Embed as one script; none where the extra `plots` is not installed.
+
+    JavaScript that is put into every page with plots, so that it needs no network.
+    """
     if not is_installed("plots"):
         return ""
     import vl_convert
@@ -195,12 +210,12 @@ def libraries() -> str:
     return script
 
 
-def without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
+def _without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
     """What a page says in place of plots that the library would draw; "" where it is there."""
     return "" if bundle else f"{what} {how_to_install('plots')}. Every figure is in the tables."
 
 
-def hashes(scripts: Sequence[str]) -> str:
+def _hashes(scripts: Sequence[str]) -> str:
     """What the content security policy says of scripts."""
     digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
     return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)

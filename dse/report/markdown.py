@@ -12,7 +12,10 @@ LINE = 100
 
 
 def markdown_page(page: Page) -> str:
-    """The page as Markdown; its plots are left out, for tables have their figures."""
+    """The page as Markdown; its plots are left out, for tables have their figures.
+
+    GitHub-flavoured Markdown; characters with a meaning in Markdown are escaped.
+    """
     lines = [f"# {escaped(page.title)}", ""]
     lines += [escaped(page.lead), ""] if page.lead else []
     for section in page.sections:
@@ -59,14 +62,14 @@ def _block_lines(block: Block) -> Iterator[str]:
             yield f"{'  ' * max(0, item.depth - 1)}- {label}{escaped(item.text)}"
         yield ""
     elif isinstance(block, Table):
-        yield from table_lines(block)
+        yield from _table_lines(block)
     elif isinstance(block, Timeline):
         yield from (f"**{escaped(block.caption)}**", "", "```text")
         yield from (line.replace("`", "'") for line in block.lines(LINE))
         yield from ("```", "", *(escaped(text) for _, text in block.marks), "")
 
 
-def table_lines(table: Table) -> Iterator[str]:
+def _table_lines(table: Table) -> Iterator[str]:
     """A table as lines of Markdown."""
     if table.caption:
         yield f"**{escaped(table.caption)}**"

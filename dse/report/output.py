@@ -38,7 +38,7 @@ from dse.support.theme import LIGHT, with_colours
 SUFFIXES = (".html", ".md", ".csv", ".json")
 
 
-def report_name(result: Result) -> str:
+def _report_name(result: Result) -> str:
     r"""The stem of a report's files: that of the problem file, in letters that every file system takes.
 
     >>> re.sub(r"[^\w.-]+", "-", "my <robot>").strip("-.")
@@ -73,7 +73,7 @@ def report_files(
     yield page, html_report(document, chosen, studies)
     yield words, markdown_report(document, top, studies)
     yield table, document.result.to_csv()
-    yield whole, report_json(document)
+    yield whole, _report_json(document)
 
 
 def markdown_report(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> str:
@@ -85,25 +85,31 @@ def markdown_report(document: Document, top: int | None = None, studies: Sequenc
 
 
 def page_text(page: Page, path: str) -> str:
-    """The page as the suffix of a path wants it: HTML, else Markdown."""
-    return html_page(page) if is_html(path) else markdown_page(page)
+    """The page as the suffix of a path wants it: HTML, else Markdown.
+
+    HTML for ``.html`` and ``.htm``, Markdown for anything else.
+    """
+    return html_page(page) if _is_html(path) else markdown_page(page)
 
 
 def front_text(document: Document, path: str, studies: Sequence[Section] = ()) -> str:
-    """The report of a front in one file, as the suffix of its path wants it."""
-    return html_report(document, None, studies) if is_html(path) else markdown_report(document, None, studies)
+    """The report of a front in one file, as the suffix of its path wants it.
+
+    `studies` are further sections, such as a sensitivity study of the first design.
+    """
+    return html_report(document, None, studies) if _is_html(path) else markdown_report(document, None, studies)
 
 
-def is_html(path: str) -> bool:
+def _is_html(path: str) -> bool:
     """Whether a report of this name is HTML.
 
-    >>> is_html("a.HTM"), is_html("a.md")
+    >>> _is_html("a.HTM"), _is_html("a.md")
     (True, False)
     """
     return Path(path).suffix.lower() in (".html", ".htm")
 
 
-def report_json(document: Document) -> str:
+def _report_json(document: Document) -> str:
     """The result in the form ``dse-result/1``, with the reasons of each alternative."""
     data: dict[str, Any] = document.result.to_dict()
     for point, alternative in zip(data["front"], document.alternatives, strict=True):
@@ -163,12 +169,12 @@ def write_report(
     from dse.report.dispatch import text_of
 
     target = Path(to)
-    sources = problem_files(answer) if isinstance(answer, Result) else []
+    sources = _problem_files(answer) if isinstance(answer, Result) else []
     with guarding(*sources):
         if target.suffix.lower() in PAGES:
             if alternative is not None or top is not None or studies:
                 raise UsageError(f"{to}: an alternative, a number of them and studies go with the report in a folder")
-            return write_files(target.parent, [(target.name, text_of(answer, is_html=is_html(target.name)))])
+            return write_files(target.parent, [(target.name, text_of(answer, is_html=_is_html(target.name)))])
         if target.suffix[1:].isalpha() and not target.is_dir():
             raise UsageError(f"{to}: a report is a page, {' or '.join(f'NAME{end}' for end in PAGES)}, or a folder")
         if not isinstance(answer, Result):
@@ -191,7 +197,7 @@ def check_alternative(result: Result, number: int | None, name: str) -> None:
         raise UsageError(f"{name}: has no alternative {number}; ids run from 1 to {len(result.front)}")
 
 
-def problem_files(result: Result) -> list[Path]:
+def _problem_files(result: Result) -> list[Path]:
     """The files that the problem of a result was read from."""
     main = Path(result.problem.file)
     return [main, *(main.parent / name for name, _ in result.problem.includes)]
@@ -201,7 +207,10 @@ def problem_files(result: Result) -> list[Path]:
 
 
 def study_files(data: Mapping[str, Any], csv: str | None, json: str | None) -> Iterator[tuple[str, str]]:
-    """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given."""
+    """(file name, content) of each file of a study's report: HTML, Markdown, and CSV and JSON where they are given.
+
+    `data` is the JSON form of a sweep or sensitivity study; names are made of the problem's name and the kind of study.
+    """
     names = study_names(data["problem"]["name"], _kind(data))
     page = study_page(data)
     yield names[0], html_page(page)
@@ -222,7 +231,10 @@ def study_names(problem: str, kind: str) -> list[str]:
 
 
 def study_figures(data: Mapping[str, Any], formats: Sequence[str]) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of a study."""
+    """(file name, content) of each plot of a study.
+
+    `formats` are ``svg`` and ``png``. Raises `UsageError` without the extra `plots`.
+    """
     stem = f"{_stem(data['problem']['name'])}-{_kind(data)}"
     for section in sections_of(data):
         for plot in section.plots:
@@ -251,10 +263,13 @@ NAMED = ("values", "title", "description", "sort", "domain")
 def figure_files(
     document: Document, formats: Sequence[str], chosen: int | None = None
 ) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank)."""
+    """(file name, content) of each plot of the front, and of those of the alternative `chosen` (the first in rank).
+
+    Names begin with the report's name, such as ``inmark-scatter.svg``; nothing for an empty front.
+    """
     if not document.result.front:
         return
-    stem = report_name(document.result)
+    stem = _report_name(document.result)
     for name, draw in drawings(document, chosen):
         svg = draw()
         for kind in formats:
@@ -262,7 +277,10 @@ def figure_files(
 
 
 def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tuple[str, str | bytes]]:
-    """(file name, content) of each plot of a page; names begin with `stem`."""
+    """(file name, content) of each plot of a page; names begin with `stem`.
+
+    `formats` are ``svg`` and ``png``; characters that a file name should not have become hyphens.
+    """
     for plot in chain.from_iterable(section.plots for section in page.sections):
         svg = svg_of(plot.draw())
         name = re.sub(r"[^\w.-]+", "-", f"{stem}-{plot.name}").strip("-.")[:100]
@@ -271,7 +289,11 @@ def page_figures(page: Page, formats: Sequence[str], stem: str) -> Iterator[tupl
 
 
 def drawings(document: Document, chosen: int | None = None) -> Iterator[tuple[str, Callable[[], str]]]:
-    """(name, what makes its SVG) of each plot of a front, and of the design `chosen` (None: the first in rank)."""
+    """(name, what makes its SVG) of each plot of a front, and of the design `chosen` (None: the first in rank).
+
+    Front plots (scatter, parallel coordinates), then latencies, timelines, use of processors and deadlines of the
+    design.
+    """
     result = document.result
     point = next((one for one in result.front if one.id == chosen), result.front[0])
     number = point.id
@@ -296,7 +318,10 @@ def _drawn(chart: Callable[..., Spec], *data: Any) -> str:
 
 
 def svg_of(spec: Spec) -> str:
-    """The plot in light colours, at a fixed width."""
+    """The plot in light colours, at a fixed width.
+
+    SVG text, `WIDTH` px wide. Raises `UsageError` where the extra `plots` is not installed.
+    """
     with needed_for("A plot as a picture", "plots"):
         import vl_convert
 
@@ -321,7 +346,10 @@ def _literal(part: Any) -> Any:
 
 
 def png_of(svg: str) -> bytes:
-    """A plot or drawing as PNG."""
+    """A plot or drawing as PNG.
+
+    The content of a PNG file, enlarged by `SCALE`. Raises `UsageError` where the extra `plots` is not installed.
+    """
     with needed_for("A plot as a picture", "plots"):
         import vl_convert
 
@@ -374,7 +402,7 @@ def write_figures(
     if unknown:
         raise UsageError(f"{unknown[0]}: expected png, svg or both")
     front = answer.robust if isinstance(answer, RobustResult) else answer
-    with guarding(*(problem_files(front) if isinstance(front, Result) else [])):
+    with guarding(*(_problem_files(front) if isinstance(front, Result) else [])):
         files = list(_figures(front, tuple(formats), alternative))
         if not files:
             raise UsageError("there is nothing to draw in this answer")

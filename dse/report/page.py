@@ -54,7 +54,10 @@ class Item:
 
 @dataclass(frozen=True)
 class Listing:
-    """Lines, one below the other; a terminal shows `brief` of them unless it is told to show all."""
+    """Lines, one below the other; a terminal shows `brief` of them unless it is told to show all.
+
+    Items have a label, a depth of indentation and a tone; `brief` None shows all of them.
+    """
 
     kind: ClassVar = "listing"
     items: tuple[Item, ...]
@@ -92,7 +95,10 @@ class Table:
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:
-        """The rows that a file has."""
+        """The rows that a file has.
+
+        At most `most` rows; the rest is in JSON and CSV.
+        """
         return self.rows[: self.most]
 
     @property
@@ -104,7 +110,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot with its caption, drawn where it is shown; `name` is the stem of its file, a table has its figures."""
+    """A plot with its caption, drawn where it is shown; `name` is the stem of its file, a table has its figures.
+
+    `draw` makes a Vega-Lite specification, only when a writer shows plots.
+    """
 
     kind: ClassVar = "plot"
     name: str
@@ -134,7 +143,10 @@ class Timeline:
     marks: tuple[tuple[float, str], ...] = ()
 
     def lines(self, width: int) -> list[str]:
-        """As lines of `width` letters: ``#`` where somebody has it, ``|`` at a moment."""
+        """The lanes as lines of `width` letters: ``#`` where somebody has it, ``|`` at a moment.
+
+        One line for each lane, its name first, and a line with both ends of the time scale. ASCII only.
+        """
         beside = max(len(lane.name) for lane in self.lanes)
         room = max(10, width - beside - 1)
         found = []
@@ -179,7 +191,10 @@ class Section:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Its paragraphs and lines, in order."""
+        """Its paragraphs and lines, in order.
+
+        Plain texts, without tables and plots.
+        """
         found: list[str] = []
         for block in self.blocks:
             found += [block.text] if isinstance(block, Text) else []
@@ -211,26 +226,38 @@ def few(found: Sequence[str], most: int, what: str) -> str:
 
 
 def texts(*found: str, tone: Tone = "plain") -> list[Block]:
-    """Paragraphs, without those that are empty."""
+    """Paragraphs, without those that are empty.
+
+    `Text` blocks in the order given, all in one tone.
+    """
     return [Text(text, tone) for text in found if text]
 
 
 def listing(
     found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
 ) -> list[Block]:
-    """A list of lines, all under one label; nothing where there are none."""
+    """A list of lines, all under one label; nothing where there are none.
+
+    At most one `Listing`; `depth` is the indentation, `brief` the number of lines that a terminal shows.
+    """
     items = tuple(Item(text, label, depth, tone) for text in found)
     return [Listing(items, brief)] if items else []
 
 
 def labelled(found: Iterable[tuple[str, str]]) -> list[Block]:
-    """A list of lines, each under its own label; nothing where there are none."""
+    """A list of lines, each under its own label; nothing where there are none.
+
+    `found` are pairs of label and text; at most one `Listing`.
+    """
     items = tuple(Item(text, label) for label, text in found)
     return [Listing(items)] if items else []
 
 
 def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
-    """Each section with the number of its first plot on the page."""
+    """Each section with the number of its first plot on the page.
+
+    Pairs of a number, from 0, and a section; scripts of the page find a plot by its number.
+    """
     found, count = [], 0
     for section in sections:
         found.append((count, section))

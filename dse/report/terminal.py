@@ -32,7 +32,7 @@ SCREEN = 39
 
 
 def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:
-    """Its lead and its sections, but for those that say what a file rests on, and the details.
+    """Print the lead and the sections of a page, but for those that say what a file rests on, and the details.
 
     With `every` also these, and every row of each table; without, the last line says what is left out. Where it has
     more than so many `lines` the longest of the tables and lists that have a `brief` show less of themselves.
@@ -58,7 +58,10 @@ def print_page(console: Console, page: Page, *, every: bool = False, lines: int 
 
 
 def page_height(console: Console, page: Page) -> int:
-    """How many lines a page takes that is printed whole."""
+    """How many lines a page takes that is printed whole.
+
+    Counted by printing into a buffer with the console's width; decides between the whole page and its brief form.
+    """
     return _lines_of(console, lambda: print_page(console, page))
 
 
@@ -97,7 +100,10 @@ def _smaller(block: Block) -> Block | None:
 
 
 def print_block(console: Console, block: Block, *, every: bool = False) -> None:
-    """A paragraph, a list or a table; a plot is left out, for a table has the same figures."""
+    """A paragraph, a list or a table; a plot is left out, for a table has the same figures.
+
+    `every` prints all rows and texts in full; else `brief` forms with a hint at the option that shows the rest.
+    """
     if isinstance(block, Text):
         said = block.text if every or not block.brief else block.brief
         print_hanging(console, said, "", STYLES[block.tone], " " * block.hang)

@@ -22,7 +22,10 @@ LEAST = 16
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells of a table as text of one line each; `numbers` are the columns that align right."""
+    """Cells of a table as text of one line each; `numbers` are the columns that align right.
+
+    Cells may be wrapped at blanks when the table is wider than the terminal; none is cropped.
+    """
 
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -40,7 +43,10 @@ class Grid:
         return max([body, *(cell_len(part) for part, _ in _parts(self.headings[at]))])
 
     def most(self, at: int) -> int:
-        """How wide a column is where nothing is wrapped."""
+        """How wide a column is where nothing is wrapped.
+
+        In columns of the terminal: wide letters count as two.
+        """
         return max(map(cell_len, [self.headings[at], *(row[at] for row in self.rows)]))
 
     def widths(self, room: int, *, wrapped: bool = False) -> list[int] | None:
@@ -65,7 +71,10 @@ class Grid:
         return found
 
     def lines(self, widths: Sequence[int]) -> tuple[list[str], list[list[str]]]:
-        """The lines of the headings, and those of each row."""
+        """The lines of the headings, and those of each row.
+
+        `widths` are columns of the terminal, one for each column of the table; each cell is wrapped to its width.
+        """
         return self._set(self.headings, widths, is_head=True), [self._set(row, widths) for row in self.rows]
 
     def _set(self, cells: Sequence[str], widths: Sequence[int], *, is_head: bool = False) -> list[str]:
@@ -83,7 +92,10 @@ class Grid:
         return lines
 
     def only(self, columns: Sequence[int]) -> Grid:
-        """Some of the columns."""
+        """Some of the columns.
+
+        `columns` are indices; headings, rows and the columns that align right are kept in that order.
+        """
         rows = tuple(tuple(row[at] for at in columns) for row in self.rows)
         numbers = tuple(number for number, at in enumerate(columns) if at in self.numbers)
         return Grid(tuple(self.headings[at] for at in columns), rows, numbers)
@@ -124,23 +136,35 @@ def _width_of(heading: str, height: int) -> int:
 
 
 def is_ascii(console: Console) -> bool:
-    """Whether a console shows no more than ASCII."""
+    """Whether a console shows no more than ASCII.
+
+    Judged by the console's encoding; symbols are then replaced by plain letters.
+    """
     return (console.encoding or "utf-8").lower().replace("-", "") not in ("utf8", "utf8mb4", "utf16")
 
 
 def shown_text(console: Console, text: str) -> str:
-    """The text in one line as the console prints it: what steers a terminal as escapes."""
+    r"""The text in one line as the console prints it: what steers a terminal as escapes.
+
+    Newlines and tabs become ``\n`` and ``\t``, so that a name from a file cannot break a table.
+    """
     line = text.replace("\n", r"\n").replace("\t", r"\t")
     return console.render_str(line, markup=False, highlight=False, emoji=False).plain
 
 
 def print_line(console: Console, line: str, style: str = "") -> None:
-    """A line as it is, however long."""
+    """A line as it is, however long.
+
+    No wrapping, no markup, no highlighting.
+    """
     console.print(line, style=style, markup=False, highlight=False, soft_wrap=True)
 
 
 def print_hanging(console: Console, text: str, indent: str = "  ", style: str = "", hang: str = "    ") -> None:
-    """A paragraph whose further lines are indented more than its first, by `hang`."""
+    """A paragraph whose further lines are indented more than its first, by `hang`.
+
+    Wrapped at the width of the console; `indent` is in front of every line.
+    """
     shown = console.render_str(text, markup=False, highlight=False, emoji=False).plain
     for part in shown.split("\n"):
         further = indent + hang

@@ -87,13 +87,13 @@ def widget(result: Result, height: int = 900) -> Any:
         def _repr_mimebundle_(self, **more: Any) -> Any:
             found = super()._repr_mimebundle_(**more)
             bundle, *rest = found if isinstance(found, tuple) else (found,)
-            bundle = {**(bundle or {}), "text/html": still(document)}
+            bundle = {**(bundle or {}), "text/html": _still(document)}
             return (bundle, *rest) if rest else bundle
 
     return DecisionWidget(page=html_report(document), title=document.title, height=height, chosen=result.front[0].id)
 
 
-def still(document: Document) -> str:
+def _still(document: Document) -> str:
     """The front as a table and, where the extra ``plots`` is installed, as a plot: HTML without script."""
     result = document.result
     drawn = ""

@@ -30,7 +30,10 @@ from dse.support.timelimit import OutOfTime
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """The designs found, each with its objectives; `more` says whether there are others, None when stopped before."""
+    """The designs found, each with its objectives; `more` says whether there are others, None when stopped before.
+
+    Designs with their objectives in counting units. `more` False is a proof.
+    """
 
     designs: tuple[tuple[Design, tuple[int, ...]], ...]
     more: bool | None
@@ -51,7 +54,10 @@ class Finder:
         self._running: Strategy | None = None
 
     def stop(self) -> None:
-        """End the running question soon; it and all that follow answer that they were stopped."""
+        """End the running question soon; it and all that follow answer that they were stopped.
+
+        Called from another thread or a signal handler.
+        """
         self.stopped = True
         if self._running is not None:
             self._running.stop()

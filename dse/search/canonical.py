@@ -24,14 +24,20 @@ from dse.space.model.space import Design
 
 @dataclass
 class InOrder:
-    """How depth-first searches in the order of the file went, from point to point, each with its settings."""
+    """How depth-first searches in the order of the file went, from point to point, each with its settings.
+
+    Counts misses and successes and the work of each setting, to choose the setting for the next point.
+    """
 
     missed: Counter[SolverSettings] = field(default_factory=Counter)  # how often in a row
     found: Counter[SolverSettings] = field(default_factory=Counter)
     spent: dict[SolverSettings, float] = field(default_factory=dict)  # work, in vain or not
 
     def elsewhere(self) -> InOrder:
-        """What this says of points that are not near: what designs cost, and which relaxations are in vain."""
+        """What this says of points that are not near: what designs cost, and which relaxations are in vain.
+
+        A copy with the costs, and with the misses of settings that have a linear relaxation.
+        """
         missed = Counter({settings: times for settings, times in self.missed.items() if settings.linearization_level})
         return InOrder(missed, self.found.copy(), self.spent.copy())
 

@@ -15,14 +15,20 @@ ANYTHING = 2**62
 
 @dataclass(frozen=True)
 class ObjectiveScale:
-    """How a search counts: each objective in steps above an offset; `everywhere` is the bound of all, in steps."""
+    """How a search counts: each objective in steps above an offset; `everywhere` is the bound of all, in steps.
+
+    The solver counts whole steps from 0; results have counting units.
+    """
 
     everywhere: Bound
     offsets: Bound
     steps: Bound
 
     def counted(self, bound: Bound) -> Bound:
-        """Steps to counted (minimised) objectives."""
+        """Steps to counted (minimised) objectives.
+
+        `offset + step · value` for each objective, in counting units, minimised.
+        """
         parts = zip(self.offsets, self.steps, bound, strict=True)
         return tuple(offset + step * value for offset, step, value in parts)
 
@@ -82,7 +88,10 @@ class FrontSearch:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every region was refuted or is dominated."""
+        """Whether every region was refuted or is dominated.
+
+        The front is then proved.
+        """
         return not self.unexplored
 
 

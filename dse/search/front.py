@@ -65,7 +65,10 @@ class Progress:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default)."""
+    """Until when, with which seed, on how many regions at the same time, and with which heuristics (all by default).
+
+    `workers` is the number of regions that are searched at once; the front does not depend on it.
+    """
 
     limit: TimeLimit = NEVER
     seed: int = 0
@@ -231,7 +234,7 @@ def search_front(
             encoded = encoded if encoded is not None else encode(evaluator, tuning.model)
     if encoded is None:
         known = earlier or FrontSearch({}, (tuple(ANYTHING for _ in evaluator.objectives),), (), 0, 0.0)
-        return replace(started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
+        return replace(_started_from(evaluator, known, start, budget.limit), elapsed_s=time.monotonic() - started)
     state = _State(evaluator, encoded, SearchRegions(encoded.everywhere), started, budget.limit)
     # where the referee may refuse, canonical designs are the first of all, whatever a model has learnt
     state.untaught = encoded.copy() if encoded.learns and not may_refuse(evaluator) else None
@@ -412,7 +415,7 @@ def _first_accepted(
 # What is known where the time was up before anything was searched: a design to start from, and bounds.
 
 
-def started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
+def _started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
     """What is known before anything was searched: where that is no design, the one to start from, if it is feasible.
 
     And what no design is better than.

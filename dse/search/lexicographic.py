@@ -20,18 +20,27 @@ from dse.support.errors import RefereeError
 
 
 def counted(objectives: tuple[EncodedObjective, ...], steps: Bound) -> Bound:
-    """Solver steps to counted (minimised) objectives."""
+    """Solver steps to counted (minimised) objectives.
+
+    Integers in counting units, entries to be maximised with a negative sign.
+    """
     return tuple(item.offset + item.step * value for item, value in zip(objectives, steps, strict=True))
 
 
 def signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
-    """Minimised values back to the objectives' own sense."""
+    """Minimised values back to the objectives' own sense.
+
+    Integers in counting units, as results show them.
+    """
     senses = [objective.sense for objective in evaluator.space.objectives]
     return tuple(-value if sense == "maximise" else value for value, sense in zip(values, senses, strict=True))
 
 
 def claimed_by(evaluator: Evaluator, encoded: EncodedSpace, steps: Bound) -> tuple[int, ...]:
-    """What the solver says of a design with a point: its objectives in their own sense."""
+    """What the solver says of a design with a point: its objectives in their own sense.
+
+    The referee compares them with the analysis of the design.
+    """
     return signed(evaluator, counted(encoded.objectives, steps))
 
 

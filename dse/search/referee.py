@@ -19,7 +19,10 @@ from dse.support.errors import RefereeError, UsageError
 
 
 def may_refuse(evaluator: Evaluator) -> bool:
-    """Whether exact comparison may refuse what the model admits: where some limit is on a rounded measure."""
+    """Whether exact comparison may refuse what the model admits: where some limit is on a rounded measure.
+
+    The model rounds such sums to the safe side of feasibility, so that a design may be refused and excluded.
+    """
     return any(limit.measure.rounded for limit in evaluator.limits)
 
 

@@ -28,17 +28,26 @@ Question: TypeAlias = tuple[tuple[Bound, ...], int]
 
 
 def inside(inner: Bound, outer: Bound) -> bool:
-    """Whether the region of `inner` is contained in that of `outer`."""
+    """Whether the region of `inner` is contained in that of `outer`.
+
+    Regions are given by their upper corners; all objectives are minimised.
+    """
     return all(map(le, inner, outer))
 
 
 def strictly_inside(point: Bound, region: Bound) -> bool:
-    """Whether a point lies in a region."""
+    """Whether a point lies in a region.
+
+    The upper corner itself is outside: a region holds what is better in every objective.
+    """
     return all(map(lt, point, region))
 
 
 def capped(region: Bound, axis: int, point: Bound) -> Bound:
-    """The part of a region that lies below a point in one objective."""
+    """The part of a region that lies below a point in one objective.
+
+    `axis` is the index of the objective.
+    """
     return tuple(min(bound, point[axis]) if index == axis else bound for index, bound in enumerate(region))
 
 
@@ -55,11 +64,17 @@ class RefutedRegions:
         return iter(self.regions)
 
     def cover(self, region: Bound) -> bool:
-        """Whether a region is refuted as a whole."""
+        """Whether a region is refuted as a whole.
+
+        True where a known refuted region contains it.
+        """
         return any(inside(region, known) for known in self.regions)
 
     def add(self, region: Bound) -> None:
-        """No design lies strictly below `region`."""
+        """No design lies strictly below `region`.
+
+        Regions that the new one contains are dropped.
+        """
         if not self.cover(region):
             self.regions = [known for known in self.regions if not inside(known, region)] + [region]
 
@@ -80,7 +95,10 @@ class RefutedRegions:
 
 
 class SearchRegions:
-    """The open regions, and the refuted regions with which they shrink."""
+    """The open regions, and the refuted regions with which they shrink.
+
+    Regions are upper corners (Klamroth, Lacour and Vanderpooten 2015); the front is complete when none is open.
+    """
 
     def __init__(self, start: Bound) -> None:
         self.start = start
@@ -88,12 +106,19 @@ class SearchRegions:
         self.refuted = RefutedRegions()
 
     def refute(self, region: Bound) -> None:
-        """No design lies strictly below `region`; drop every open region inside."""
+        """No design lies strictly below `region`; drop every open region inside.
+
+        Proved by a solver call, or known from the bounds of objectives.
+        """
         self.refuted.add(region)
         self.open = [known for known in self.open if not inside(known, region)]
 
     def cut(self, point: Bound) -> None:
-        """A design has `point`: points that it dominates or equals are no longer of interest."""
+        """A design has `point`: points that it dominates or equals are no longer of interest.
+
+        Each region that contains the point is replaced by one for each objective, bounded by the point in it; regions
+        inside others are dropped.
+        """
         hit = [region for region in self.open if strictly_inside(point, region)]
         if not hit:
             return
@@ -162,7 +187,10 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
 
 
 def restrict(encoded: EncodedSpace, regions: Sequence[Bound], floor: Bound | None = None) -> None:
-    """Only designs in one of the regions, with objectives of at least `floor`."""
+    """Only designs in one of the regions, with objectives of at least `floor`.
+
+    Sets domains of the model's objective variables and switches; nothing is added to the model.
+    """
     assert len(regions) <= max(1, len(encoded.regions)), "more regions than the model has switches"
     proto = encoded.model.proto
     for number, objective in enumerate(encoded.objectives):
@@ -177,7 +205,10 @@ def restrict(encoded: EncodedSpace, regions: Sequence[Bound], floor: Bound | Non
 
 @contextmanager
 def valued(model: cp_model.CpModel, least: int | None, most: int | None) -> Iterator[None]:
-    """What is minimised has only values from `least` to `most`, as far as they are known."""
+    """What is minimised has only values from `least` to `most`, as far as they are known.
+
+    Bounds of the objective in solver steps; the domain is cleared at the end.
+    """
     if least is None and most is None:
         yield  # without a look at the objective, which would make one where there is none
         return
@@ -191,7 +222,10 @@ def valued(model: cp_model.CpModel, least: int | None, most: int | None) -> Iter
 
 @contextmanager
 def held(model: cp_model.CpModel, literals: Sequence[int]) -> Iterator[bool]:
-    """Literals (by index) are true; yields whether all of them may be, where some are false already nothing changes."""
+    """Literals (by index) are true; yields whether all of them may be, where some are false already nothing changes.
+
+    Domains are restored at the end.
+    """
     variables = model.proto.variables
     before = [tuple(variables[index].domain) for index in literals]
     may_be = all(high for _, high in before)

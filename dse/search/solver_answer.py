@@ -10,7 +10,10 @@ from dse.space.model.space import Design
 
 @dataclass(frozen=True)
 class Found:
-    """An optimal solution: the counted objectives (steps above each offset) and the design."""
+    """An optimal solution: the counted objectives (steps above each offset) and the design.
+
+    Objectives are minimised; the design is a tuple of option numbers.
+    """
 
     point: tuple[int, ...]
     design: Design
@@ -18,7 +21,10 @@ class Found:
 
 @dataclass(frozen=True)
 class NoSuchDesign:
-    """The solver proved that there is no design in the region."""
+    """The solver proved that there is no design in the region.
+
+    A proof, which refutes the region for the front and for `dse verify` to check.
+    """
 
 
 @dataclass(frozen=True)
@@ -36,5 +42,8 @@ Answer = Found | NoSuchDesign | Unfinished
 
 
 def weighted(weights: Sequence[int], point: Sequence[int]) -> int:
-    """The sum of the objectives times their weights."""
+    """The sum of the objectives times their weights.
+
+    In solver steps.
+    """
     return sum(weight * value for weight, value in zip(weights, point, strict=True))

@@ -204,9 +204,9 @@ class Bounding:
     quick: float = 1.2
     """Work at first for a range of values without relaxation."""
     most_quick: float = 2.4
-    """That work is doubled after an answer, up to this one, ..."""
+    """The greatest work for such a range: it is doubled after an answer, ..."""
     least_quick: float = 0.075
-    """... and halved after a miss; below this one there is no attempt without relaxation."""
+    """... and halved after a miss; below this work there is no attempt without relaxation."""
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,10 @@ class StrategyPool(Generic[Tag, Outcome]):
         return any(strategy.stopped for strategy in self.strategies)
 
     def start(self, strategy: Strategy, tag: Tag, job: Callable[[], Outcome]) -> None:
-        """Begin a job of an idle strategy, whose deadline is in force around it."""
+        """Begin a job of an idle strategy, whose deadline is in force around it.
+
+        The job runs in a thread; CP-SAT releases the interpreter lock while it solves.
+        """
 
         def work() -> None:
             try:
@@ -66,7 +69,10 @@ class StrategyPool(Generic[Tag, Outcome]):
         thread.start()
 
     def wait(self, meanwhile: Callable[[], None] = lambda: None) -> tuple[Tag, Outcome]:
-        """The next finished job; raises what it raised. Now and then `meanwhile` is called until there is one."""
+        """The next finished job; raises what it raised. Now and then `meanwhile` is called until there is one.
+
+        `meanwhile` is called about every `STEP_S` seconds; checkpoints are written there.
+        """
         while True:
             try:
                 strategy, answer = self._answers.get(timeout=STEP_S)
@@ -82,25 +88,37 @@ class StrategyPool(Generic[Tag, Outcome]):
             return tag, answer
 
     def stop(self) -> None:
-        """End all running jobs soon; they answer that they are unfinished."""
+        """End all running jobs soon; they answer that they are unfinished.
+
+        May be called more than once, and from a signal handler.
+        """
         for strategy in self.strategies:
             strategy.stop()
 
     def end(self) -> None:
-        """Stop, and wait until no job is inside the solver any more: Python, leaving, would end it there by abort."""
+        """Stop, and wait until no job is inside the solver any more: Python, leaving, would end it there by abort.
+
+        At most `END_S` seconds are waited.
+        """
         until = time.monotonic() + END_S
         while any(thread.is_alive() for thread in self._threads) and time.monotonic() < until:
             self.stop()  # again, for a call that was about to begin the first time
             time.sleep(0.01)
 
     def drain(self) -> Iterator[tuple[Tag, Outcome]]:
-        """Let the running jobs end."""
+        """Let the running jobs end.
+
+        Yields tags with outcomes, in the order in which jobs end.
+        """
         while self.busy:
             yield self.wait()
 
 
 def heard(strategy: Strategy, question: Callable[[], Outcome]) -> Outcome:
-    """The answer to one question, in a thread of its own: Ctrl-C is heard at once and ends it."""
+    """The answer to one question, in a thread of its own: Ctrl-C is heard at once and ends it.
+
+    Raises `KeyboardInterrupt` after the solver has ended.
+    """
     pool: StrategyPool[None, Outcome] = StrategyPool([strategy])
     try:
         pool.start(strategy, None, question)
@@ -112,7 +130,10 @@ def heard(strategy: Strategy, question: Callable[[], Outcome]) -> Outcome:
 
 @contextmanager
 def stop_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
-    """Ctrl-C calls `stop` instead of raising; a second one raises. Outside the main thread nothing changes."""
+    """Ctrl-C calls `stop` instead of raising; a second one raises. Outside the main thread nothing changes.
+
+    The earlier handler is put back at the end.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -137,7 +158,7 @@ CHECKPOINT_S = 1.0
 SHARE = 0.02
 """Of the time, so much is meant for checkpoints; it stays below 5 %, as one may cost more than was expected."""
 WAIT_S = 0.04
-"""So much waiting in a checkpoint is other work of the machine, or of the thread that searches; what is more counts."""
+"""Waiting in a checkpoint that is taken for other work of the machine or of the search; more than that counts."""
 SECOND = 0.25
 """The second checkpoint waits until the first one is no larger share of the time."""
 
@@ -159,14 +180,20 @@ class Pace:
     per_unit_s: float | None = None
 
     def keep(self, size: int, checkpoint: Callable[[], None]) -> None:
-        """Make a checkpoint of so many points and regions, if it is time."""
+        """Make a checkpoint of so many points and regions, if it is time.
+
+        The first checkpoint is not measured, because it also imports what writes results.
+        """
         if self.is_due(size):
             if self.ended is None:
                 checkpoint()  # loads what writes a result, which the end needs in any case
             self.spend(size, checkpoint)
 
     def is_due(self, size: int) -> bool:
-        """Whether there is time for a checkpoint of so many points and regions."""
+        """Whether there is time for a checkpoint of so many points and regions.
+
+        True where the expected cost keeps checkpoints within a share `SHARE` of the elapsed time.
+        """
         now = time.monotonic()
         if self.ended is None:
             return now - self.started >= CHECKPOINT_S / 4
@@ -178,7 +205,10 @@ class Pace:
         return self.spent_s + expected_s <= SHARE * (now - self.started)
 
     def spend(self, size: int, checkpoint: Callable[[], None]) -> None:
-        """Make a checkpoint of so many points and regions."""
+        """Make a checkpoint of so many points and regions.
+
+        CPU time is measured, to predict the cost of the next checkpoint from its size.
+        """
         began, worked = time.monotonic(), time.thread_time()
         checkpoint()
         is_first, self.ended = self.ended is None, time.monotonic()

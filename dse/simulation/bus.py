@@ -14,7 +14,10 @@ from dse.support.units import Exact
 
 @dataclass
 class QueuedMessage:
-    """A message that waits, the frames that it has left, and since when it waits."""
+    """A message that waits, the frames that it has left, and since when it waits.
+
+    `left` are the ranges of time, in ns, of the frames that are still to be sent.
+    """
 
     link: int
     births: Births
@@ -26,7 +29,10 @@ class QueuedMessage:
 
 @dataclass
 class Bus:
-    """The messages that wait for a line of a bus, and until when a frame occupies it."""
+    """The messages that wait for a line of a bus, and until when a frame occupies it.
+
+    Times in ns; frames are not preempted.
+    """
 
     waiting: list[QueuedMessage] = field(default_factory=list)
     busy_until: Exact = 0

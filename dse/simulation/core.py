@@ -42,12 +42,18 @@ class Job:
 
     @property
     def is_interrupt(self) -> bool:
-        """Whether it is none of a thread."""
+        """Whether it is none of a thread.
+
+        Interrupts run before every thread and do not use a thread's budget.
+        """
         return self.task.urgency < HELD
 
     @property
     def is_held(self) -> bool:
-        """Whether it is inside its section, not at either end of it."""
+        """Whether it is inside its section, not at either end of it.
+
+        Such a job is not preempted by other threads.
+        """
         return self.yields < self.left < self.holds
 
 
@@ -89,7 +95,10 @@ class ExecutorQueue:
         return False
 
     def take(self) -> Job:
-        """The job that runs next; there is one."""
+        """The job that runs next; there is one.
+
+        The window of the rclcpp executor: jobs that were ready at one polling point run before later ones.
+        """
         if not self.window:
             self.window = self._chosen()
             self.jobs = [item for item in self.jobs if item not in self.window]
@@ -121,7 +130,10 @@ class Server:
 
     @property
     def left(self) -> Exact:
-        """What is left of its budget."""
+        """What is left of its budget.
+
+        In ns.
+        """
         return self.share.budget_ns - self.used
 
 
@@ -135,7 +147,10 @@ def _level(item: tuple[int, Job]) -> tuple[tuple[int, ...], int]:
 
 
 class Core:
-    """The running job, since when, and what is ready, most urgent first; `budget_ns` of a period if it throttles."""
+    """The running job, since when, and what is ready, most urgent first; `budget_ns` of a period if it throttles.
+
+    Time in ns. The engine calls `pick` whenever something may have changed.
+    """
 
     def __init__(self, budget_ns: int | None) -> None:
         self.budget_ns = budget_ns
@@ -148,12 +163,15 @@ class Core:
         self.servers: dict[int, Server] = {}
 
     @property
-    def is_closed(self) -> bool:
+    def _is_closed(self) -> bool:
         """Whether threads have used up their budget."""
         return self.budget_ns is not None and self.used >= self.budget_ns
 
     def add(self, job: Job, order: int) -> bool:
-        """A job that is ready, unless its executor has another one; whether there was room for it."""
+        """A job that is ready, unless its executor has another one; whether there was room for it.
+
+        `order` is the number of the arrival and breaks ties between equal priorities.
+        """
         queue = job.task.queue
         if queue is None:
             self._list(job.task, job.task.urgency, order, job)
@@ -167,10 +185,13 @@ class Core:
         return True
 
     def done(self, job: Job) -> None:
-        """A job has ended: its executor takes the next, its reservation goes on."""
+        """A job has ended: its executor takes the next, its reservation goes on.
+
+        Jobs of one executor run one at a time.
+        """
         if job.task.queue is not None:
             self._begin(self.queues[job.task.queue.executor])
-        server = self.server_of(job.task)
+        server = self._server_of(job.task)
         if server is not None:
             self.offer(server, PUT_BACK)
 
@@ -183,21 +204,24 @@ class Core:
 
     def _list(self, task: SimulatedTask, urgency: int, order: int, entry: Job | ExecutorQueue) -> None:
         """Something is ready, on the core or in the reservation of its task."""
-        server = self.server_of(task)
+        server = self._server_of(task)
         if server is None:
             heappush(self.ready, (urgency, order, entry))
         else:
             heappush(server.ready, (urgency, order, entry))
             self.offer(server, order)
 
-    def server_of(self, task: SimulatedTask) -> Server | None:
+    def _server_of(self, task: SimulatedTask) -> Server | None:
         """The reservation that a task is in."""
         if task.share is None:
             return None
         return self.servers.setdefault(task.share.number, Server(task.share))
 
     def offer(self, server: Server, order: int) -> None:
-        """A reservation is ready as long as something in it is, and some budget is left; not while a job of it runs."""
+        """A reservation is ready as long as something in it is, and some budget is left; not while a job of it runs.
+
+        `order` breaks ties between equal priorities.
+        """
         runs = self.running is not None and self.running.task.share == server.share
         if server.ready and server.left > 0 and not server.is_listed and not runs:
             server.is_listed = True
@@ -205,31 +229,40 @@ class Core:
 
     @property
     def is_overtaken(self) -> bool:
-        """Whether something that is ready is more urgent than the running job."""
+        """Whether something that is ready is more urgent than the running job.
+
+        Reservations compete by their own urgency, threads inside of one by theirs.
+        """
         assert self.running is not None
         task = self.running.task
-        server = self.server_of(task)
+        server = self._server_of(task)
         urgency = task.urgency if server is None else server.share.urgency
         if self.ready and self.ready[0][0] < urgency:
             return True
         return server is not None and bool(server.ready) and server.ready[0][0] < task.urgency
 
     def settle(self, now: Exact) -> None:
-        """Note what the running job has done until now."""
+        """Note what the running job has done until now.
+
+        `now` is in ns; work left, budgets used and the start of the running job are updated.
+        """
         if self.running is not None:
             done = now - self.since
             self.running.left -= done
             self.used += 0 if self.running.is_interrupt else done
-            server = self.server_of(self.running.task)
+            server = self._server_of(self.running.task)
             if server is not None:
                 server.used += done
             self.since = now
 
     def refill(self, of: Gap | ReservationShare, now: Exact, order: int) -> None:
-        """A period of throttling or of a reservation begins; what was left of the budget is lost."""
+        """A period of throttling or of a reservation begins; what was left of the budget is lost.
+
+        `of` is the throttling or the reservation whose period begins at `now`, in ns.
+        """
         server = self.servers.get(of.number) if isinstance(of, ReservationShare) else None
         self.settle(now)
-        if self.running is not None and (server is None or self.server_of(self.running.task) is server):
+        if self.running is not None and (server is None or self._server_of(self.running.task) is server):
             self.put_back()
         if server is not None:
             server.used = 0
@@ -238,15 +271,21 @@ class Core:
             self.used = 0
 
     def put_back(self) -> None:
-        """The running job is interrupted, to go on later."""
+        """The running job is interrupted, to go on later.
+
+        A job inside a section that nothing interrupts goes on before every other thread.
+        """
         job = self.running
         assert job is not None
         self.running = None
         self._list(job.task, HELD if job.is_held else job.task.urgency, PUT_BACK, job)
 
     def pick(self, now: Exact) -> Exact | None:
-        """Let the most urgent ready job run, if one may; how long it may at most."""
-        if not self.ready or (self.is_closed and not self.ready[0][2].is_interrupt):
+        """Let the most urgent ready job run, if one may; how long it may at most.
+
+        In ns: until the job ends or a budget is used up; None where nothing may run.
+        """
+        if not self.ready or (self._is_closed and not self.ready[0][2].is_interrupt):
             return None
         first = heappop(self.ready)[2]
         length: list[Exact] = []

@@ -73,7 +73,10 @@ class ConnectionFigures:
 
 @dataclass(frozen=True)
 class Overheads:
-    """What a processor takes from its threads: two context switches for a job, and what goes before all of them."""
+    """What a processor takes from its threads: two context switches for a job, and what goes before all of them.
+
+    In ns.
+    """
 
     switching_ns: int
     interference: Sequence[Interference]
@@ -81,7 +84,10 @@ class Overheads:
 
 @dataclass(frozen=True)
 class Reserved:
-    """The place of a thread in its reservation, and what that gets."""
+    """The place of a thread in its reservation, and what that gets.
+
+    Times in ns; `rank` orders the threads inside of the reservation.
+    """
 
     number: int
     rank: int
@@ -126,7 +132,10 @@ class PlanFigures:
 
 
 def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> PlanFigures:
-    """The figures of a valid design; `cores` has the core, from 1, of each thread by number (else the first)."""
+    """The figures of a valid design; `cores` has the core, from 1, of each thread by number (else the first).
+
+    Read directly from the space, without the formulas of the analysis, so that the simulation is a witness of its own.
+    """
     reader = _DesignReader(space, design)
     components = [reader.component(number) for number in range(len(space.components))]
     connections = [reader.connection(item) for item in space.connections]

@@ -37,7 +37,10 @@ class Observations:
     events: int = 0
 
     def add(self, seen: Observation, setting: Setting) -> None:
-        """Take in one run."""
+        """Take in one run.
+
+        Longest responses and disparities, latencies with their counts, and the setting of each new extreme.
+        """
         self.runs += 1
         self.events += seen.events
         for name, response in seen.responses.items():
@@ -58,12 +61,19 @@ def _is_further(value: Exact, other: Exact, goal: str) -> bool:
 
 
 def random_offsets(plan: Plan, rng: random.Random) -> dict[str, int]:
-    """An offset within its period for every timer; those that keep their phase to others move together."""
+    """An offset within its period for every timer; those that keep their phase to others move together.
+
+    In ns by name of the timer.
+    """
     return plan.aligned({name: rng.randrange(max(1, int(period))) for name, period in plan.timers.items()})
 
 
 def search_flow(plan: Plan, flow: int, item: Flow, setting: Setting, runs: int, record: Observations) -> None:
-    """Search the longest and the shortest latency of a flow, half of `runs` each; every run goes into the record."""
+    """Search the longest and the shortest latency of a flow, half of `runs` each; every run goes into the record.
+
+    Hill climbing from random offsets, with the longest execution times for the maximum and the shortest for the
+    minimum. Results go to `record`.
+    """
     rng = random.Random(f"{setting.seed} {flow}")
     for goal in ("max", "min"):
         left = max(1, runs // 2)
@@ -130,7 +140,10 @@ def _moves(plan: Plan, flow: int, item: Flow) -> Iterator[tuple[str, int, str]]:
 
 
 def histogram(counter: Mapping[Exact, int], least: Exact, most: Exact, bins: int) -> list[dict[str, Any]]:
-    """Counts in equal bins from `least` to `most`; the last bin is closed."""
+    """Counts in equal bins from `least` to `most`; the last bin is closed.
+
+    Mappings with ``from_ns``, ``to_ns`` and ``count``; at most `bins` of them.
+    """
     width = max(1, -(-(most - least + 1) // bins))
     counts = [0] * min(bins, max(1, -(-(most - least + 1) // width)))
     for value, count in counter.items():

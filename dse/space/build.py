@@ -115,7 +115,10 @@ def build_space(loaded: LoadedSpec) -> Space:
 
 
 def every_mistake(error: UnreadableError) -> ProblemError:
-    """The mistakes of a file that cannot be read, with those that names and structure hold in the rest of it."""
+    """The mistakes of a file that cannot be read, with those that names and structure hold in the rest of it.
+
+    A `ProblemError` with all diagnostics in the order of files and lines.
+    """
     found: list[Diagnostic] = [*error.diagnostics]
     if error.rest is not None:
         try:

@@ -63,7 +63,10 @@ ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_sw
 
 
 def unknown_field(space: Space, name: str) -> tuple[str, str]:
-    """What is wrong with a name that no field has, and which come close."""
+    """What is wrong with a name that no field has, and which come close.
+
+    A message and a hint; fields of the same component are suggested first.
+    """
     fields = [item for item in space.references if item.rpartition(".")[0] == name.rpartition(".")[0]]
     return f"nothing is called {shown(name)}", closest(name, fields or space.references)
 
@@ -94,7 +97,10 @@ def read_option(space: Space, name: str, text: str) -> tuple[int | None, int]:
 
 
 def offered_value(reference: Reference, text: str) -> Any:
-    """The value that `text` means, which must be one of the options."""
+    """The value that `text` means, which must be one of the options.
+
+    In the base unit of the reference. Raises `QuestionError` where the value is none of the options.
+    """
     value = read_value(reference, text)
     if value not in reference.texts:
         raise _never(reference, text)
@@ -102,7 +108,11 @@ def offered_value(reference: Reference, text: str) -> Any:
 
 
 def read_value(reference: Reference, text: str) -> Any:
-    """The value that `text` means for a reference of its kind."""
+    """The value that `text` means for a reference of its kind.
+
+    In the base unit of the reference, rounded as the field of the file is. Raises `QuestionError` for text of another
+    kind.
+    """
     if reference.kind in PARSERS:
         rounding = ROUNDED.get(reference.name.rpartition(".")[2])
         try:

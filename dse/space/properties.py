@@ -31,7 +31,10 @@ MOST_COMPARED = 300_000
 
 @dataclass
 class Owner:
-    """The component or slot whose fields are being read: its own fields, or those of the types it may have."""
+    """The component or slot whose fields are being read: its own fields, or those of the types it may have.
+
+    With `type_decision` a figure becomes a tree over the types; `own` figures take precedence.
+    """
 
     name: str
     path: Path
@@ -43,7 +46,10 @@ class Owner:
 
 @dataclass
 class Ledger:
-    """What building a space collects: decisions, what rules may refer to, and every mistake found."""
+    """What building a space collects: decisions, what rules may refer to, and every mistake found.
+
+    Names in doubt after a mistake are remembered, so that no further message follows from the first.
+    """
 
     loaded: LoadedSpec
     decisions: list[Decision] = field(default_factory=list)
@@ -126,30 +132,46 @@ class Ledger:
         self._doubtful_metrics.add(name)
 
     def is_doubtful(self, *names: str) -> bool:
-        """Whether any of the names is open because of a mistake that is noted already."""
+        """Whether any of the names is open because of a mistake that is noted already.
+
+        A check that needs these names is then skipped.
+        """
         return not self._doubtful.isdisjoint(names)
 
     def mentions_doubt(self, path: Path, text: str) -> bool:
-        """Whether an expression at `path` names something that a mistake leaves open."""
+        """Whether an expression at `path` names something that a mistake leaves open.
+
+        Used to leave out messages about rules and requirements that the first mistake explains.
+        """
         words = self._doubtful_metrics
         if path[0] == "rules":
             words = self._doubtful | self._doubtful_words
         return any(mentions(text, word) for word in words)
 
     def origin(self, path: Path) -> str:
-        """Where `path` stands in the problem file, as ``file:line``."""
+        """Where `path` stands in the problem file, as ``file:line``.
+
+        Text; shown with requirements, rules and objectives in every answer.
+        """
         place = self.loaded.diagnostic(path, "")
         return f"{place.file}:{place.line}"
 
     def unknown(self, path: Path, what: str, name: str, known: Iterable[str], *, at_key: bool = False) -> None:
-        """Note a name that is not known, with the closest one that is (as long as there are not very many)."""
+        """Note a name that is not known, with the closest one that is (as long as there are not very many).
+
+        `what` is the noun of the message, `known` the names to suggest from.
+        """
         names = list(known)
         self._compared += len(names)
         hint = closest(name, names) if self._compared <= MOST_COMPARED else ""
         self.error(path, f"unknown {what} {shown(name)}", hint, at_key=at_key, unknown=name)
 
     def decide(self, component: str, field_name: str, kind: str, values: Options, write: Callable[[Any], str]) -> int:
-        """Add a decision and return its index; the caller sets its home when the tree is known."""
+        """Add a decision and return its index; the caller sets its home when the tree is known.
+
+        `values` are the options in base units, `write` makes their texts. Equal names refer to the decision that came
+        first.
+        """
         options = tuple(write(value) for value in values)
         name = f"{component}.{field_name}"
         self.decisions.append(Decision(name, component, field_name, kind, options, values))
@@ -157,7 +179,10 @@ class Ledger:
         return len(self.decisions) - 1
 
     def settle(self, decision: int | None, home: Tree) -> None:
-        """State in which tree `decision` is met when it is active."""
+        """State in which tree `decision` is met when it is active.
+
+        `home` is the tree whose evaluation meets the decision; where it is not met, the decision is inactive.
+        """
         if decision is not None:
             self.decisions[decision] = replace(self.decisions[decision], home=home)
 
@@ -170,7 +195,10 @@ class Ledger:
             self.references[name] = replace(self.references[name], tree=only(self.references[name].tree))
 
     def refer(self, name: str, kind: str, tree: Tree, texts: Mapping[Any, str]) -> None:
-        """Make `name` known to rules, the baseline and ``--fix``."""
+        """Make `name` known to rules, the baseline and ``--fix``.
+
+        `texts` maps values to what the user may write; without any the name stays unknown.
+        """
         if texts:
             self.references[name] = Reference(name, kind, tree, texts)
 
@@ -180,7 +208,10 @@ def _word(name: str) -> str:
 
 
 def mentions(text: str, name: str) -> bool:
-    """Whether a text has a name as a word of its own."""
+    """Whether a text has a name as a word of its own.
+
+    A name is a word where no letter, digit or underscore touches it.
+    """
     return name in text and re.search(_word(name), text) is not None
 
 
@@ -191,13 +222,19 @@ def _names(words: str, name: str) -> bool:
 
 
 def closest(name: str, known: Iterable[str]) -> str:
-    """A hint with the closest known name, or with all of them where they are few."""
+    """A hint with the closest known name, or with all of them where they are few.
+
+    Up to eight names are listed; else the closest one, if any is near.
+    """
     names = [str(item) for item in known]
     return did_you_mean(name, names) or Suggestion("known: " + ", ".join(names) if 0 < len(names) <= 8 else "")
 
 
 def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:
-    """A choice by type; with a single type there is nothing to choose."""
+    """A choice by type; with a single type there is nothing to choose.
+
+    `branches` has one subtree for each type, in the order of the options.
+    """
     if decision is None or len(branches) == 1:
         return branches[0]
     return Choice(decision, tuple(branches))
@@ -205,13 +242,19 @@ def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:
 
 @dataclass(frozen=True)
 class Unstated:
-    """What a type counts with in a field that it does not state: no option of anything."""
+    """What a type counts with in a field that it does not state: no option of anything.
+
+    A default of the schema; a decision is only made of what the file states.
+    """
 
     value: Any
 
 
 def stated(model: Any, field_name: str, section: Any = None) -> Any:
-    """The options that a model (or a `section` of it) states for a field, its default, or None."""
+    """The options that a model (or a `section` of it) states for a field, its default, or None.
+
+    `Unstated` marks a default that the file does not mention, so that it becomes no option.
+    """
     holder = model if section is None else section
     found = getattr(holder, field_name)
     given = holder.model_fields_set if isinstance(holder, BaseModel) else ()
@@ -301,7 +344,11 @@ class FieldReader:
 def by_machine(
     ledger: Ledger, processors: Sequence[Processor], name: str, processor: Tree
 ) -> Callable[[Mapping[str, Tree], Path], Tree]:
-    """Figures per processor type for thread `name`, which runs on `processor`: a tree of processor indices, or None."""
+    """Figures per processor type for thread `name`, which runs on `processor`: a tree of processor indices, or None.
+
+    The returned function takes figures by processor type (or ``TYPE/GROUP``) and the place in the file; types without a
+    figure go to `ledger`.
+    """
 
     def make(subtrees: Mapping[str, Tree], path: Path) -> Tree:
         missing: dict[str, str] = {}
@@ -342,5 +389,8 @@ def by_machine(
 
 
 def per_processor_type(subtrees: Mapping[str, Tree], path: Path) -> Tree:
-    """Figures per processor type of a virtual bus: who runs it is known for each connection only."""
+    """Figures per processor type of a virtual bus: who runs it is known for each connection only.
+
+    Resolved by `PerProcessorType` when a connection is evaluated.
+    """
     return PerProcessorType(dict(subtrees))

@@ -66,7 +66,10 @@ def checked(*, also: Collection[str] = (), **checks: Check) -> Callable[[F], F]:
 
 
 def nearest(text: str, known: Iterable[str]) -> str:
-    """`` (did you mean "seed"?)``, or all that there are: what follows a text that is none of them."""
+    """`` (did you mean "seed"?)``, or all that there are: what follows a text that is none of them.
+
+    Used behind a message about an unknown word; case does not count.
+    """
     names = list(known)
     close = get_close_matches(text.lower(), [name.lower() for name in names], 1)
     match = [name for name in names if name.lower() in close]
@@ -87,7 +90,10 @@ def refuse(name: str, expected: str, value: object) -> NoReturn:
 
 @dataclass(frozen=True)
 class Whole:
-    """A whole number from `least` to `most`; also one of numpy. None where it may be left out."""
+    """A whole number from `least` to `most`; also one of numpy. None where it may be left out.
+
+    Called with the keyword's name and its value; raises `UsageError` for anything else.
+    """
 
     least: int
     most: int
@@ -111,7 +117,10 @@ class Whole:
 
 @dataclass(frozen=True)
 class Word:
-    """One of some words."""
+    """One of some words.
+
+    Called with the keyword's name and its value; raises `UsageError` with the nearest word.
+    """
 
     words: tuple[str, ...]
 
@@ -136,13 +145,19 @@ def respelt(value: Any, words: Collection[str]) -> Any:
 
 
 def hint(text: str, words: Collection[str]) -> str:
-    """`` (did you mean "worst"?)``, or "" where none is close."""
+    """`` (did you mean "worst"?)``, or "" where none is close.
+
+    For messages that do not list all words.
+    """
     found = nearest(text, words)
     return found if found.startswith(" (did") else ""
 
 
 def flag(name: str, value: Any) -> bool:
-    """True or False, also those of numpy."""
+    """True or False, also those of numpy.
+
+    Raises `UsageError` for anything else, 0 and 1 included.
+    """
     if type(value).__name__ not in BOOLEANS:
         refuse(name, "True or False", value)
     return bool(value)
@@ -154,7 +169,10 @@ def optional_flag(name: str, value: Any) -> bool | None:
 
 
 def text(name: str, value: Any) -> str:
-    """A text."""
+    """A text.
+
+    Raises `UsageError` for anything else.
+    """
     if not isinstance(value, str):
         refuse(name, "a text", value)
     return value
@@ -166,7 +184,10 @@ def optional_text(name: str, value: Any) -> str | None:
 
 
 def texts(name: str, value: Any) -> tuple[str, ...]:
-    """One text, or several."""
+    """One text, or several.
+
+    A tuple; raises `UsageError` for mappings and for items that are no texts.
+    """
     several = (value,) if isinstance(value, str) else value
     if isinstance(several, Mapping) or not isinstance(several, Iterable):
         refuse(name, "a text, or several", value)
@@ -177,7 +198,10 @@ def texts(name: str, value: Any) -> tuple[str, ...]:
 
 
 def named_texts(name: str, value: Any) -> Mapping[str, str] | None:
-    """Texts by name, or None."""
+    """Texts by name, or None.
+
+    Raises `UsageError` for anything but a mapping from text to text.
+    """
     if value is not None and not (
         isinstance(value, Mapping) and all(isinstance(part, str) for pair in value.items() for part in pair)
     ):
@@ -186,7 +210,10 @@ def named_texts(name: str, value: Any) -> Mapping[str, str] | None:
 
 
 def path(name: str, value: Any) -> str | os.PathLike[str]:
-    """A path."""
+    """A path.
+
+    Text or `os.PathLike`; raises `UsageError` for anything else and for a NUL in it.
+    """
     if not isinstance(value, str | os.PathLike) or "\0" in os.fspath(value):
         refuse(name, "a path", value)
     return value
@@ -198,7 +225,10 @@ def optional_path(name: str, value: Any) -> str | os.PathLike[str] | None:
 
 
 def paths(name: str, value: Any) -> tuple[str | os.PathLike[str], ...]:
-    """One path, or several."""
+    """One path, or several.
+
+    A tuple; raises `UsageError` for mappings and for items that are no paths.
+    """
     several = (value,) if isinstance(value, str | os.PathLike) else value
     if isinstance(several, Mapping) or not isinstance(several, Iterable):
         refuse(name, "a path, or several", value)
@@ -206,7 +236,10 @@ def paths(name: str, value: Any) -> tuple[str | os.PathLike[str], ...]:
 
 
 def lengths(name: str, value: Any) -> Mapping[str, int] | None:
-    """Whole numbers by name, or None; how many there may be is for the verb to say."""
+    """Whole numbers by name, or None; how many there may be is for the verb to say.
+
+    Raises `UsageError` for values outside 0 .. 10¹².
+    """
     if value is None:
         return None
     if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
@@ -242,14 +275,21 @@ PROBLEM = InstanceOf(("Problem",), "a problem or the path of its file", (*PATHS,
 
 
 def call(name: str, value: Any) -> Callable[..., Any] | None:
-    """Something to call, or None."""
+    """Something to call, or None.
+
+    Raises `UsageError` for what cannot be called.
+    """
     if value is not None and not callable(value):
         refuse(name, "a function", value)
     return cast("Callable[..., Any] | None", value)
 
 
 def span(name: str, value: Any) -> float | None:
-    """A positive number of seconds of a `Span`, or None."""
+    """A positive number of seconds of a `Span`, or None.
+
+    In seconds, from a number, a ``timedelta`` or text such as ``2 min``. Raises `UsageError` for anything else, and for
+    0 and less.
+    """
     words = 'a positive time: seconds, a timedelta, or text such as "2 min"'
     if value is None:
         return None
@@ -270,7 +310,10 @@ def span(name: str, value: Any) -> float | None:
 
 
 def time_limit(given: Span | None) -> TimeLimit:
-    """The limit that begins now and lasts a `Span`; none for None."""
+    """The limit that begins now and lasts a `Span`; none for None.
+
+    A `TimeLimit` on the monotonic clock; raises `UsageError` as `span` does.
+    """
     return TimeLimit.after(span("time_limit_s", given))
 
 
@@ -294,7 +337,10 @@ def read_span(text: str) -> float:
 
 
 def duration(name: str, value: Any) -> str | None:
-    """A time of the system as text with its unit; a ``timedelta`` becomes one."""
+    """A time of the system as text with its unit; a ``timedelta`` becomes one.
+
+    In whole microseconds for a ``timedelta``; raises `UsageError` for a number without a unit.
+    """
     if isinstance(value, timedelta):
         return f"{value // timedelta(microseconds=1)} us"
     if value is not None and not isinstance(value, str):
@@ -303,7 +349,10 @@ def duration(name: str, value: Any) -> str | None:
 
 
 def share(name: str, value: Any) -> Fraction:
-    """A share above 0 and below 1: a number, or text such as ``10 %``."""
+    """A share above 0 and below 1: a number, or text such as ``10 %``.
+
+    An exact fraction; raises `UsageError` for anything else.
+    """
     words = 'a share above 0 and below 100 %, such as 0.1 or "10 %"'
     found: Fraction | None = None
     if isinstance(value, str):

@@ -112,7 +112,10 @@ def did_you_mean(name: str, known: Iterable[str], likeness: float = 0.6) -> Sugg
 
 
 def in_order(findings: Iterable[Diagnostic], files: Sequence[str]) -> list[Diagnostic]:
-    """Findings by file, in the order given, other files behind them; then by line and column."""
+    """Findings by file, in the order given, other files behind them; then by line and column.
+
+    A new list; `files` are names in the order of inclusion.
+    """
     order = {file: number for number, file in enumerate(files)}
     return sorted(findings, key=lambda item: (order.get(item.file, len(order)), item.file, item.line, item.column))
 
@@ -134,17 +137,20 @@ class DseError(Exception):
 
 
 class Wording:
-    """Whether messages speak of options, as the command line has them; of keywords of Python else."""
+    """Whether messages speak of options, as the command line has them; of keywords of Python else.
+
+    Set by `dse.cli.main.run` around a command; messages are written with options and translated for Python.
+    """
 
     options = False
 
 
-def with_keywords(text: str) -> str:
+def _with_keywords(text: str) -> str:
     """A message about options as one about the keywords of Python.
 
     Commands, in backquotes, stay what they are.
 
-    >>> with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
+    >>> _with_keywords("--max-jitter 20: expected a limit; `dse solve --json r.json` writes one")
     'max_jitter 20: expected a limit; `dse solve --json r.json` writes one'
     """
     option = r"(`[^`]*`)|(?<![\w-])--([a-z]+(?:-[a-z]+)*)"
@@ -167,7 +173,7 @@ class UsageError(DseError):
     def __str__(self) -> str:
         """The message, which speaks of options on the command line alone."""
         text = super().__str__()
-        return text if Wording.options else with_keywords(text)
+        return text if Wording.options else _with_keywords(text)
 
 
 @contextmanager
@@ -208,16 +214,25 @@ class ProblemError(DseError):
 
 
 class TooLargeError(DseError):
-    """The figures are such that sums leave the range of exact arithmetic; says which."""
+    """The figures are such that sums leave the range of exact arithmetic; says which.
+
+    Exit code 3: the problem must be stated with coarser figures.
+    """
 
     exit_code = EXIT_INVALID
 
 
 class UncheckedError(DseError):
-    """Requirements of the problem cannot be compared with anything, so that nothing can be proved; says which."""
+    """Requirements of the problem cannot be compared with anything, so that nothing can be proved; says which.
+
+    Exit code 3; the message names each requirement with the reason.
+    """
 
     exit_code = EXIT_INVALID
 
 
 class RefereeError(AssertionError):
-    """The solver's figures and the analysis disagree: a bug of ours, never the user's."""
+    """The solver's figures and the analysis disagree: a bug of ours, never the user's.
+
+    The run stops with both figures; please report it with the problem file.
+    """

@@ -49,7 +49,10 @@ def needed_for(what: str, extra: str) -> Iterator[None]:
 
 
 def is_installed(extra: str) -> bool:
-    """Whether the library of an extra is there; it is not imported."""
+    """Whether the library of an extra is there; it is not imported.
+
+    `extra` is one of `EXTRAS`, such as ``plots`` or ``ros``.
+    """
     return find_spec(EXTRAS[extra][1]) is not None
 
 

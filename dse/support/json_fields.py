@@ -23,7 +23,10 @@ from typing import Annotated, Any, Final, TypeAlias
 
 
 class Mark(Enum):
-    """How values are written, where their type does not say it."""
+    """How values are written, where their type does not say it.
+
+    Used in `Annotated` of a field, such as ``Annotated[Fraction, NULL, "text"]``; the codec reads it.
+    """
 
     FIGURE = auto()
     COUNT = auto()

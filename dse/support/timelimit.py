@@ -22,11 +22,14 @@ GRACE = 0.1
 """A limit is kept to this share of it, or to a second where that is more."""
 A_TICK_S = 1e-9
 A_MOMENT_S = 0.5
-"""So long may take what an answer is nothing without, also where a short limit was over before it began."""
+"""The least time for steps without which there is no answer, also where a short limit was over before they began."""
 
 
 class OutOfTime(DseError):
-    """The time was up, or whoever asked was stopped, before the answer was known."""
+    """The time was up, or whoever asked was stopped, before the answer was known.
+
+    Exit code 5; caught where a partial answer is possible.
+    """
 
     exit_code = EXIT_INCOMPLETE
 
@@ -46,17 +49,26 @@ class TimeLimit:
 
     @classmethod
     def after(cls, seconds: float | None) -> TimeLimit:
-        """A limit that begins now."""
+        """A limit that begins now.
+
+        `seconds` None gives `NEVER`; the clock is `time.monotonic`.
+        """
         return cls() if seconds is None else cls(seconds, time.monotonic() + seconds)
 
     @property
     def left_s(self) -> float:
-        """The seconds that are left; infinite without a limit."""
+        """The seconds that are left; infinite without a limit.
+
+        At least 0.
+        """
         return math.inf if self.deadline is None else max(0.0, self.deadline - time.monotonic())
 
     @property
     def rest_s(self) -> float | None:
-        """The seconds that are left, None without a limit: what another limit can be made of, which is never 0."""
+        """The seconds that are left, None without a limit: what another limit can be made of, which is never 0.
+
+        At least `A_TICK_S`, because a limit of 0 s would mean none to some libraries.
+        """
         return None if self.deadline is None else max(self.left_s, A_TICK_S)
 
     @property
@@ -76,14 +88,20 @@ class TimeLimit:
             raise OutOfTime
 
     def for_the_last_steps(self) -> TimeLimit:
-        """The limit, extended by half of its tolerance, for work that completes an answer that exists."""
+        """The limit, extended by half of its tolerance, for work that completes an answer that exists.
+
+        The tolerance is a share `GRACE` of the limit, at least 1 s.
+        """
         if self.seconds is None or self.deadline is None:
             return self
         more = max(1.0, GRACE * self.seconds) / 2
         return TimeLimit(self.seconds + more, self.deadline + more)
 
     def for_what_is_needed(self) -> TimeLimit:
-        """The limit, but at least a moment from now: loading libraries may take longer than a short limit."""
+        """The limit, but at least a moment from now: loading libraries may take longer than a short limit.
+
+        At least `A_MOMENT_S` from now; for steps without which there is no answer at all.
+        """
         last = self.for_the_last_steps()
         if last.seconds is None or last.deadline is None:
             return last
@@ -91,18 +109,27 @@ class TimeLimit:
         return TimeLimit(last.seconds + more, last.deadline + more)
 
     def sparing(self, seconds: float) -> TimeLimit:
-        """The limit, earlier by `seconds` or by a quarter of it, to leave time for writing the answer."""
+        """The limit, earlier by `seconds` or by a quarter of it, to leave time for writing the answer.
+
+        A new limit; the search ends there, and the answer is written within the whole limit.
+        """
         if self.seconds is None or self.deadline is None:
             return self
         less = min(seconds, self.seconds / 4)
         return TimeLimit(self.seconds - less, self.deadline - less)
 
     def sparing_for_the_answer(self) -> TimeLimit:
-        """The limit, earlier by half of the time spent so far: what took long to read takes long to report."""
+        """The limit, earlier by half of the time spent so far: what took long to read takes long to report.
+
+        A new limit, at most a quarter earlier.
+        """
         return self if self.seconds is None else self.sparing((self.seconds - self.left_s) / 2)
 
     def at_most(self, seconds: float) -> TimeLimit:
-        """What is left, but no more than so many seconds from now."""
+        """What is left, but no more than so many seconds from now.
+
+        A new limit; `seconds` may be infinite.
+        """
         return TimeLimit.after(min(seconds, self.left_s))
 
 
@@ -127,7 +154,10 @@ def until(limit: TimeLimit | float | None) -> Iterator[None]:
 
 
 def in_force() -> TimeLimit:
-    """The limit that is in force here, as one that begins now."""
+    """The limit that is in force here, as one that begins now.
+
+    `NEVER` outside of `until`.
+    """
     deadline = _DEADLINE.get()
     return NEVER if deadline is None else TimeLimit(max(0.0, deadline - time.monotonic()), deadline)
 

@@ -21,7 +21,10 @@ MOST_LEAVES = 100_000
 
 
 class TooLarge(Exception):
-    """A formula depends on too many combinations of options, or its figures are too large to add; says which."""
+    """A formula depends on too many combinations of options, or its figures are too large to add; says which.
+
+    The second proof is then left open, and says so.
+    """
 
 
 class _NoDesign:
@@ -36,14 +39,20 @@ NO_DESIGN = _NoDesign()
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """`branches[k]` is what follows when `decision` takes the k-th of its allowed options."""
+    """`branches[k]` is what follows when `decision` takes the k-th of its allowed options.
+
+    An ordered decision diagram; leaves are values or `NO_DESIGN`.
+    """
 
     decision: int
     branches: tuple[Any, ...]
 
     @cached_property
     def looked_at(self) -> list[int]:
-        """The decisions that it looks at, in their order."""
+        """The decisions that it looks at, in their order.
+
+        Ascending indices.
+        """
         return sorted(scope(self))
 
     @cached_property
@@ -56,7 +65,10 @@ Diagram: TypeAlias = Any  # a Node, or a leaf
 
 
 class Diagrams:
-    """Makes diagrams over a space; nodes with the same branches are the same object."""
+    """Makes diagrams over a space; nodes with the same branches are the same object.
+
+    Reduced diagrams: no two nodes are equal, and none has equal branches only.
+    """
 
     def __init__(self, space: Space) -> None:
         self.space = space
@@ -107,14 +119,20 @@ class Diagrams:
         return self._nodes.setdefault((decision, key), Node(decision, branches))
 
     def mapped(self, diagram: Diagram, change: Callable[[Any], Any]) -> Diagram:
-        """The diagram with its leaves changed."""
+        """The diagram with its leaves changed.
+
+        Shared nodes stay shared.
+        """
         return changed(diagram, change, self.node)
 
 
 def changed(
     diagram: Diagram, change: Callable[[Any], Any], node: Callable[[int, tuple[Any, ...]], Diagram] = Node
 ) -> Diagram:
-    """A diagram with its leaves changed; `node` makes its nodes."""
+    """A diagram with its leaves changed; `node` makes its nodes.
+
+    Recursive over shared nodes, each visited once.
+    """
     seen: dict[int, Any] = {}
 
     def walk(item: Diagram) -> Diagram:
@@ -128,7 +146,10 @@ def changed(
 
 
 def scope(diagram: Diagram) -> frozenset[int]:
-    """The decisions that a diagram looks at."""
+    """The decisions that a diagram looks at.
+
+    Indices of decisions.
+    """
     return frozenset(node.decision for node in nodes(diagram))
 
 
@@ -145,7 +166,10 @@ def nodes(diagram: Diagram) -> Iterator[Node]:
 
 
 def leaves(diagram: Diagram) -> list[Any]:
-    """The leaves that are designs; may repeat."""
+    """The leaves that are designs; may repeat.
+
+    Leaves `NO_DESIGN` are left out.
+    """
     if not isinstance(diagram, Node):
         return [] if diagram is NO_DESIGN else [diagram]
     return [
@@ -157,7 +181,10 @@ def leaves(diagram: Diagram) -> list[Any]:
 
 
 def reached(diagram: Diagram, left: Sequence[Sequence[int]] | Mapping[int, Sequence[int]]) -> set[Any]:
-    """The leaves that some of the options that are `left` lead to: their positions, for each decision."""
+    """The leaves that some of the options that are `left` lead to: their positions, for each decision.
+
+    `left` has for each decision the positions of its options that may be chosen.
+    """
     seen: set[Node] = set()
     found: set[Any] = set()
     stack = [diagram]

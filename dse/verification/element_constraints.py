@@ -27,7 +27,10 @@ class Lookups:
         self._ends: dict[int, tuple[int, int]] = {}
 
     def value(self, diagram: Diagram) -> Any:
-        """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only."""
+        """The leaf that the chosen options lead to: a variable, or a number where there is one leaf only.
+
+        Variables are made once for each node; raises `OutOfTime` at the time limit.
+        """
         if not isinstance(diagram, Node):
             return int(diagram)
         if diagram.decision in self.given:
@@ -50,6 +53,6 @@ class Lookups:
         return self._ends[id(diagram)] if isinstance(diagram, Node) else (int(diagram), int(diagram))
 
     def variable(self, diagram: Diagram) -> Any:
-        """The same, always as a variable."""
+        """The value of a diagram as a variable of the model, also where it is constant."""
         found = self.value(diagram)
         return self.model.new_constant(found) if isinstance(found, int) else found

@@ -23,12 +23,18 @@ MOST_ROWS = 3_000_000
 
 
 class TooMany(Exception):
-    """The space has more combinations than are looked at one by one."""
+    """The space has more combinations than are looked at one by one.
+
+    The other method of the second proof is tried, or the claim is left open.
+    """
 
 
 @dataclass(frozen=True)
 class Exhaustion:
-    """All feasible designs (inactive decisions marked), their objectives (minimised), and how many were looked at."""
+    """All feasible designs (inactive decisions marked), their objectives (minimised), and how many were looked at.
+
+    Integer arrays with one row for each design: options, and objectives in counting units.
+    """
 
     designs: Ints
     vectors: Ints

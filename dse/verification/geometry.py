@@ -22,7 +22,10 @@ def uncovered(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -
 
 
 def open_parts(points: Sequence[Bound], regions: Sequence[Bound], outer: Bound) -> list[Bound]:
-    """The maximal parts of everything below `outer` that lie in no region and that no point covers."""
+    """The maximal parts of everything below `outer` that lie in no region and that no point covers.
+
+    Upper corners, in counting units; an empty list means that points and regions cover everything.
+    """
     parts = [] if _within(outer, regions) else [outer]
     for point in points:
         look_at_the_clock()
@@ -47,7 +50,10 @@ def inside(point: Bound, region: Bound) -> bool:
 
 
 def covers(one: Bound, other: Bound) -> bool:
-    """Whether `one` is as good as `other`, or better, in every objective."""
+    """Whether `one` is as good as `other`, or better, in every objective.
+
+    Weak dominance; equal points cover each other.
+    """
     return _below(one, other)
 
 

@@ -181,7 +181,10 @@ class SecondModel:
         return Reply("none")
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
-        """A design with these objectives that comes before `design` in the order of the file."""
+        """A design with these objectives that comes before `design` in the order of the file.
+
+        A `Reply`; *none* confirms that the result shows the first design of the point.
+        """
         places = self._earlier.places(vector, design)
         if not places:
             return Reply("none")
@@ -224,7 +227,10 @@ class SecondModel:
         return bool(status == cp_model.INFEASIBLE)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
-        """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
+        """A design with objectives below `below` that differs from each known one in some of the decisions `among`.
+
+        A `Reply`; *none* proves that a list of further designs is complete.
+        """
 
         def ask(model: cp_model.CpModel) -> None:
             for axis, bound in enumerate(below):

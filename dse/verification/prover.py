@@ -22,7 +22,10 @@ FEW = 200_000
 
 
 class Prover(Protocol):
-    """Answers questions about the feasible designs of a space; objectives are to be minimised."""
+    """Answers questions about the feasible designs of a space; objectives are to be minimised.
+
+    Implemented by `AllDesigns` (exhaustion) and `AskedModel` (a second model).
+    """
 
     @property
     def words(self) -> str:
@@ -47,20 +50,32 @@ class Prover(Protocol):
         ...
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
-        """A design with these objectives that comes before `design` in the order of the file."""
+        """A design with these objectives that comes before `design` in the order of the file.
+
+        A `Reply` with the design, a proof of none, or unknown.
+        """
         ...
 
     def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether it is easily proved of several at once that `earlier_design` finds none."""
+        """Whether it is easily proved of several at once that `earlier_design` finds none.
+
+        True is a proof for every pair of a vector and a design; False says nothing.
+        """
         ...
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
-        """A design with objectives below `below` that differs from each known one in some of the decisions `among`."""
+        """A design with objectives below `below` that differs from each known one in some of the decisions `among`.
+
+        Bounds are exclusive, in counting units; `among` are indices of decisions.
+        """
         ...
 
 
 class AllDesigns:
-    """Every feasible design, looked at one by one."""
+    """Every feasible design, looked at one by one.
+
+    Arrays of `Exhaustion` are filtered; every answer is a proof.
+    """
 
     def __init__(self, found: Exhaustion, compared: int) -> None:
         self.found = found
@@ -84,7 +99,11 @@ class AllDesigns:
         from_on: Sequence[int | None] | None = None,
         given: tuple[int, int] | None = None,
     ) -> Reply:
-        """See `Prover`."""
+        """The first design with objectives below `below` and not below `from_on`, or a proof of none.
+
+        None stands for no bound; with `given`, a pair (decision, option), only designs that have the option or do not
+        use the decision count.
+        """
         mask = np.ones(len(self.found.vectors), dtype=bool)
         for axis, bound in enumerate(below):
             if bound is not None:
@@ -97,17 +116,26 @@ class AllDesigns:
         return self._first(mask)
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
-        """See `Prover`."""
+        """A design with these objectives that comes before `design` in the order of the file, or a proof of none.
+
+        Only the decisions that results claim are compared.
+        """
         reply = self._first((self.found.vectors == np.array(vector, dtype=np.int64)).all(axis=1))
         end = self.compared
         return reply if reply.answer == "design" and reply.design[:end] < design[:end] else Reply("none")
 
     def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """See `Prover`."""
+        """Whether `earlier_design` finds none for each of several claims.
+
+        Pairs of an objective vector and a design; exact.
+        """
         return all(self.earlier_design(vector, design).answer == "none" for vector, design in claims)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
-        """See `Prover`."""
+        """A design with objectives below `below` that differs from each known one in some of the decisions `among`.
+
+        Bounds are exclusive, in counting units; without such a design the reply is a proof.
+        """
         mask = np.array((self.found.vectors < np.array(below, dtype=np.int64)).all(axis=1))
         for design in known:
             chosen = np.array([design[index] for index in among], dtype=np.int64)
@@ -159,5 +187,8 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
 
 
 def outer_bound(tables: Tables) -> tuple[int, ...]:
-    """Exclusive upper bounds of the objectives, whatever the design."""
+    """Exclusive upper bounds of the objectives, whatever the design.
+
+    In counting units; the region below it contains every design.
+    """
     return tuple(total.high // divisor + 1 for total, divisor in tables.objectives)

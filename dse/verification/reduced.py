@@ -33,7 +33,7 @@ SHARE_OF_CORES = 2
 
 
 MOST_LESSONS = 40
-"""So often a smaller question that has a solution is asked again with a row that refuses it."""
+"""The greatest number of times that a smaller question with a solution is asked again, with a row against it."""
 
 PATIENCE = 4
 """After so many attempts at pooled cores each core is asked for by itself; without cores after one."""
@@ -41,7 +41,10 @@ PATIENCE = 4
 
 @dataclass(frozen=True)
 class Row:
-    """The sum of `parts`, diagrams of integers, is at most `most`."""
+    """The sum of `parts`, diagrams of integers, is at most `most`.
+
+    Integers; a region is empty where the rows admit no combination of options.
+    """
 
     parts: tuple[Diagram, ...]
     most: int
@@ -84,14 +87,17 @@ class Reduction:
         self.tables = tables
         self.rows = [holds(diagram) for _, diagram in tables.conditions]
         for bound in tables.bounds:
-            self.rows += rows_of(bound.sum, 0)
+            self.rows += _rows_of(bound.sum, 0)
         self.left = [list(range(len(options))) for options in tables.allowed]
         self.using = by_decision(self.rows)
         """The rows that look at each decision."""
         self.is_empty = not narrow(self.rows, self.left, self.rows, self.using)
 
     def lesson(self, chosen: Left) -> Row | None:
-        """A row that these positions break, for their threads do not fit on cores; all designs keep it from then on."""
+        """A row that these positions break, for their threads do not fit on cores; all designs keep it from then on.
+
+        None where the threads fit, or where that is not known.
+        """
         for table in self.tables.cores:
             found = crowd(table, chosen, self.left)
             if found is not None:
@@ -101,7 +107,10 @@ class Reduction:
         return None
 
     def region(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> ReducedRegion:
-        """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound)."""
+        """The smaller question of a region: objectives below `below` and not below `from_on` (None: no bound).
+
+        Bounds are exclusive above and inclusive below, in counting units.
+        """
         more = self.rows_in(below, from_on)
         rows, left = [*self.rows, *more], [list(options) for options in self.left]
         is_empty = self.is_empty or not narrow(rows, left, more, by_decision(more, self.using))
@@ -117,7 +126,7 @@ class Reduction:
         more = []
         for (total, divisor), bound in zip(self.tables.objectives, below, strict=True):
             if bound is not None:
-                more += rows_of(total, (bound - 1) * divisor)
+                more += _rows_of(total, (bound - 1) * divisor)
         for (total, divisor), bound in zip(self.tables.objectives, from_on or (), strict=False):
             if bound is not None and not total.extremes and not total.is_open:
                 more.append(Row(tuple(_times(part, -1) for part in total.parts), -bound * divisor))
@@ -152,7 +161,10 @@ class ReducedRegion:
         self._forms = [] if levels is None else [add_pools, add_levels]  # those that were not asked yet
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
-        """Whether it can be shown, with so much deterministic time, that there is no solution."""
+        """Whether it can be shown, with so much deterministic time, that there is no solution.
+
+        True is a proof; False means a solution, or no answer within `limit` and `deadline`.
+        """
         if self.is_empty or self._has_solution:
             return self.is_empty
         if self._parts:
@@ -161,7 +173,7 @@ class ReducedRegion:
             rows, left = [row for row in self.rows if may_break(row, self.left)], [list(item) for item in self.left]
             if not self.is_easy:
                 leave_out_dominated(rows, left)
-            self._model, self._options = reduced_model(rows, left)
+            self._model, self._options = _reduced_model(rows, left)
         most = limit * SHARE_OF_CORES if self._ways is PACKING else limit
         status, solver = attempted(self._model, deadline, most, self._attempts, self._ways)
         self._attempts += 1
@@ -171,7 +183,7 @@ class ReducedRegion:
         if self._goes_on(status):
             self._parts = [] if self.levels is None else self._by_type(self.levels)
             if not self._parts:
-                self._model, _ = reduced_model(self.rows, self.left, self.levels, self._forms.pop(0))
+                self._model, _ = _reduced_model(self.rows, self.left, self.levels, self._forms.pop(0))
                 self._attempts = 0
                 self._ways = PACKING
             return self.is_refuted(limit, deadline)
@@ -196,7 +208,7 @@ class ReducedRegion:
         return bool(self._forms) and (is_open or status in (cp_model.OPTIMAL, cp_model.FEASIBLE))
 
     def _by_type(self, levels: Levels) -> list[ReducedRegion]:
-        """The same for each type of a processor that has several left; nothing where none has."""
+        """A reduced region for each type of a processor that has several types left; empty where none has."""
         decision = next((item for item in levels.types if len(self.left[item]) > 1), None)
         found = []
         for option in self.left[decision] if decision is not None else ():
@@ -215,7 +227,7 @@ class ReducedRegion:
         return self.is_empty
 
 
-def rows_of(total: Sum, most: int) -> list[Row]:
+def _rows_of(total: Sum, most: int) -> list[Row]:
     """Rows that hold wherever a sum is at most `most`: of a greatest value one more for each that it may be."""
     if not total.never_falls:
         return []
@@ -265,7 +277,10 @@ def narrow(
 
 
 def may_break(row: Row, left: Left) -> bool:
-    """Whether a row is too large with some of the options that are left: else it says nothing of them."""
+    """Whether a row is too large with some of the options that are left: else it says nothing of them.
+
+    Judged by the greatest value of each part by itself.
+    """
     alone = sum(max(values[option] for option in left[decision]) for decision, values in row.alone.items())
     return row.constant + alone + sum(remainder(part, left).greatest for part in row.deep) > row.most
 
@@ -289,7 +304,10 @@ def by_decision(rows: Sequence[Row], known: Mapping[int, Sequence[Row]] | None =
 
 
 def leave_out_dominated(rows: Sequence[Row], left: list[list[int]]) -> None:
-    """Leave out each option for which there is another that is nowhere larger."""
+    """Leave out each option for which there is another that is nowhere larger.
+
+    `left` is changed in place; an option that is never larger in any row makes the other one superfluous.
+    """
     for decision, here in by_decision(rows).items():
         look_at_the_clock()
         for option in list(left[decision]):
@@ -323,7 +341,7 @@ def _times(diagram: Diagram, factor: int) -> Diagram:
 # The model of a smaller question: its rows with the options that are left, and rows of cores where these are asked.
 
 
-def reduced_model(
+def _reduced_model(
     rows: Sequence[Row],
     left: Sequence[Sequence[int]],
     levels: Levels | None = None,
@@ -384,7 +402,10 @@ def _add_in_steps(
 
 
 class RemainingOptions:
-    """What is left of each decision, as the position of an option and as literals, each where it is asked for."""
+    """What is left of each decision, as the position of an option and as literals, each where it is asked for.
+
+    Variables are made on first use, and the two forms are linked where both exist.
+    """
 
     def __init__(self, model: cp_model.CpModel, left: Sequence[Sequence[int]]) -> None:
         self.model, self.left = model, left

@@ -17,7 +17,10 @@ Left: TypeAlias = Sequence[Sequence[int]]
 
 
 class Remainder:
-    """A diagram that looks at several decisions, with the options that are left of these."""
+    """A diagram that looks at several decisions, with the options that are left of these.
+
+    Least and greatest leaves are computed once for each set of options.
+    """
 
     def __init__(self, diagram: Node, left: Mapping[int, Sequence[int]]) -> None:
         self.diagram = diagram

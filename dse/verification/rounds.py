@@ -16,7 +16,7 @@ from dse.verification.solver_calls import Outcome, SolverWay, Ways, ask, attempt
 MOVING = 0.1
 """Deterministic time for other cores of a solution whose threads wait longer than it says."""
 MOST_MOVES = 20
-"""So many times, each with what was learnt from the one before."""
+"""The greatest number of such attempts, each with what was learnt from the one before."""
 IS_HARD = 2
 """A question that took so many attempts of each way says which way to favour."""
 
@@ -33,7 +33,10 @@ class Favourite:
         return [*ways[first:], *ways[:first]]
 
     def answered(self, ways: Ways, attempt: int) -> int:
-        """Take note of which attempt answered; where the next round begins."""
+        """Take note of which attempt answered; where the next round begins.
+
+        An index into the ways; easy answers change nothing.
+        """
         if attempt < IS_HARD * len(ways):
             return attempt
         self.way = ways[attempt % len(ways)]
@@ -70,7 +73,10 @@ class Rounds:
         is_refuted: Callable[[float], bool] | None,
         most: int | None = None,
     ) -> Outcome:
-        """An answer of the solver to the model of the next round; unknown at the deadline, or after `most` attempts."""
+        """An answer of the solver to the model of the next round; unknown at the deadline, or after `most` attempts.
+
+        The hint is the last solution, and some rounds keep its cores only.
+        """
         size = min(len(self._hint), len(model.proto.variables))
         model.proto.solution_hint.vars.extend(range(size))
         model.proto.solution_hint.values.extend(self._hint[:size])

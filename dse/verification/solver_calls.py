@@ -27,7 +27,7 @@ SHARE_OF_REFUTING = 4
 SHARE_OF_OTHERS = 0.25
 """Where one way is favoured each other has this share of its limit."""
 MOST_STOPS = 500
-"""So often a call is told to stop, each 10 ms."""
+"""The greatest number of times that a call is told to stop, every 10 ms."""
 
 
 class SolverWay(NamedTuple):
@@ -51,16 +51,16 @@ WAYS: Ways = (
     SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1),
 )
 IN_ORDER: Ways = (SolverWay(cp_model.FIXED_SEARCH, 0, 0, plain=True), *WAYS)
-"""Those where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
+"""Ways where a model has an order of decisions: what is asked for first is tried, or refuted, first."""
 BY_ROWS: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True), *WAYS)
-"""Those where rows mostly refute a question at once."""
+"""Ways where rows mostly refute a question at once."""
 WAITING: Ways = (
     SolverWay(cp_model.AUTOMATIC_SEARCH, 0, 1, plain=True),
     SolverWay(cp_model.AUTOMATIC_SEARCH, 1, 0, plain=True),
 )
-"""Those where threads wait for each other: what a solver does before it branches takes longer than most answers."""
+"""Ways where threads wait for each other: what a solver does before it branches takes longer than most answers."""
 PACKING: Ways = (SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 0), SolverWay(cp_model.AUTOMATIC_SEARCH, 2, 1))
-"""Those where threads are put on cores: of what fills them to the brim only the relaxation tells (record 10)."""
+"""Ways where threads are put on cores: of what fills them to the brim only the relaxation tells (record 10)."""
 
 Outcome: TypeAlias = tuple[Any, cp_model.CpSolver | None]
 """A status, and the solver that has values for it."""
@@ -110,7 +110,10 @@ def attempted(
     attempt: int = 0,
     ways: Ways = WAYS,
 ) -> Outcome:
-    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown."""
+    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown.
+
+    A pair of the solver's status and, with a solution, the solver.
+    """
     if is_over(deadline):
         return cp_model.UNKNOWN, None
     way = ways[attempt % len(ways)]
@@ -131,7 +134,10 @@ def attempted(
 
 
 def other_solver() -> cp_model.CpSolver:
-    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 6)."""
+    """A solver with settings of its own, without the steps of OR-tools 9.15 that are wrong (decision record 6).
+
+    One worker, fixed seed, no presolve: settings that the search does not use.
+    """
     solver = cp_model.CpSolver()
     parameters: Any = solver.parameters
     parameters.num_workers = 1

@@ -15,7 +15,10 @@ from dse.verification.diagrams import Diagram, leaves
 
 @dataclass(frozen=True)
 class Sum:
-    """The sum of its parts (diagrams of integers), `extremes` and `waits`; `low` and `high` bound it."""
+    """The sum of its parts (diagrams of integers), `extremes` and `waits`; `low` and `high` bound it.
+
+    Integers; `passages` and `waits` are response times, which no diagram holds.
+    """
 
     parts: tuple[Diagram, ...]
     low: int
@@ -24,7 +27,7 @@ class Sum:
     waits: tuple[tuple[int, int], ...] = ()
     """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
     passages: tuple[tuple[int, int], ...] = ()
-    """The same of what flows take until a component reads, by their positions in the tables' `passages`."""
+    """Times of flows until a component reads, by their places in the tables' `passages`, and how often each counts."""
     floors: tuple[Diagram, ...] = ()
     """Diagrams whose sum these are never less than, as often as they count."""
 
@@ -49,7 +52,10 @@ class Sum:
 
 @dataclass(frozen=True)
 class SumBound:
-    """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others."""
+    """``sum <= 0``; where it is not `exact` it holds of every design that meets the requirement, and of some others.
+
+    A bound that is not exact is checked by the analysis for each solution.
+    """
 
     name: str
     sum: Sum
@@ -125,7 +131,10 @@ class Summands:
 
     @property
     def biggest(self) -> Any:
-        """A bound of its absolute value."""
+        """A bound of its absolute value.
+
+        Exact; waiting is not in it.
+        """
         found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
         return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
 
@@ -150,6 +159,9 @@ class Waits:
     latest: Mapping[int, Diagram]
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:
-        """The time between two jobs of a thread; None where there is one only."""
+        """The time between two jobs of a thread; None where there is one only.
+
+        In ns, exact: the reciprocal of the rate.
+        """
         rate = rate_hz(self.space, ("activation", number), view)
         return NS_PER_S / rate if rate else None

@@ -38,7 +38,7 @@ FEW_DECISIONS = 10
 FEW_LEAVES = 100
 """A response time with more cases than this is judged design by design."""
 FEW_CASES = 300
-"""So is a limit on a figure that holds a response time among others, with more cases than this."""
+"""A limit on a figure with a response time in it and more cases than this is judged design by design."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Tables:
     late: tuple[Limit, ...] = ()
     """Limits on response times that no bound holds: the analysis judges them design by design."""
     loose: tuple[Limit, ...] = ()
-    """Other limits of which bounds hold a part only, and which the analysis judges, too."""
+    """Limits that bounds state in part only; the analysis judges each design as well."""
     cores: tuple[CoreTable, ...] = ()
     """Limits on each core of a processor."""
     places: Mapping[int, Diagram] = field(default_factory=dict)
@@ -77,7 +77,7 @@ class Tables:
 
     @property
     def bounds_are_exact(self) -> bool:
-        """The same of everything but cores."""
+        """Whether the bounds admit exactly the designs that the requirements do, limits on cores left aside."""
         return not self.late and self.waits is None and all(bound.exact for bound in self.bounds)
 
 

@@ -92,7 +92,7 @@ class Chains:
     def _behind(
         self, job: Job, first: Sequence[Job], outside: Sequence[Work], begun: tuple[int, int], *, in_order: bool
     ) -> Fraction | None:
-        """The same where something has `begun`, of another chain or of its own."""
+        """The response time behind something that has `begun`, of another chain or of its own."""
         jobs = (job, *first)
         given = [(self.known.releases(other), self.known.times(other)[1]) for other in jobs]
         inside = [(releases, work) for releases, work in given if releases is not None]

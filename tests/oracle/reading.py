@@ -365,7 +365,7 @@ class Reading:
 
     @cached_property
     def _scheduling(self) -> tuple[Scheduling, set[str]]:
-        """The same, and the decisions that were looked at."""
+        """What runs on each core, and the decisions that were looked at."""
         self.looked_at.append(set())
         return Scheduling(self), self.looked_at.pop()
 
@@ -661,7 +661,7 @@ class Reading:
 
     @cached_property
     def _messages(self) -> tuple[Scheduling, set[str]]:
-        """The same by themselves, and the decisions that were looked at."""
+        """What messages wait for their buses by themselves, and the decisions that were looked at."""
         self.looked_at.append(set())
         return Scheduling(self, only_buses=True), self.looked_at.pop()
 

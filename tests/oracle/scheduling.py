@@ -163,7 +163,7 @@ class Scheduling:
         return play(own, work, [*before, *shares])
 
     def _played_inside(self, job: Job) -> Fraction | None:
-        """The same of a job that shares an OS thread: of an executor one job runs at a time, to its end.
+        """The response time of a job that shares an OS thread: an executor runs one job at a time, to its end.
 
         What goes before the executor preempts all of it.
         """
@@ -281,7 +281,7 @@ class Scheduling:
         return ((1, NS_PER_S / rate) if rate else (2, Fraction(0))), self.threads.index(members[0])
 
     def _place_of_all(self, name: str) -> tuple[tuple[int, Fraction], int]:
-        """The same where what is in a reservation goes as that does."""
+        """The place of a job in the order of priorities; in a reservation it is the place of the reservation."""
         reservation = self.reading.reservation_of(name)
         if reservation is None:
             return self._place(name)

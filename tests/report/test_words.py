@@ -50,6 +50,50 @@ def test_no_description_uses_an_unclear_word(name: str) -> None:
     assert [hit[0] for hit in WORDS.finditer(text)] == []
 
 
+ONE_LINE_PERCENT = 30
+"""At most this share of the public functions, classes and methods says all in one line."""
+LEANING = re.compile(r"The same|That of|Those |See `|So (often|many|much|deep|long)\b")
+"""How a docstring begins that needs the one above it."""
+NOT_READ_YET = ("encode/scheduling", "verification/scheduling")
+"""Folders where a docstring may still lean on its neighbour."""
+
+
+def public_docstrings(tree: ast.AST) -> Iterator[str]:
+    """The docstring of each public function, class and method of a module, "" where there is none."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If | ast.Try):
+            yield from public_docstrings(node)
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield ast.get_docstring(node) or ""
+            if isinstance(node, ast.ClassDef):
+                yield from public_docstrings(node)
+
+
+def modules() -> Iterator[tuple[Path, ast.Module]]:
+    for path in sorted(DSE.rglob("*.py")):
+        if not path.stem.startswith("_") or path.stem == "__init__":
+            yield path, ast.parse(path.read_text(encoding="utf-8"))
+
+
+def test_most_public_docstrings_say_more_than_one_line() -> None:
+    """What is returned, with unit and shape, what is raised, the source: that takes more than a line."""
+    found = [text for _, tree in modules() for text in public_docstrings(tree)]
+    short = sum("\n" not in text.strip() for text in found)
+    assert 100 * short <= ONE_LINE_PERCENT * len(found), f"{short} of {len(found)}"
+
+
+def test_no_docstring_leans_on_its_neighbour() -> None:
+    found = [
+        f"{path.relative_to(DSE)}:{node.lineno}"
+        for path, tree in modules()
+        if not any(path.is_relative_to(DSE / folder) for folder in NOT_READ_YET)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if LEANING.match(str(node.value.value))
+    ]
+    assert found == []
+
+
 def test_the_words_are_found() -> None:
     assert WORDS.search("What each metric hangs on most")
     assert not WORDS.search("The most influential input")

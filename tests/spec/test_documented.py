@@ -111,20 +111,25 @@ CLASSES = {
     "threads": "Thread", "executors": "Executor", "reservations": "Reservation", "connections": "Connection",
     "flows": "Flow", "uncertainty": "Uncertainty", "memories": "Memory", "budgets": "ResourceBudget",
 }  # fmt: skip
-LISTS = {
-    "path",
-    "dispatch_trigger",
-    "segments",
-    "further_buses",
-    "protocols",
-    "samples",
-    "include",
-    "assumptions",
-    "requirements",
-    "rules",
-    "objectives",
+HEADINGS = {
+    "processor_types": ["Processor types"],
+    "bus_types": ["Bus types"],
+    "device_types": ["Devices"],
+    "thread_types": ["Threads", "Devices"],
+    "clocks": ["Clocks and offsets"],
+    "processors": ["Processors"],
+    "buses": ["Buses", "Processors"],
+    "devices": ["Devices"],
+    "threads": ["Threads", "Devices"],
+    "executors": ["Executors"],
+    "reservations": ["Reservations"],
+    "connections": ["Connections"],
+    "flows": ["Flows"],
+    "memories": ["Resource budgets"],
+    "budgets": ["Resource budgets"],
+    "uncertainty": ["Uncertainty"],
 }
-"""Fields in which a list is no choice."""
+"""Where the keys of each section are explained; of several tables the first that has a key."""
 OF_A_MODEL = {"of", "root", "mode", "library"}
 """Keys that name a model: tests/importers has files with them."""
 WORDS = frozenset(
@@ -185,26 +190,48 @@ def test_the_file_states_every_field_and_is_taken(tmp_path: Path) -> None:
     assert taken(data, tmp_path) and VALIDATOR.is_valid(data)
 
 
+@cache
+def keys_under(heading: str) -> dict[str, str]:
+    """The keys that the tables under a heading explain, each with what a list means: options, all, or no."""
+    begin = re.search(rf"^#+ {heading}$", DOCUMENT, re.M)
+    assert begin is not None, heading
+    end = re.search(r"^#+ ", DOCUMENT[begin.end() :], re.M)
+    text = DOCUMENT[begin.end() : begin.end() + end.start() if end else None]
+    found: dict[str, str] = {}
+    columns: list[str] = []
+    for line in (line for line in text.splitlines() if line.startswith("| ")):
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if "key" in cells[0]:
+            columns = cells
+            continue
+        place = columns.index("list") if "list" in columns else None
+        said = cells[place] if place is not None and place < len(cells) else "no"
+        for key in re.findall(r"`(\w+)`", cells[0]):
+            found.setdefault(key, keys_under("Processor types")[key] if said == "as above" else said)
+    return found
+
+
+def of_section(section: str) -> dict[str, str]:
+    """The keys of a section, as its tables explain them."""
+    found: dict[str, str] = {}
+    for heading in HEADINGS[section]:
+        found = {**keys_under(heading), **found}
+    return found
+
+
 @pytest.mark.parametrize("place", places(), ids=".".join)
 def test_a_list_is_taken_where_the_document_says(place: tuple[str, ...], tmp_path: Path) -> None:
     """By the loader and by the schema alike."""
-    told = DOCUMENT[DOCUMENT.index("\nNo options: ") : DOCUMENT.index("## Quantities")]
-    without, lists = (set(re.findall(r"`(\w+)`", part)) for part in told.split(" In\n"))
-    assert lists == LISTS
+    keys = keys_under("Top level") if len(place) == 1 else of_section(place[0])
+    said = keys[place[-1]]
+    assert said in ("options", "all", "no")
     listed = data_of(EVERY_FIELD)
     part = listed
     for key in place[:-1]:
         part = part[key]
     last = place[-1]
-    is_text = not isinstance(part[last], list) and last in ("source", "description", "column", "unit", "name")
     part[last] = part[last] if isinstance(part[last], list) else [part[last]]
-    offers = not is_text and not (
-        place[0] in ("budgets", "memories") or
-        (last in without and (last != "latency" or place[0] == "flows") and place[0] + last != "reservationsbudget")
-        or (len(place) == 1 and last not in LISTS)
-        or (place[0] == "uncertainty" and last not in LISTS)
-        or last == "totals"
-    )  # fmt: skip
+    offers = said != "no" and last != "totals"  # whose entries are lists
     assert taken(listed, tmp_path) is offers, "loader"
     assert VALIDATOR.is_valid(listed) is offers, "schema"
 
@@ -216,43 +243,18 @@ def test_alternatives_of_a_total_and_of_a_processor_type(tmp_path: Path) -> None
     assert taken(data, tmp_path) and VALIDATOR.is_valid(data)
 
 
-PARAGRAPHS = {
-    "ProcessorType": "* processor type: ",
-    "BusType": "* bus type: ",
-    "Processor": "**processors**: ",
-    "Bus": "**buses**: ",
-    "DeviceType": "**devices**: ",
-    "Device": "**devices**: ",
-    "ThreadType": "**threads**: ",
-    "Thread": "**threads**: ",
-    "Executor": "**executors**: ",
-    "Reservation": "**reservations**: ",
-    "Connection": "**connections**: ",
-    "Flow": "**flows**: ",
-    "Uncertainty": "## Uncertainty",
-    "Spec": "## Top level",
-    "Memory": "**memories**: ",
-    "ResourceBudget": "**budgets**: ",
-}
-ENDS = {
-    "Uncertainty": "\n## ",
-    "Spec": "\n## ",
-    "Thread": "\n\n`category`",
-    "ThreadType": "\n\n`category`",
-    "Executor": "\n\n`problems",
-}
+@pytest.mark.parametrize("section", HEADINGS)
+def test_every_field_is_documented_where_its_section_is(section: str) -> None:
+    assert fields_of(CLASSES[section]) - {"source"} - of_section(section).keys() == set()
 
 
-@pytest.mark.parametrize("name", PARAGRAPHS)
-def test_every_field_is_documented_where_its_section_is(name: str) -> None:
-    begin = DOCUMENT.index(PARAGRAPHS[name])
-    end = DOCUMENT.find(ENDS.get(name, "\n\n"), begin + 4)
-    text = DOCUMENT[begin : end if end > 0 else None]
-    text = text.split("\n* bus type")[0] if name == "ProcessorType" else text
-    told = set(re.findall(r"`(\w+)(?::[^`]*)?`", text))
-    if name in ("Thread", "ThreadType"):  # "the fields of a device, and"
-        told |= fields_of("Device")
-    assert fields_of(name) - told == set()
+def test_every_key_of_the_top_level_is_documented() -> None:
+    assert fields_of("Spec") == keys_under("Top level").keys()
+
+
+def test_the_keys_that_types_of_threads_leave_out_are_marked() -> None:
+    rows = re.findall(r"^\| `(\w+)` †", DOCUMENT, re.M)
+    assert fields_of("Thread") - fields_of("ThreadType") - {"processor"} == set(rows) - {"processor"}
 
 
 def test_every_key_that_is_documented_is_taken() -> None:

@@ -217,6 +217,16 @@ def test_what_is_replaced_keeps_its_mode_and_links_are_followed(origin: Path, tm
     assert (report / "own.csv").stat().st_mode & 0o777 == 0o640
 
 
+def test_the_folder_of_a_page_is_made(origin: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = copied(origin, tmp_path)
+    page = folder / "new" / "pages" / "own.html"
+    assert run(["check", str(folder / "own.yaml"), "--report", str(page)]) == 0
+    assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert capsys.readouterr().err == ""  # nothing about extras that nobody asked for
+    assert run(["check", str(folder / "own.yaml"), "--report", str(folder / "own.yaml" / "x.html")]) == 2
+    assert "cannot be made" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [

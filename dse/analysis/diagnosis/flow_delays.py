@@ -27,7 +27,10 @@ MOST_CUT = 24
 
 @dataclass(frozen=True)
 class FlowWait:
-    """A thread of a flow that waits for others."""
+    """A thread of a flow that waits for others.
+
+    `waited_ns` is the response time less the own work, in ns.
+    """
 
     thread: Annotated[str, "The thread."]
     waited_ns: Annotated[Exact, "How much later than by itself it ends."]
@@ -36,7 +39,10 @@ class FlowWait:
 
 @dataclass(frozen=True)
 class Delayed:
-    """A broken limit on what counts response times of flows, and who waits in these."""
+    """A broken limit on what counts response times of flows, and who waits in these.
+
+    Latencies, jitters and ages count; times in ns.
+    """
 
     requirement: Annotated[str, "The limit, in the words of the problem."]
     waiting: Annotated[tuple[FlowWait, ...], "The threads that wait, longest first."]
@@ -44,7 +50,10 @@ class Delayed:
 
 
 def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delayed]:
-    """The broken upper limits in which threads wait for others, or a shorter time would do."""
+    """The broken upper limits in which threads wait for others, or a shorter time would do.
+
+    In the order of `verdicts`; a broken limit without waiting and without a sufficient cut is left out.
+    """
     for verdict in _broken(teller, verdicts):
         keys = _threads(teller, verdict)
         found = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
@@ -55,7 +64,10 @@ def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delay
 
 
 def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:
-    """The threads without a bound because of which such limits are broken, each once."""
+    """The threads without a bound because of which such limits are broken, each once.
+
+    `Late` objects that say why there is no bound; deadlines are handled by `late_threads`.
+    """
     space = teller.space
     names = (name for item in _broken(teller, verdicts) for name in _unbounded(teller, item))
     for number in dict.fromkeys(space.component_numbers[name] for name in names):

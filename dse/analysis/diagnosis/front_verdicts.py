@@ -30,25 +30,37 @@ from dse.support.timelimit import in_time
 
 @dataclass(frozen=True)
 class Miss:
-    """A requirement that a design breaks, and the threads in it whose response time has no bound, if there are any."""
+    """A requirement that a design breaks, and the threads in it whose response time has no bound, if there are any.
+
+    The verdict has value and limit; `unbounded` is empty where the value is finite.
+    """
 
     verdict: Verdict
     unbounded: tuple[str, ...]
 
 
 def is_left_out(space: Space) -> bool:
-    """Whether latencies leave contention out although a profile that knows it applies, and threads share processors."""
+    """Whether latencies leave contention out although a profile that knows it applies, and threads share processors.
+
+    Then a verdict with contention is given for each design in addition.
+    """
     knows = counts_responses(replace(space, processing="response_time"))
     return knows and not counts_responses(space) and any(item.processor is not None for item in space.components)
 
 
 def leaves_out_buses(space: Space) -> bool:
-    """Whether latencies count no waiting for some physical bus that may carry messages; OSATE has rules of its own."""
+    """Whether latencies count no waiting for some physical bus that may carry messages; OSATE has rules of its own.
+
+    True where such a bus has no stated arbitration, or counting is switched off.
+    """
     return space.profile == "dse" and bool(space.flows) and bool(uncounted_buses(space))
 
 
 def uncounted_buses(space: Space) -> tuple[Bus, ...]:
-    """The physical buses that may carry messages, of which the waiting for them is not counted."""
+    """The physical buses that may carry messages, of which the waiting for them is not counted.
+
+    In the order of the space; virtual buses have no waiting of their own.
+    """
     carried = {bus for item in space.connections for bus in carriers(space.buses, item)}
     counted = counted_buses(space)
     buses = enumerate(space.buses)
@@ -56,7 +68,10 @@ def uncounted_buses(space: Space) -> tuple[Bus, ...]:
 
 
 def with_contention(space: Space) -> Space | None:
-    """The question with response times counted in latencies; None where that is what is asked anyway."""
+    """The question with response times counted in latencies; None where that is what is asked anyway.
+
+    A space with ``processing: response_time``, by which `ContentionReferee` judges.
+    """
     return replace(space, processing="response_time") if is_left_out(space) else None
 
 
@@ -123,7 +138,10 @@ class ContentionReferee:
 
 
 def core_by(space: Space, component: Component, view: View) -> str:
-    """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``."""
+    """Whose choice a thread's core is: ``stated`` in the file, ``decided`` as a decision is, or ``first-fit``.
+
+    For the thread of `component` in one design; executors and reservations decide for their threads.
+    """
     if at(component.core, view) is None:
         return "first-fit"
     decision = space.decision_index(f"{space.core_owner(component, view)}.core")
@@ -131,7 +149,10 @@ def core_by(space: Space, component: Component, view: View) -> str:
 
 
 def core_origins(space: Space) -> frozenset[str]:
-    """Who chooses the cores of threads on processors with several, in the words of `core_by`, in any design."""
+    """Who chooses the cores of threads on processors with several, in the words of `core_by`, in any design.
+
+    A subset of ``stated``, ``decided`` and ``first-fit``; empty where each processor has one core.
+    """
     several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
     open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
     found = set()
@@ -146,7 +167,10 @@ _PLACEMENTS: Recall[Spread] = Recall()
 
 
 def cores_of(space: Space, design: Design) -> Mapping[int, int]:
-    """The core, from 1, of each thread that runs on a processor with several, by the thread's number."""
+    """The core, from 1, of each thread that runs on a processor with several, by the thread's number.
+
+    Component indices to core numbers, ascending by component.
+    """
     found: dict[int, int] = {}
     for item in placements_of(space, design).values():
         found |= item.cores
@@ -154,7 +178,10 @@ def cores_of(space: Space, design: Design) -> Mapping[int, int]:
 
 
 def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:
-    """Who runs where on each processor with several cores, and whether that keeps all that is required of cores."""
+    """Who runs where on each processor with several cores, and whether that keeps all that is required of cores.
+
+    Processor indices to `Spread` objects with cores, loads and status; remembered for each space.
+    """
     view = View(design)
     return {
         number: _PLACEMENTS.recall(space, number, view, placement)

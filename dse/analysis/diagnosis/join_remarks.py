@@ -27,7 +27,10 @@ SHOWN = 3
 
 
 def unsaid_joins(space: Space) -> Iterator[str]:
-    """Threads that several inputs dispatch, of which the file does not say whether a job needs all of them."""
+    """Threads that several inputs dispatch, of which the file does not say whether a job needs all of them.
+
+    At most one sentence, which names every such thread with its inputs; only under the profile *dse*.
+    """
     found = [
         f"{item.stated_as} ({_listed([space.connections[wire].name for wire in item.triggers])})"
         for item in space.components
@@ -41,7 +44,10 @@ def unsaid_joins(space: Space) -> Iterator[str]:
 
 
 def drifting_joins(space: Space) -> Iterator[str]:
-    """Joins of all in which all messages wait, in order, of timers whose clocks may drift apart."""
+    """Joins of all in which all messages wait, in order, of timers whose clocks may drift apart.
+
+    One sentence for each such join, with the two ways to state a bound.
+    """
     for component in space.components:
         if not may_join(component) or set(leaves(component.pairing)) == {LATEST} or _has_room(space, component):
             continue
@@ -57,12 +63,18 @@ def drifting_joins(space: Space) -> Iterator[str]:
 
 
 def endless_waits(space: Space, view: View) -> Iterator[str]:
-    """Why a message of a flow may wait for other inputs without a bound, in a design."""
+    """Why a message of a flow may wait for other inputs without a bound, in a design.
+
+    One sentence for each cause, over all flows.
+    """
     yield from dict.fromkeys(text for flow in space.flows for text in _endless(space, flow, view))
 
 
 def dropping(space: Space, view: View) -> Iterator[str]:
-    """Sporadic threads of a design to which messages come more often than they may take them."""
+    """Sporadic threads of a design to which messages come more often than they may take them.
+
+    One sentence for each thread, with both rates in Hz.
+    """
     for number, component in enumerate(space.components):
         rule = dispatch(component, view)
         if rule.most is None or not rule.by_inputs or rule.own or not arrivals(component, view).is_separated:

@@ -99,22 +99,35 @@ class Late:
 
     @property
     def is_late_alone(self) -> bool:
-        """Whether its own work takes longer than it may."""
+        """Whether its own work takes longer than it may.
+
+        No order of threads can help then.
+        """
         return self.limit_ns is not None and self.work_ns > self.limit_ns
 
     @property
     def ends_ns(self) -> Exact | None:
-        """When a job of it ends after its release, if `waits` tell it; else null."""
+        """When a job of it ends after its release, if `waits` tell it; else null.
+
+        In ns: the sum of the segments' response times.
+        """
         return sum(item.response_ns for item in self.waits) if self.waits else None
 
 
 def late_threads(space: Space, verdicts: Sequence[Verdict], view: View) -> Iterator[Late]:
-    """The threads that break an upper limit on their response time, in the order of the limits."""
+    """The threads that break an upper limit on their response time, in the order of the limits.
+
+    One `Late` for each thread, with the lowest limit that it breaks, what it waits for, and which single shorter time
+    would be enough.
+    """
     yield from Teller(space, view).late_threads(verdicts)
 
 
 class Teller:
-    """The late threads of one design."""
+    """The late threads of one design.
+
+    Response times are solved once and shared by all questions about the design.
+    """
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
@@ -122,7 +135,10 @@ class Teller:
 
     @cached_property
     def waits(self) -> Waits:
-        """The waits of each thread of the design: own work, jobs of others, blocking."""
+        """The waits of each thread of the design: own work, jobs of others, blocking.
+
+        For each thread in ns: what adds up to its response time.
+        """
         return self._waits(self.solution.ends)
 
     def _waits(self, ends: Ends) -> Waits:
@@ -134,7 +150,10 @@ class Teller:
         return tuple(dict.fromkeys(stated_name(self.space, key) for key in keys))
 
     def late_threads(self, verdicts: Sequence[Verdict]) -> Iterator[Late]:
-        """The threads that break an upper limit on their response time, in the order of the limits."""
+        """The threads that break an upper limit on their response time, in the order of the limits.
+
+        One `Late` for each thread, however many limits it breaks.
+        """
         broken: dict[int, Verdict] = {}
         for verdict in verdicts:
             if not verdict.holds and verdict.requirement.is_deadline:
@@ -145,7 +164,10 @@ class Teller:
                 yield self._late(found, verdict.limit, partial(_holds, verdict))
 
     def unbounded(self, number: int) -> Late | None:
-        """Why a thread, by number, has no bound where nobody limits its response time; None where it has one."""
+        """Why a thread, by number, has no bound where nobody limits its response time; None where it has one.
+
+        A `Late` without a limit; the cause is an overloaded core, or a thread of higher priority without a bound.
+        """
         found = response_of(self.space, number, "thread", self.view)
         if found is None or found.response_ns is not None:
             return None

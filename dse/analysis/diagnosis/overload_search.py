@@ -20,7 +20,7 @@ from dse.space.model.space import Design
 from dse.support.timelimit import in_time
 
 MOST_TRIED = 1_000
-"""So many designs are looked at, about a second."""
+"""The greatest number of designs that are looked at, about a second."""
 Overuse: TypeAlias = tuple[Fraction, Fraction, Fraction]
 """By how much cores are used beyond all of them, the fullest core, and the squares of all: less is better."""
 

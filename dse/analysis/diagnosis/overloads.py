@@ -28,12 +28,15 @@ from dse.space.model.trees import at
 KINDS = ("utilisation", "core utilisation")
 """The metrics of processors whose limits are told of."""
 OF_BUSES = ("load", "busy")
-"""Those of buses."""
+"""Kinds of metrics of buses."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """What a thread uses of a core, or a connection of a bus."""
+    """What a thread uses of a core, or a connection of a bus.
+
+    Shares are exact, in ppm.
+    """
 
     thread: Annotated[str, "The thread, or the connection."]
     share_ppm: Annotated[Fraction, "Its share of the core or the bus, in ppm."]
@@ -67,7 +70,10 @@ class Overload:
 
 
 def overloads(space: Space, verdicts: Sequence[Verdict], view: View, late: Sequence[Late] = ()) -> Iterator[Overload]:
-    """The cores that break upper limits on utilisation, in the order of these; `late` are the threads that are."""
+    """The cores that break upper limits on utilisation, in the order of these; `late` are the threads that are.
+
+    One `Overload` for each core or bus, with the lowest of its limits, the users by share, and the late threads on it.
+    """
     found: dict[tuple[str, int], Overload] = {}
     for verdict in verdicts:
         metric = verdict.requirement.metric

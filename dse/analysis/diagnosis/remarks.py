@@ -69,7 +69,11 @@ class _Transfer:
 
 
 def design_remarks(space: Space, view: View) -> Iterator[str]:
-    """Everything to remark of a design."""
+    """Everything to remark of a design.
+
+    Sentences about minima above maxima, messages that are dropped, extrapolated sizes, reads that data just miss, and
+    threads without execution time.
+    """
     for flow in space.flows:
         rows = [row for row in flow_rows(space, flow, view) if row.max_method != OWN_JOB_METHOD]
         reversed_rows = dict.fromkeys(map(_reversed, rows))
@@ -116,7 +120,7 @@ def _on_processors(space: Space) -> Iterator[Component]:
 
 
 def _untimed(names: Sequence[str]) -> Iterator[str]:
-    """That threads count as taking no time."""
+    """The remark that threads count as taking no time."""
     if names:
         more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         yield (
@@ -149,13 +153,16 @@ def _bus_remarks(space: Space, view: View) -> Iterator[str]:
 
 
 def problem_remarks(space: Space) -> Iterator[str]:
-    """Remarks on every bus that a design may have and on every flow: busy times, and transfers that take no time."""
+    """Remarks on every bus that a design may have and on every flow: busy times, and transfers that take no time.
+
+    Sentences that hold whatever the design; what depends on many options at once is left out beyond `MANY_CASES`.
+    """
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
     yield from _late_offsets(space)
     yield from unsaid_joins(space)
     yield from drifting_joins(space)
-    yield from outside_words(possibly_outside(space, MANY_CASES))
+    yield from outside_words(_possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
         found: dict[str, None] = {}
@@ -246,7 +253,7 @@ def _reversed(row: Row) -> str:
 
 
 def _too_small(space: Space, flow: Flow, found: Sequence[str]) -> Iterator[str]:
-    """That the maximum and the jitter of a flow are too small, for minima above maxima."""
+    """The remark that the maximum and the jitter of a flow are too small, for minima above maxima."""
     if found:
         more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
         setting = "" if space.profile == "dse" else f" (worst case by {space.worst_case.replace('_', ' ')})"
@@ -276,7 +283,7 @@ def _no_time(space: Space, bus: Bus, chosen: str) -> str:
 
 
 def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
-    """That the messages of a bus may take longer than its bandwidth says, by the worst example."""
+    """The remark that messages of a bus may take longer than its bandwidth says, by the worst example."""
     found: list[_Transfer] = []
     for item in users:
         cases = tabulate(space, partial(_transfer, space, number, item), MANY_CASES)
@@ -333,7 +340,10 @@ SHOWN_OF_KNOWN_SIZES = 4
 
 
 class Outside(NamedTuple):
-    """A message on a bus whose transmission time holds for other sizes; `size_bytes` with protocol overheads."""
+    """A message on a bus whose transmission time holds for other sizes; `size_bytes` with protocol overheads.
+
+    Sizes in bytes; `sizes` is the range of the measurements behind the transmission time.
+    """
 
     connection: str
     size_bytes: int
@@ -347,13 +357,16 @@ class Outside(NamedTuple):
 
 
 def outside_sizes(space: Space, view: View) -> Iterator[Outside]:
-    """Every message of a design that is smaller or larger than what its transmission times hold for."""
+    """Every message of a design that is smaller or larger than what its transmission times hold for.
+
+    For one design; nothing where no bus states a range of sizes.
+    """
     if any(bus.sizes_bytes is not None for bus in space.buses):
         for item in space.connections:
             yield from _outside(space, item, view)
 
 
-def possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
+def _possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
     """Messages that in some design are smaller or larger than their transmission times hold for.
 
     A connection with more than `limit` cases is left out.
@@ -385,7 +398,10 @@ def _sizes(space: Space, bus: int, item: Connection, view: View) -> SizeRange | 
 
 
 def outside_words(found: Collection[Outside]) -> Iterator[str]:
-    """What is to be said of them, in one sentence; nothing where there are none."""
+    """What is to be said of them, in one sentence; nothing where there are none.
+
+    At most one sentence with at most `SHOWN_OF_KNOWN_SIZES` messages.
+    """
     if found:
         more = f", and {len(found) - SHOWN_OF_KNOWN_SIZES} more" if len(found) > SHOWN_OF_KNOWN_SIZES else ""
         named = ", ".join(item.text for item in list(found)[:SHOWN_OF_KNOWN_SIZES])

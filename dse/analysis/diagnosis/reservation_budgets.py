@@ -24,7 +24,10 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class ReservationBudget:
-    """The budget of the reservation that a late thread is in."""
+    """The budget of the reservation that a late thread is in.
+
+    Times in ns; `enough_ns` is found by bisection over the budget with everything else unchanged.
+    """
 
     reservation: Annotated[str, "The reservation."]
     budget_ns: Annotated[int, FIGURE, "Its budget."]
@@ -40,7 +43,10 @@ class ReservationBudget:
 def budget_of(
     space: Space, number: int, view: View, is_in_time: Callable[[Exact | None], bool]
 ) -> ReservationBudget | None:
-    """That of a thread, by number, which `is_in_time` with some response times; None where it is in no reservation."""
+    """The budget of a thread's reservation, and the least with which it is in time; None outside of reservations.
+
+    `number` is the component's index, `is_in_time` judges a response time in ns (None: no bound).
+    """
     place = space.components[number].reservation
     if place is None:
         return None

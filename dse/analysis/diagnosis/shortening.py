@@ -37,7 +37,10 @@ MOST_ROUNDS = 10_000
 
 @dataclass(frozen=True)
 class Shorter:
-    """What alone would let a late thread end in time."""
+    """What alone would let a late thread end in time.
+
+    In ns; the least whole cut that is enough while every other time stays.
+    """
 
     name: Annotated[str, "The thread, its piece, or the interrupt."]
     by_ns: Annotated[int, FIGURE, "How much less each of its jobs takes then, or each of its sections."]
@@ -46,7 +49,10 @@ class Shorter:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A longest time that may be shorter by `most_ns`: of a component's jobs or section, or a processor's interrupt."""
+    """A longest time that may be shorter by `most_ns`: of a component's jobs or section, or a processor's interrupt.
+
+    `part` names the thread's part or the interrupt's index; `most_ns` is the whole time.
+    """
 
     kind: Literal["job", "section", "interrupt"]
     number: int
@@ -56,7 +62,10 @@ class Candidate:
 
 
 class Trials:
-    """A design with the cores and orders that it has, to be asked again with a shorter time."""
+    """A design with the cores and orders that it has, to be asked again with a shorter time.
+
+    Cores and orders are kept: the question is what a faster job would change, not what another design would.
+    """
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
@@ -65,11 +74,17 @@ class Trials:
 
     @cached_property
     def system(self) -> System:
-        """The system of the design."""
+        """The system of the design.
+
+        Stages and resources with all times of the design, in ns.
+        """
         return solution_of(self.space, self.view).system
 
     def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
-        """What may be shortened for these tasks of a thread: they, what goes before them, and what blocks them."""
+        """What may be shortened for these tasks of a thread: they, what goes before them, and what blocks them.
+
+        At most `MOST_CANDIDATES`; jobs and sections with no time are left out.
+        """
         found: dict[tuple[str, int, Part | int], Candidate] = {}
         for item in (*(self._job(key) for key in keys), *(one for key in keys for one in self._beside(key))):
             if item.most_ns > 0:
@@ -95,7 +110,10 @@ class Trials:
         return Candidate("job", *key, told_name(self.space, key), 0 if stage is None else int(stage.worst_ns) - 1)
 
     def shortened(self, item: Candidate, by_ns: int) -> System:
-        """The system with a candidate that takes so much less, whose threads stay where they are."""
+        """The system with a candidate that takes so much less, whose threads stay where they are.
+
+        A new `System`; `by_ns` is at most `Candidate.most_ns`.
+        """
         if item.kind == "interrupt":
             return with_shorter_interrupt(self.system, item.number, int(item.part), by_ns)
         if item.kind == "section":
@@ -104,7 +122,10 @@ class Trials:
         return with_shorter_job(self.system, key, by_ns)
 
     def whole(self, item: Candidate, by_ns: int) -> tuple[Space, View]:
-        """The space with a shorter time, and a design of it that knows all response times, for figures of flows."""
+        """The space with a shorter time, and a design of it that knows all response times, for figures of flows.
+
+        Response times are solved with the shorter time, so that flows can be evaluated with them.
+        """
         solution = solve(self.shortened(item, by_ns))
         self._spent += solution.rounds * len(solution.ends)
         view = View(self.view.design)
@@ -151,7 +172,10 @@ class Trials:
     def least_cuts(
         self, candidates: Sequence[Candidate], is_enough: Callable[[Candidate, int], bool]
     ) -> Iterator[Shorter]:
-        """The least cut of each candidate that is enough, if one is; of as many as `MOST_ROUNDS` leaves time for."""
+        """The least cut of each candidate that is enough, if one is; of as many as `MOST_ROUNDS` leaves time for.
+
+        Bisection over whole ns, in the order of `candidates`.
+        """
         for item in candidates:
             if self._spent > MOST_ROUNDS:
                 return

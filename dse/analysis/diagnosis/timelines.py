@@ -27,7 +27,10 @@ SECTION = "less urgent"
 
 @dataclass(frozen=True)
 class Piece:
-    """Some job of a thread (from 1) has the core, from the beginning of the busy period on."""
+    """Some job of a thread (from 1) has the core, from the beginning of the busy period on.
+
+    Times in ns from the beginning of the busy period; a preempted job has several pieces.
+    """
 
     name: str
     job: int
@@ -76,7 +79,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
 
 
 def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
-    """That of the segment that ends longest after its own release: one job, for those before it have ended."""
+    """The busy period of the segment that ends longest after its own release: one job, as earlier ones ended."""
     found = []
     for item in segments:
         window = item.window
@@ -95,7 +98,7 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
 
 
 def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None:
-    """That of a thread in an executor that runs jobs as they come, or by priority."""
+    """The busy period of a thread in an executor that runs jobs as they come, or by priority."""
     found = window.worst_job()
     if (
         found is None
@@ -103,11 +106,11 @@ def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None
         or (found.chain_ns is not None and found.release_ns)
     ):
         return None  # of what its chain did before it is known how long it took, not when
-    pieces = played_in(window, found)
+    pieces = _played_in(window, found)
     return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
 
 
-def played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
+def _played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
     """Who has the core until the end of the worst job in an executor; no gaps.
 
     What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those

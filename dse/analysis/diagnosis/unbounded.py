@@ -67,7 +67,10 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
 
 
 def may_be_unbounded(space: Space, metric: Metric) -> bool:
-    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs."""
+    """Whether a metric may have no bound: response times count in it, or data wait for a dispatch or other inputs.
+
+    Judged for the space, not for one design; recursive over derived metrics.
+    """
     if metric.operands or metric.kind == "derived":
         return any(may_be_unbounded(space, inner) for _, inner in _terms(space, metric))
     if metric.kind == "message response":
@@ -84,7 +87,10 @@ def may_be_unbounded(space: Space, metric: Metric) -> bool:
 
 
 def unbounded_from(space: Space, metric: Metric) -> Fraction:
-    """A metric, in its base unit, with one response time without a bound in it is no less than twice this."""
+    """A metric, in its base unit, with one response time without a bound in it is no less than twice this.
+
+    Values from here on are shown as *unbounded*, since every finite value is far below.
+    """
     dimension = metric_dimension(space, metric)
     shown = display_unit(dimension)[1] if dimension is not None else Fraction(1)
     return Fraction(UNBOUNDED_NS, 2 * NS_PER_S) * _least_weight(space, metric) * shown
@@ -138,7 +144,10 @@ def _meet(places: set[Place], others: set[Place]) -> bool:
 
 
 def may_be_delayed(space: Space, metric: Metric, components: frozenset[int]) -> bool:
-    """Whether response times of some components, by number, count in a metric."""
+    """Whether response times of some components, by number, count in a metric.
+
+    Recursive over derived metrics and extremes.
+    """
     parts = parts_of(space, metric)
     if parts:
         return any(may_be_delayed(space, inner, components) for _, inner in parts)

@@ -37,7 +37,10 @@ def with_shorter_job(system: System, key: TaskKey, by_ns: int) -> System:
 
 
 def with_shorter_section(system: System, number: int, section_ns: int) -> System:
-    """The system in which the sections of a thread, by number, that nothing interrupts take so long."""
+    """The system in which the sections of a thread, by number, that nothing interrupts take so long.
+
+    `section_ns` replaces longer sections of the thread; other tasks are unchanged.
+    """
 
     def section_of(key: TaskKey, longest: int) -> int:
         return min(section_ns, longest) if key[0] == number and key[1] != "message" else longest
@@ -46,7 +49,10 @@ def with_shorter_section(system: System, number: int, section_ns: int) -> System
 
 
 def with_shorter_interrupt(system: System, processor: int, index: int, by_ns: int) -> System:
-    """The system in which an interrupt of a processor, by its place among these, takes `by_ns` less."""
+    """The system in which an interrupt of a processor, by its place among these, takes `by_ns` less.
+
+    Every core of the processor has the shorter interrupt.
+    """
 
     def changed(resource: Resource) -> Resource:
         if resource.processor != processor or not resource.interrupts:
@@ -59,7 +65,10 @@ def with_shorter_interrupt(system: System, processor: int, index: int, by_ns: in
 
 
 def only(system: System, places: frozenset[tuple[int, int]]) -> System:
-    """The system with these resources only, by processor and core."""
+    """The system with these resources only, by processor and core.
+
+    For response times of one core, where other cores do not matter.
+    """
     resources = (item for item in system.resources if (item.processor, item.core) in places)
     return replace(system, resources=tuple(resources))
 

@@ -32,17 +32,26 @@ from dse.support.units import Exact, is_unbounded
 
 
 def flow_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
-    """The contributor table of `flow`; its totals are the sums of its columns."""
+    """The contributor table of `flow`; its totals are the sums of its columns.
+
+    `Row` objects in the order of the flow, times in ns.
+    """
     return tuple(row for element in elements_of(space, flow) for row in element_rows(space, element, view))
 
 
 def elements_of(space: Space, flow: Flow) -> Sequence[Step | FlowPosition]:
-    """The elements of a flow, in order; for OSATE, where what came before matters, with their places in it."""
+    """The elements of a flow, in order; for OSATE, where what came before matters, with their places in it.
+
+    Steps under the profile *dse*, `FlowPosition` objects under the OSATE profiles.
+    """
     return flow.steps if space.profile == "dse" else places_of(space, flow)
 
 
 def element_rows(space: Space, element: Step | FlowPosition, view: View) -> tuple[Row, ...]:
-    """The rows of one element of a flow (one of `elements_of`)."""
+    """The rows of one element of a flow (one of `elements_of`).
+
+    `Row` objects, times in ns; a connection and a component may have several.
+    """
     return place_rows(space, element, view) if isinstance(element, FlowPosition) else step_rows(space, element, view)
 
 
@@ -236,12 +245,18 @@ def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
 
 
 def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
-    """The least and the most that a component of a flow takes from its release on."""
+    """The least and the most that a component of a flow takes from its release on.
+
+    A pair in ns: processing, and waiting for what the job itself needs.
+    """
     rows = _job_rows(space, _in_flow(space, step, view), view)
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
 
 
 def figure_of(kind: str, range_ns: tuple[Exact, Exact]) -> Exact:
-    """The figure of a flow, or of an element of one, in ns."""
+    """The figure of a flow, or of an element of one, in ns.
+
+    `kind` is ``latency``, ``min latency`` or ``jitter``; the jitter is the difference of the range.
+    """
     least, most = range_ns
     return least if kind == "min latency" else most if kind == "latency" else most - least

@@ -15,7 +15,10 @@ from dse.support.units import Exact
 
 
 def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
-    """The rows of a connection: its transmission, and its waiting where it may wait for a bus."""
+    """The rows of a connection: its transmission, and its waiting where it may wait for a bus.
+
+    Times in ns; waiting has a minimum of 0 (docs/semantics.md, section 5.4).
+    """
     connection = space.connections[number]
     least, most, method = transmission_ns(space, connection, view)
     row = Row("connection", connection.name, least, method, most, method)
@@ -28,6 +31,9 @@ def delivery_rows(space: Space, number: int, view: View) -> tuple[Row, ...]:
 
 
 def delivery_ns(space: Space, number: int, view: View) -> tuple[Exact, Exact]:
-    """The least and the most time from when a message is sent until it is there, in ns."""
+    """The least and the most time from when a message is sent until it is there, in ns.
+
+    A pair, exact; `UNBOUNDED_NS` stands for waiting without a bound.
+    """
     rows = delivery_rows(space, number, view)
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)

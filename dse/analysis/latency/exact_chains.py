@@ -57,7 +57,7 @@ class ClockSegment:
     bounds_ns: tuple[Exact, Exact] = (0, 0)
     begins_ns: Exact = 0
 
-    def onward(self, hop: Hop, least_ns: Exact, most_ns: Exact) -> ClockSegment:
+    def _onward(self, hop: Hop, least_ns: Exact, most_ns: Exact) -> ClockSegment:
         """The stretch with a hop more, whose wait is in these bounds."""
         low, high = self.bounds_ns
         return replace(self, hops=(*self.hops, hop), bounds_ns=(low + least_ns, high + most_ns))
@@ -88,7 +88,10 @@ def _range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
 
 
 def repeats_too_late(space: Space, flow: Flow, view: View) -> bool:
-    """Whether the hyperperiod of some stretch of a flow on one clock is too long to look through."""
+    """Whether the hyperperiod of some stretch of a flow on one clock is too long to look through.
+
+    More than `MOST_RELEASES` releases; the bound of section 3.6 then stands for the exact latency.
+    """
     return any(_releases(run) is None for run in _runs(space, flow, view)[0])
 
 
@@ -107,7 +110,7 @@ def _runs(space: Space, flow: Flow, view: View) -> tuple[list[ClockSegment], lis
                 first, hop = _hop(space, step, view)
                 if not is_open:
                     runs.append(first)
-                runs[-1] = runs[-1].onward(hop, row.min_ns, row.max_ns)
+                runs[-1] = runs[-1]._onward(hop, row.min_ns, row.max_ns)
             else:
                 others.append((row.min_ns, row.max_ns))
         if step.kind == "component" and is_periodic(space.components[step.index], view):

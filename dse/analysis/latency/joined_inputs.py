@@ -43,7 +43,10 @@ class Origin(NamedTuple):
     most_ns: Exact = 0
 
     def later(self, least_ns: Exact, most_ns: Exact) -> Origin:
-        """The origin of what comes so much later."""
+        """The origin of what comes so much later.
+
+        A new origin; both times are in ns and added to its range.
+        """
         return self._replace(least_ns=self.least_ns + least_ns, most_ns=self.most_ns + most_ns)
 
 
@@ -52,7 +55,10 @@ Origins: TypeAlias = "tuple[Origin, ...] | None"
 
 
 def may_wait_for_inputs(space: Space, step: Step) -> bool:
-    """Whether an element of a flow is a component that waits for its other inputs, in some design."""
+    """Whether an element of a flow is a component that waits for its other inputs, in some design.
+
+    Only under the profile *dse*, for ``join: all``.
+    """
     if step.kind != "component" or step.via is None or space.profile != "dse":
         return False
     component = space.components[step.index]
@@ -60,41 +66,53 @@ def may_wait_for_inputs(space: Space, step: Step) -> bool:
 
 
 def joined_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """The row of the wait for other inputs, of a component that needs all of them; else None."""
+    """The row of the wait for other inputs, of a component that needs all of them; else None.
+
+    Times in ns; `UNBOUNDED_NS` where a message may wait for ever (docs/semantics.md, section 3.8).
+    """
     if not may_wait_for_inputs(space, step) or not is_joined(component, view):
         return None
     if not passes_rates_on(component, view):
         return None
     found = Join(space, step.index, view)
     most, last = found.longest_wait(step)
-    least = found.shortest_wait(step)
-    method = f"{JOIN_METHOD}{found.name_of(last)}"
+    least = found._shortest_wait(step)
+    method = f"{JOIN_METHOD}{found._name_of(last)}"
     if most >= UNBOUNDED_NS:
         return Row(component.category, component.name, least, method, NO_BOUND, method + UNBOUNDED_JOIN)
     return Row(component.category, component.name, least, method, most, method)
 
 
 class Join:
-    """The inputs of a component that needs all of them, in a design."""
+    """The inputs of a component that needs all of them, in a design.
+
+    `wires` are its trigger connections; rooms and gaps of queues give the longest wait.
+    """
 
     def __init__(self, space: Space, number: int, view: View) -> None:
         self.space, self.number, self.view = space, number, view
         self.component = space.components[number]
         self.wires = self.component.triggers
 
-    def name_of(self, wire: int) -> str:
+    def _name_of(self, wire: int) -> str:
         """The sender of the messages of an input: a component, or the connection where they come from outside."""
         connection = self.space.connections[wire]
         return connection.name if connection.source is None else self.space.components[connection.source].stated_as
 
     def room(self, wire: int) -> int | None:
-        """How many messages of an input wait at most; None where all that come do."""
+        """How many messages of an input wait at most; None where all that come do.
+
+        The queue size of the input in messages.
+        """
         return input_room(self.space, self.component, wire, self.view)
 
     # --- bounds of a wait ---------------------------------------------------------------------------------------
 
     def longest_wait(self, step: Step) -> tuple[Exact, int]:
-        """How long a message of the input of a step waits at most, and for which other one."""
+        """How long a message of the input of a step waits at most, and for which other one.
+
+        A pair of a time in ns and a connection's index; the smaller of two bounds, by queues and by order of arrival.
+        """
         own = step.via
         assert own is not None
         others = [wire for wire in self.wires if wire != own]
@@ -105,13 +123,13 @@ class Join:
             slowest = _first_of(gaps)
             found = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
         ways = _origins_of(self.space, self.number, self.view)
-        if ways is not None and self.is_in_order(ways):
+        if ways is not None and self._is_in_order(ways):
             in_order = self._in_order(step, ways)
             if in_order[0] < found[0] or size is None:
                 found = in_order
         return found
 
-    def shortest_wait(self, step: Step) -> Exact:
+    def _shortest_wait(self, step: Step) -> Exact:
         """How long a message of the input of a step waits at least: more than 0 where it always comes before others.
 
         That is told where every input comes from a timer at once, so that nothing on the way may lose messages, and no
@@ -136,7 +154,7 @@ class Join:
         least, most = callback_ns(self.space, self.component, self.view)
         return gap if gap >= UNBOUNDED_NS else gap + most - least
 
-    def is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
+    def _is_in_order(self, ways: dict[int, tuple[Origin, ...]]) -> bool:
         """Whether no input ever has to make place for new messages before a job takes the old ones."""
         together = [origin for way in ways.values() for origin in way]
         if not arrivals(self.component, self.view).by_inputs:
@@ -348,7 +366,7 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
     ways = {wire: _delivered(space, wire, found, view) for wire in component.triggers}
     if any(way is None for way in ways.values()):
         return None
-    if joins and not Join(space, number, view).is_in_order({wire: way or () for wire, way in ways.items()}):
+    if joins and not Join(space, number, view)._is_in_order({wire: way or () for wire, way in ways.items()}):
         return None
     merged: dict[tuple[str, int], Origin] = {}
     for origin in (origin for way in ways.values() for origin in way or ()):

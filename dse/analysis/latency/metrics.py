@@ -52,10 +52,10 @@ def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
         return
     yield from _latency_terms(space, flow, "latency" if kind in ("reaction time", "data age") else kind)
     if kind in ("reaction time", "data age"):
-        yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
+        yield Term(f"first period of {flow.name}", lambda view: ZERO + _first_period_ns(space, flow, view))
         yield from skipped_terms(space, flow, kind)
     if kind == "data age":
-        yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+        yield Term(f"last period of {flow.name}", lambda view: ZERO - _last_period_ns(space, flow, view))
 
 
 def up_to(flow: Flow, number: int) -> Flow:
@@ -76,8 +76,8 @@ def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     yield from before
     yield _read_late(space, flow.steps[-1], last)
     yield from skipped_terms(space, flow, kind)
-    yield Term(f"first period of {flow.name}", lambda view: ZERO + first_period_ns(space, flow, view))
-    yield Term(f"last period of {flow.name}", lambda view: ZERO - last_period_ns(space, flow, view))
+    yield Term(f"first period of {flow.name}", lambda view: ZERO + _first_period_ns(space, flow, view))
+    yield Term(f"last period of {flow.name}", lambda view: ZERO - _last_period_ns(space, flow, view))
 
 
 def _read_late(space: Space, step: Step, term: Term) -> Term:
@@ -462,7 +462,7 @@ def _run_excess_ns(space: Space, step: Step, view: View) -> Exact:
     return 0 if spread is None else spread - at(space.components[step.index].period_ns, view)
 
 
-def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+def _first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
     """The period of a flow's first component, 0 where no timer releases it: what is sensed waits for its release.
 
     Of one that goes on only when all its inputs have come, the longest time until it does.
@@ -476,7 +476,7 @@ def first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
     return found
 
 
-def last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
+def _last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
     """The period of the last component of a flow that a timer releases, at which its output is renewed, in ns.
 
     Of one that something dispatches which is not on the flow, the longest time between two dispatches.

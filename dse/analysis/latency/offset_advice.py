@@ -43,7 +43,10 @@ class Shift:
 
 @dataclass(frozen=True)
 class Boundary:
-    """A reader on the clock of the timer before it on a flow."""
+    """A reader on the clock of the timer before it on a flow.
+
+    Times in ns; `step_ns` is the greatest common divisor of both periods.
+    """
 
     flow: Annotated[str, "The flow."]
     sender: Annotated[str, "The timer whose data are read."]
@@ -66,7 +69,10 @@ class Boundary:
 
     @property
     def is_just_missed(self) -> bool:
-        """Whether data wait for most of a step, for which another offset of the reader is the cure."""
+        """Whether data wait for most of a step, for which another offset of the reader is the cure.
+
+        A change of the offset then saves at least half a step.
+        """
         return self.better is not None and 2 * self.better.saves_ns >= self.step_ns
 
 
@@ -89,7 +95,10 @@ class _Hop:
 
 
 def boundaries(space: Space, view: View) -> tuple[Boundary, ...]:
-    """Every reader whose data come from a timer on the same clock, flow by flow."""
+    """Every reader whose data come from a timer on the same clock, flow by flow.
+
+    One for each pair of neighbouring timers on one clock; only under the profile *dse*.
+    """
     if space.profile != "dse":
         return ()
     hops = [hop for flow in space.flows for step in flow.steps for hop in _hops(space, flow, step, view)]

@@ -14,12 +14,18 @@ from dse.support.units import Exact
 
 
 def is_logical(space: Space, component: Component, view: View) -> bool:
-    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at."""
+    """Whether data pass at release and deadline: logical execution time, which OSATE does not look at.
+
+    ``communication: let``: data are read at the release and written at the deadline, whatever the core does.
+    """
     return space.profile == "dse" and at(component.communication, view) == LET
 
 
 def processing_row(space: Space, component: Component, view: View) -> Row:
-    """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row."""
+    """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
+
+    The methods say which figure was used: deadline, response time, processing time or specified.
+    """
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
         assert logical is not None, component.name
@@ -30,14 +36,20 @@ def processing_row(space: Space, component: Component, view: View) -> Row:
 
 
 def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Best processing: best execution time, else specified."""
+    """Best processing: best execution time, else specified.
+
+    A time in ns and its method.
+    """
     candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
     ranges = [(at(tree, view), method) for tree, method in candidates]
     return first_given(space, [(given and given[0], method) for given, method in ranges])
 
 
 def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
-    """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2)."""
+    """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2).
+
+    A time in ns and its method; with segments the last piece has what earlier ones have not used.
+    """
     trees = (component.response_ns, component.execution_ns, component.latency_ns)
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
@@ -53,7 +65,10 @@ def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str
 
 
 def callback_row(space: Space, component: Component, view: View) -> Row | None:
-    """What the callback of a hybrid component takes before its timer samples; None where there is none."""
+    """What the callback of a hybrid component takes before its timer samples; None where there is none.
+
+    Times in ns; with response times the worst case includes waiting.
+    """
     callback = at(component.callback_ns, view)
     if callback is None or at(component.protocol, view) != "hybrid":
         return None

@@ -55,19 +55,28 @@ class Row:
 
 
 def has_no_bound(row: Row) -> bool:
-    """Whether the maximum of a row stands for a time without a bound."""
+    """Whether the maximum of a row stands for a time without a bound.
+
+    Judged by the row's method.
+    """
     if row.max_method.startswith(JOIN_METHOD):
         return row.max_method.endswith(UNBOUNDED_JOIN)
     return row.max_method in (UNBOUNDED_METHOD, UNBOUNDED_DISPATCH, UNBOUNDED_BUS)
 
 
 def counts_responses(space: Space) -> bool:
-    """Whether latencies count response times; OSATE of 2014 looks at none."""
+    """Whether latencies count response times; OSATE of 2014 looks at none.
+
+    True for `processing: response_time` under a profile that has response times.
+    """
     return space.processing == "response_time" and space.profile != "osate-2.2"
 
 
 def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> tuple[Exact, str]:
-    """The response time that follows from what shares the core (``processing: response_time``), with its method."""
+    """The response time that follows from what shares the core (``processing: response_time``), with its method.
+
+    A time in ns, `UNBOUNDED_NS` without a bound, and its method.
+    """
     worst = bounded_response_ns(space, space.component_numbers[component.name], part, view)
     return worst, "response time" if worst < UNBOUNDED_NS else UNBOUNDED_METHOD
 
@@ -75,7 +84,10 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
 def computed_ns(
     space: Space, component: Component, execution: tuple[Exact | None, str], view: View
 ) -> tuple[Exact, str]:
-    """The computed response time of a thread; no less than the execution time that it has in one flow alone."""
+    """The computed response time of a thread; no less than the execution time that it has in one flow alone.
+
+    A time in ns and its method; a flow may state a longer execution time of its own for the thread.
+    """
     found = scheduled_ns(space, component, "thread", view)
     if execution[0] is None or space.components[space.component_numbers[component.name]] is component:
         return found
@@ -107,7 +119,10 @@ def is_computed(space: Space, component: Component, view: View) -> bool:
 
 
 def first_given(space: Space, candidates: Sequence[tuple[Exact | None, str]]) -> tuple[Exact, str]:
-    """The first value that is given, with its method; for OSATE a time of 0 is none."""
+    """The first value that is given, with its method; for OSATE a time of 0 is none.
+
+    A time in ns and its method; 0 with the method "no latency" of the profile where none is given.
+    """
     for value, method in candidates:
         if value or (value is not None and space.profile == "dse"):
             return value, method

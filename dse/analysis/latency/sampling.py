@@ -43,7 +43,10 @@ class Pair:
 
     @property
     def step_ns(self) -> Exact:
-        """The greatest common divisor of both periods."""
+        """The greatest common divisor of both periods.
+
+        In ns: differences of releases repeat in steps of it.
+        """
         return common_step(self.sender_ns, self.receiver_ns)
 
 

@@ -28,7 +28,10 @@ from dse.support.units import Exact
 
 
 def stored_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
-    """The row of sampling by dispatch, for an event-triggered component whose input does not dispatch it; else None."""
+    """The row of sampling by dispatch, for an event-triggered component whose input does not dispatch it; else None.
+
+    Times in ns: from 0 to the longest distance of dispatches.
+    """
     if not may_be_stored(space, step) or not is_event_triggered(component, view):
         return None
     gap = dispatch_gap_ns(space, step.index, view)
@@ -37,7 +40,10 @@ def stored_row(space: Space, step: Step, component: Component, view: View) -> Ro
 
 
 def may_be_stored(space: Space, step: Step) -> bool:
-    """Whether an element of a flow is a component that reads what does not dispatch it, in designs where inputs do."""
+    """Whether an element of a flow is a component that reads what does not dispatch it, in designs where inputs do.
+
+    Judged over all options; periodic readers sample by their timer instead.
+    """
     if space.profile != "dse" or step.kind != "component" or step.via is None:
         return False
     component = space.components[step.index]
@@ -56,7 +62,10 @@ def waits_for_others(space: Space, step: Step) -> bool:
 
 
 def dispatchers(space: Space, number: int) -> frozenset[int]:
-    """The components whose jobs may dispatch a component, by number, also by way of others."""
+    """The components whose jobs may dispatch a component, by number, also by way of others.
+
+    The transitive closure over triggers and pieces, without a design.
+    """
     found: set[int] = set()
     todo = [number]
     while todo:
@@ -76,11 +85,14 @@ class Distance(NamedTuple):
     most_ns: Exact | None
 
     def later(self, spread_ns: Exact) -> Distance:
-        """The distance of events each of which is delayed by a time of its own, which spreads so far."""
+        """The distance of events each of which is delayed by a time of its own, which spreads so far.
+
+        `spread_ns` is the greatest difference of two delays.
+        """
         most = None if self.most_ns is None else self.most_ns + spread_ns
         return Distance(picked("max", self.least_ns - spread_ns, 0), most)
 
-    def thinned(self, lost_ns: Exact, apart_ns: Exact) -> Distance:
+    def _thinned(self, lost_ns: Exact, apart_ns: Exact) -> Distance:
         """The distance of events of which those may be lost that come less than `lost_ns` after the last one.
 
         Those that come less than `apart_ns` after it are lost.
@@ -105,7 +117,10 @@ def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
 
 
 def message_gap_ns(space: Space, wire: int, view: View) -> Exact:
-    """The longest time between two messages of a connection, in ns; `UNBOUNDED_NS` where nothing bounds it."""
+    """The longest time between two messages of a connection, in ns; `UNBOUNDED_NS` where nothing bounds it.
+
+    Over the jobs of the sender's last piece, in this design.
+    """
     source = space.connections[wire].source
     found = {} if source is None else _distances(space, pieces_until(space, source)[0], view)
     return _as_bound(_deliveries(space, wire, found, view))
@@ -164,7 +179,7 @@ def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: 
     pieces = component.pieces.members if component.pieces is not None else (number,)
     _, busy = processing_ns(space, pieces, view)
     apart = at(component.period_ns, view) if arrivals(component, view).is_separated else 0
-    return arriving.thinned(picked("max", busy, apart), apart)
+    return arriving._thinned(picked("max", busy, apart), apart)
 
 
 def _together(ways: Sequence[Distance], *, joins: bool) -> Exact | None:
@@ -198,10 +213,13 @@ def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: Vi
     pieces = pieces_until(space, connection.source)
     shortest, longest = processing_ns(space, pieces, view)
     sent = found.get(pieces[0], Distance(0, None)).later(longest - shortest)
-    return sent.thinned(apart, apart).later(most - least)
+    return sent._thinned(apart, apart).later(most - least)
 
 
 def processing_ns(space: Space, pieces: Sequence[int], view: View) -> tuple[Exact, Exact]:
-    """The shortest and longest processing of pieces of a thread together, in ns, as flows count it."""
+    """The shortest and longest processing of pieces of a thread together, in ns, as flows count it.
+
+    A pair, summed over the pieces.
+    """
     rows = [processing_row(space, space.components[item], view) for item in pieces]
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)

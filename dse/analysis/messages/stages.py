@@ -29,7 +29,10 @@ from dse.support.units import Exact
 
 
 def counted_buses(space: Space) -> tuple[int, ...]:
-    """The buses, by number, for which messages wait: none under OSATE's profiles, which have queues of their own."""
+    """The buses, by number, for which messages wait: none under OSATE's profiles, which have queues of their own.
+
+    Indices, ascending; a bus counts where a type of it states an `arbitration` (docs/semantics.md, section 5.4).
+    """
     if space.profile != "dse" or space.bus_queuing != "counted":
         return ()
     return tuple(number for number, bus in enumerate(space.buses) if bus.arbitration is not None)
@@ -44,14 +47,20 @@ def _may_wait(space: Space, _: object, __: View) -> tuple[frozenset[int], ...]:
 
 
 def may_wait_for(space: Space, number: int) -> frozenset[int]:
-    """The counted buses that may carry a connection."""
+    """The counted buses that may carry a connection.
+
+    Indices of buses, over all options of the connection; remembered for each space.
+    """
     if not counted_buses(space):
         return frozenset()
     return _REACHED.recall(space, "counted", View(()), _may_wait)[number]
 
 
 def bus_of(space: Space, number: int, view: View) -> int | None:
-    """The bus that the message of a connection waits for in a design; None where it waits for none."""
+    """The bus that the message of a connection waits for in a design; None where it waits for none.
+
+    The first counted bus on the way of the message.
+    """
     counted = may_wait_for(space, number)
     if not counted:
         return None
@@ -78,7 +87,10 @@ def message_key(space: Space, number: int, view: View) -> TaskKey:
 
 
 def message_stage(space: Space, number: int, view: View) -> Stage:
-    """The message of a connection as a stage on its bus."""
+    """The message of a connection as a stage on its bus.
+
+    A `Stage` with the shortest and longest transmission time in ns and the releases of its sender.
+    """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
     assert bus is not None
@@ -101,7 +113,10 @@ def _number(time: Exact) -> int:
 
 
 def wrapping_ns(space: Space, number: int, bus: int, view: View) -> tuple[Exact, Exact]:
-    """The least and most time of a message in whatever carries it beside the bus that it waits for."""
+    """The least and most time of a message in whatever carries it beside the bus that it waits for.
+
+    A pair in ns, exact: transmission times, or latencies, of the virtual buses and other buses on the way.
+    """
     connection = space.connections[number]
     least: Exact = 0
     most: Exact = 0
@@ -126,7 +141,10 @@ def _releases_of(space: Space, number: int, bus: int, view: View) -> list[Releas
 
 
 def bus_resource(space: Space, bus: int, view: View) -> Resource:
-    """A bus with the messages that wait for it in a design, in the order of their identifiers where these decide."""
+    """A bus with the messages that wait for it in a design, in the order of their identifiers where these decide.
+
+    A `Resource` with one entry for each message; connections that leave one port are one message.
+    """
     arbitration = at(space.buses[bus].arbitration, view)
     carried = [
         number

@@ -22,7 +22,10 @@ NOTHING = Parts()
 
 
 class Precedence(Data):
-    """Messages that go before another one."""
+    """Messages that go before another one.
+
+    Names are those of connections; times in ns.
+    """
 
     WRITTEN = (
         Of("name", "The message that goes first, by its connection.", key="message", kind=str),
@@ -61,12 +64,19 @@ class MessageResponse:
 
     @property
     def interference(self) -> Annotated[tuple[Delay, ...], Json(kind=tuple[Precedence, ...])]:
-        """The messages that go before it, the worst one; empty where it has no bound."""
+        """The messages that go before it, the worst one; empty where it has no bound.
+
+        One `Delay` in ns for each message, with the number of its frames; from the busy period that gives the response
+        time.
+        """
         return self.parts.delays()
 
     @property
     def blocking_ns(self) -> Exact:
-        """How long a less urgent frame that has begun keeps the bus."""
+        """How long a less urgent frame that has begun keeps the bus.
+
+        In ns; at most one frame blocks, because frames are not preempted.
+        """
         return self.parts.blocked_ns
 
     @property
@@ -76,17 +86,26 @@ class MessageResponse:
 
     @property
     def earlier_ns(self) -> Annotated[Exact, Json(default=0)]:
-        """What earlier ones of its own take before it; missing where there is none."""
+        """What earlier ones of its own take before it; missing where there is none.
+
+        In ns; above 0 where a message can be queued while its predecessor still waits.
+        """
         return self.parts.earlier_ns
 
     @property
     def over_ns(self) -> Annotated[Exact, Json(default=0)]:
-        """How much of all that is over when it comes; missing where nothing is."""
+        """How much of all that is over when it comes; missing where nothing is.
+
+        In ns; the part of the busy period before the message is queued.
+        """
         return self.parts.over_ns
 
 
 def message_responses(space: Space, bus: int, view: View) -> Iterator[MessageResponse]:
-    """The messages of a counted bus in a whole design, in the order in which they go first."""
+    """The messages of a counted bus in a whole design, in the order in which they go first.
+
+    One `MessageResponse` for each message, with parts that add up to the response time in ns.
+    """
     solution = messages_of(space, view)
     for entry in bus_resource(space, bus, view).entries:
         place = solution.system.place(entry.key)

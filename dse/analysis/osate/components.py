@@ -18,7 +18,10 @@ METHODS = ("response time", "processing time", "specified")
 
 
 def later_rows(space: Space, step: Step, component: Component, view: View) -> Iterator[Row]:
-    """The rows of a component after its sampling: callback of a hybrid one, queue, processing."""
+    """The rows of a component after its sampling: callback of a hybrid one, queue, processing.
+
+    Rows of the contributor table in OSATE's order, times in ns.
+    """
     component = in_flow(space, component, step, is_periodic=is_sampling(space, component, view))
     callback = _callback_row(space, step, component, view)
     if callback is not None:
@@ -43,12 +46,19 @@ def _callback_row(space: Space, step: Step, component: Component, view: View) ->
 
 
 def period_ns(component: Component, view: View) -> Exact:
-    """AADL's Period, which counts whatever the dispatch protocol; 0 where none is given."""
+    """AADL's Period, which counts whatever the dispatch protocol; 0 where none is given.
+
+    In ns.
+    """
     return at(component.stated_period_ns, view) or 0
 
 
 def is_sampling(space: Space, component: Component, view: View) -> bool:
-    """Whether a component has a Period and is not dispatched by events, as far as OSATE looks at that."""
+    """Whether a component has a Period and is not dispatched by events, as far as OSATE looks at that.
+
+    The profile *osate-2.2* treats sporadic threads and devices as not sampling; *osate-2.19* sporadic and aperiodic
+    ones.
+    """
     if not period_ns(component, view):
         return False
     protocol = at(component.protocol, view)

@@ -31,7 +31,10 @@ CARRYING = ("transmission time", "specified")
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What OSATE says of a flow."""
+    """What OSATE says of a flow.
+
+    `severity` is the one that OSATE gives; the text names the figures that it compares.
+    """
 
     JSON_NAME = "FlowFinding"
 
@@ -94,7 +97,11 @@ def _told(value_ns: Exact) -> str:
 
 
 def flow_findings(space: Space, flow: Flow, rows: Sequence[Row], view: View) -> Iterator[Finding]:
-    """OSATE's errors and warnings about a flow, whose `rows` have what is specified."""
+    """OSATE's errors and warnings about a flow, whose `rows` have what is specified.
+
+    In OSATE's order: each contributor against its specification, immediate connections, totals against the required
+    latency.
+    """
     for row in rows:
         (least, most), name = row.specified_ns or NOTHING, row.contributor
         if row.category != "connection":

@@ -23,7 +23,10 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True, slots=True)
 class FlowPosition:
-    """The element at `position` of a flow (by index)."""
+    """The element at `position` of a flow (by index).
+
+    Used as a key: figures of an element depend on its place in the flow.
+    """
 
     flow: int
     position: int
@@ -31,20 +34,29 @@ class FlowPosition:
 
 @dataclass(frozen=True, slots=True)
 class Sums:
-    """What passed since the last row that sampled, in ns: the least and the most."""
+    """What passed since the last row that sampled, in ns: the least and the most.
+
+    Restarted at every row that samples; rounding to partitions and buses needs them.
+    """
 
     min_ns: Exact = 0
     max_ns: Exact = 0
 
     def with_rows(self, rows: Sequence[Row]) -> Sums:
-        """The sums with those of further rows."""
+        """The sums with those of further rows.
+
+        New sums in ns.
+        """
         return Sums(
             self.min_ns + sum(row.min_ns for row in rows), self.max_ns + sum(row.max_ns for row in rows)
         )  # fmt: skip
 
 
 def places_of(space: Space, flow: Flow) -> tuple[FlowPosition, ...]:
-    """The places of a flow's elements, in order."""
+    """The places of a flow's elements, in order.
+
+    One `FlowPosition` for each element of the flow.
+    """
     number = space.flows.index(flow)
     return tuple(FlowPosition(number, position) for position in range(len(flow.steps)))
 
@@ -55,7 +67,11 @@ def place_step(space: Space, place: FlowPosition) -> Step:
 
 
 def place_rows(space: Space, place: FlowPosition, view: View, *, queues: bool = True) -> tuple[Row, ...]:
-    """The rows of the element at a place; without what waits on buses where `queues` is false."""
+    """The rows of the element at a place; without what waits on buses where `queues` is false.
+
+    Rows in OSATE's order, times in ns: sampling, partition, queue and processing of a component; output, media and
+    entry of a connection.
+    """
     step = place_step(space, place)
     if step.kind == "connection":
         left, entered = crossed(space, step)
@@ -73,7 +89,10 @@ def place_rows(space: Space, place: FlowPosition, view: View, *, queues: bool = 
 
 
 def is_never_sampled(space: Space, wire: Connection, component: Component, view: View) -> bool:
-    """Whether OSATE counts no sampling of what its receiver, a periodic component, gets: by an event port, today."""
+    """Whether OSATE counts no sampling of what its receiver, a periodic component, gets: by an event port, today.
+
+    False under the profile *osate-2.2*, which samples every input of a periodic component.
+    """
     return space.profile != OLD and wire.port not in ("data", "feature") and is_sampling(space, component, view)
 
 
@@ -120,13 +139,13 @@ def _sampling_period_ns(space: Space, step: Step, wire: Connection, component: C
 
 
 def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
-    return round_up(since.min_ns, period), round_up(since.max_ns, period)
+    return _round_up(since.min_ns, period), _round_up(since.max_ns, period)
 
 
-def round_up(passed: Exact, period: Exact) -> Exact:
+def _round_up(passed: Exact, period: Exact) -> Exact:
     """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
 
-    >>> [round_up(passed, 10) for passed in (0, 3, 10, 12)], round_up(3, 0)
+    >>> [_round_up(passed, 10) for passed in (0, 3, 10, 12)], _round_up(3, 0)
     ([10, 7, 0, 8], 0)
     """
     if not period:
@@ -211,7 +230,10 @@ def _samples(space: Space, step: Step, component: Component, view: View) -> bool
 
 
 def crossed(space: Space, step: Step) -> tuple[Partition | None, Partition | None]:
-    """The partition that a connection leaves and the one that it enters, where these are not the same."""
+    """The partition that a connection leaves and the one that it enters, where these are not the same.
+
+    A pair, both None for a component or where both ends are in one partition.
+    """
     if step.kind != "connection":
         return None, None
     wire = space.connections[step.index]
@@ -240,7 +262,7 @@ def _output_row(space: Space, place: FlowPosition, left: Partition, view: View) 
 
 def _output_ns(space: Space, left: Partition, passed: Exact) -> Exact:
     if space.partition_output == "major_frame":
-        return round_up(passed + left.offset_ns, left.period_ns)
+        return _round_up(passed + left.offset_ns, left.period_ns)
     window = left.duration_ns
     assert window is not None, left.name
     full = passed // window

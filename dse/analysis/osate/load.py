@@ -23,14 +23,17 @@ ZERO = Fraction(0)
 
 @dataclass(frozen=True, slots=True)
 class BusBudget:
-    """OSATE's budgets of a bus."""
+    """OSATE's budgets of a bus.
+
+    In B/s, exact.
+    """
 
     stated: Annotated[Fraction | None, "Its own, in B/s; null without one."]
     required: Annotated[Fraction, "The sum of those of what is bound to it."]
     findings: Annotated[tuple[Finding, ...], "OSATE's errors and warnings about them."] = ()
 
 
-def states_budgets(space: Space) -> bool:
+def _states_budgets(space: Space) -> bool:
     """Whether the problem has any budget."""
     return any(item.budget is not None for item in space.buses) or any(
         item.budget is not None for item in space.connections
@@ -40,9 +43,12 @@ def states_budgets(space: Space) -> bool:
 def bus_budget(
     space: Space, number: int, loads: dict[str, Fraction], capacity: Fraction | None, view: View
 ) -> BusBudget | None:
-    """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all."""
+    """The budgets of a bus that carries `loads`, by connection; None where a problem states none at all.
+
+    Required budgets count connections of one message once. Findings are compared with `capacity` in B/s.
+    """
     bus = space.buses[number]
-    if not states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
+    if not _states_budgets(space) or bus.types[view[bus.type_decision]] == EMPTY:
         return None
     required = sum((item.budget or ZERO for item in _riders(space, number, view)), ZERO)
     findings: list[Finding] = []

@@ -30,7 +30,10 @@ class Medium:
 
 
 def media(space: Space, wire: Connection, view: View) -> tuple[Medium, ...]:
-    """Whatever carries a connection, in OSATE's order; also inside one process."""
+    """Whatever carries a connection, in OSATE's order; also inside one process.
+
+    One `Medium` for each bus and protocol, with the size of the message there in bytes.
+    """
     bus = at(wire.stated_bus, view)
     bound = () if bus is None else (bus, *wire.further)
     stated: int | None = at(wire.size_bytes if wire.type_bytes is None else wire.type_bytes, view)
@@ -72,7 +75,10 @@ def _overhead(space: Space, number: int, view: View) -> Exact:
 
 
 def medium_ns(space: Space, wire: Connection, medium: Medium, view: View) -> tuple[Exact, Exact]:
-    """What one medium takes for a message; its latency where that is no time, at each end."""
+    """What one medium takes for a message; its latency where that is no time, at each end.
+
+    A pair (least, most) in ns, exact.
+    """
     (least, _), (most, _) = medium_ends(space, wire, medium, view)
     return least, most
 
@@ -80,7 +86,11 @@ def medium_ns(space: Space, wire: Connection, medium: Medium, view: View) -> tup
 def medium_ends(
     space: Space, wire: Connection, medium: Medium, view: View
 ) -> tuple[tuple[Exact, bool], tuple[Exact, bool]]:
-    """The least and the most that one medium takes, each with whether it is a transmission time, else a latency."""
+    """The least and the most that one medium takes, each with whether it is a transmission time, else a latency.
+
+    Pairs of a time in ns and a flag. *osate-2.2* uses the latency where there is no transmission time at all,
+    *osate-2.19* at each end by itself.
+    """
     if not medium.is_timed:
         return (0, True), (0, True)
     bus = space.buses[medium.bus]

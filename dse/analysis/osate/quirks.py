@@ -29,7 +29,10 @@ from dse.support.units import Exact, format_duration
 
 
 def quirks(space: Space, view: View) -> Iterator[str]:
-    """Every place of every flow where a quirk acts, in words."""
+    """Every place of every flow where a quirk acts, in words.
+
+    Sentences; none under the profile *dse*. Each has the total without the quirk, where that differs.
+    """
     if space.profile == "dse":
         return
     for flow in space.flows:
@@ -41,14 +44,14 @@ def quirks(space: Space, view: View) -> Iterator[str]:
             yield from _bus_period(space, flow, place, view)
 
 
-def total_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
+def _total_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
     """The least and most of a flow."""
     rows = [row for place in places_of(space, flow) for row in place_rows(space, place, view)]
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
 
 
 def _instead(space: Space, flow: Flow, view: View) -> str:
-    least, most = total_ns(space, flow, view)
+    least, most = _total_ns(space, flow, view)
     return f"{format_duration(least)} .. {format_duration(most)}"
 
 
@@ -66,7 +69,7 @@ def _unlinked(space: Space, flow: Flow, view: View) -> Iterator[str]:
         return
     linked = replace(flow, steps=tuple(replace(step, unlinked=False) for step in flow.steps))
     there = _with_flow(space, linked)
-    if total_ns(there, linked, view) != total_ns(space, flow, view):
+    if _total_ns(there, linked, view) != _total_ns(space, flow, view):
         told = _instead(there, linked, view)
         lost = f"{flow.name} is composed of other flows, where OSATE counts no sampling and no queues"
         yield f"{lost}: with them it takes {told}"
@@ -75,8 +78,8 @@ def _unlinked(space: Space, flow: Flow, view: View) -> Iterator[str]:
 def _waits_elsewhere(space: Space, flow: Flow, view: View) -> Iterator[str]:
     """Q2: a connection of several flows waits for its bus in the last of them only."""
     other = _with_flow(space, flow, last=True)
-    here = total_ns(space, flow, view)
-    if total_ns(other, flow, view) == here:
+    here = _total_ns(space, flow, view)
+    if _total_ns(other, flow, view) == here:
         return
     wires = []
     for place in places_of(other, flow):
@@ -101,7 +104,7 @@ def _early_deadline(space: Space, flow: Flow, place: FlowPosition, view: View) -
     row, execution = place_rows(space, place, view)[-1], at(component.execution_ns, view)
     if component.category in EXECUTING and row.max_method == "deadline" and execution and execution[1] > row.max_ns:
         worst, deadline = format_duration(execution[1]), format_duration(row.max_ns)
-        most = format_duration(total_ns(space, flow, view)[1] + execution[1] - row.max_ns)
+        most = format_duration(_total_ns(space, flow, view)[1] + execution[1] - row.max_ns)
         told = f"{component.name} takes up to {worst}, OSATE counts its deadline of {deadline}"
         yield f"{told}: with the execution time {flow.name} takes up to {most}, as far as nothing behind it rounds up"
 
@@ -123,7 +126,7 @@ def _partition(space: Space, flow: Flow, place: FlowPosition, view: View) -> Ite
     before = FlowPosition(place.flow, place.position - 1)
     entered = crossed(space, place_step(space, before))[1] if place.position else None
     if entered is not None and row.min_ns and row.min_method.endswith("sampling"):
-        least = format_duration(total_ns(space, flow, view)[0] - row.min_ns)
+        least = format_duration(_total_ns(space, flow, view)[0] - row.min_ns)
         told = (
             f"{component.name} samples behind its partition {entered.name}: OSATE adds {format_duration(row.min_ns)} to"
         )
@@ -140,7 +143,7 @@ def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> It
     period = sum(periods)
     if period:
         what = "period" if sum(map(bool, periods)) == 1 else "periods, in all"
-        least = format_duration(total_ns(space, flow, view)[0] - period)
+        least = format_duration(_total_ns(space, flow, view)[0] - period)
         told = f"OSATE adds the {what} {format_duration(period)} of what carries {wire.name} to the minimum as well"
         yield f"{told}, for it takes the system for synchronous: without it {flow.name} takes at least {least}"
 

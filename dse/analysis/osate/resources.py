@@ -30,7 +30,10 @@ PER_S = 1000
 
 @dataclass(frozen=True, slots=True)
 class BudgetUse:
-    """What an entry of `budgets` needs of a resource."""
+    """What an entry of `budgets` needs of a resource.
+
+    In the unit of the resource: MIPS or bytes.
+    """
 
     WRITTEN = ("name", "used", "budget", "slack_ppm")
 
@@ -40,13 +43,19 @@ class BudgetUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the budget, as a share of it; null without one."""
+        """What is left of the budget, as a share of it; null without one.
+
+        In ppm, negative where more is used than budgeted.
+        """
         return (self.budget - self.used) / self.budget * 10**6 if self.budget else None
 
 
 @dataclass(frozen=True, slots=True)
 class ResourceUse:
-    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system."""
+    """OSATE's resource budgets: of a processor, a partition, a memory, or of the whole system.
+
+    Totals are exact, in MIPS or bytes.
+    """
 
     WRITTEN = ("name", "resource", "unit", "capacity", "total", "slack_ppm", "users", "findings")
 
@@ -62,12 +71,18 @@ class ResourceUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the capacity, as a share of it; null without one."""
+        """What is left of the capacity, as a share of it; null without one.
+
+        In ppm, negative where more is needed than there is.
+        """
         return (self.capacity - self.total) / self.capacity * 10**6 if self.capacity else None
 
 
 def resource_uses(space: Space, view: View) -> tuple[ResourceUse, ...]:
-    """Every processor, partition and memory of which something is stated, and the system as a whole."""
+    """Every processor, partition and memory of which something is stated, and the system as a whole.
+
+    Processors and partitions by speed, memories by size, RAM and ROM; nothing where the problem states no budgets.
+    """
     stated = space.resources
     found: list[ResourceUse] = []
     if stated.types or stated.partitions or any(item.speed is not None for item in stated.entries):
@@ -209,12 +224,12 @@ def _processors(needs: _Needs) -> Iterator[ResourceUse]:
         if slot.types[needs.view[slot.type_decision]] != EMPTY:
             speeds.append(needs.speed_of(number))
             yield _use(needs, slot.name, speeds[-1], needs.bound_to("processor", number))
-    for name in partitions_of(space):
+    for name in _partitions_of(space):
         yield _use(needs, name, stated.partitions.get(name), needs.bound_to("partition", name))
     yield _system(needs, speeds, "processors")
 
 
-def partitions_of(space: Space) -> list[str]:
+def _partitions_of(space: Space) -> list[str]:
     """The names of the partitions that something is bound to, in order."""
     names = {item.partition.name for item in space.components if item.partition is not None}
     return sorted(names | {item.partition for item in space.resources.entries if item.partition is not None})
@@ -247,7 +262,7 @@ def _of_bound(
         return
     what = needs.kind
     if not capacity:
-        severity: Literal["error", "warning"] = "warning" if name in partitions_of(needs.space) else "error"
+        severity: Literal["error", "warning"] = "warning" if name in _partitions_of(needs.space) else "error"
         yield Finding(severity, f"{name} has no {what} stated, but something is bound to it")
     if total > (capacity or ZERO):
         if capacity:

@@ -22,13 +22,19 @@ MOST_IN_SUMS = 10
 
 @dataclass(frozen=True)
 class Room:
-    """The capacity of a core: at most `share` of it, or less than that where `is_strict`."""
+    """The capacity of a core: at most `share` of it, or less than that where `is_strict`.
+
+    A fraction of one core, exact.
+    """
 
     share: Fraction
     is_strict: bool = False
 
     def fits(self, load: Fraction) -> bool:
-        """Whether a core may carry a load."""
+        """Whether a core may carry a load.
+
+        Equality fits unless the room is strict.
+        """
         return load < self.share if self.is_strict else load <= self.share
 
 
@@ -37,7 +43,10 @@ WHOLE = Room(Fraction(1))
 
 @dataclass(frozen=True)
 class Work:
-    """A thread to be put on a core: the share of a core that it uses, and the cores that it may have, from 0."""
+    """A thread to be put on a core: the share of a core that it uses, and the cores that it may have, from 0.
+
+    `cores` are the allowed core numbers, from 0.
+    """
 
     share: Fraction
     cores: Collection[int]
@@ -58,14 +67,20 @@ class Counted:
 
     @property
     def fits(self) -> Callable[[Any], bool]:
-        """Whether a core may carry a load."""
+        """Whether a core may carry a load.
+
+        A function of a load in the parts of `counted_in_parts`.
+        """
         if not self.is_plain:
             return self.room.fits
         return partial(operator.gt if self.room.is_strict else operator.ge, self.room.share)  # by far quicker
 
 
 def counted_in_parts(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Counted:
-    """The question in the largest parts of a core of which all figures are whole numbers."""
+    """The question in the largest parts of a core of which all figures are whole numbers.
+
+    Integers are compared faster than fractions; traced numbers stay as they are.
+    """
     figures = [*taken, *(item.share for item in work)]
     if not all(type(figure) in (int, Fraction) for figure in figures):
         return Counted(work, taken, room, Fraction(1), is_plain=False)
@@ -77,13 +92,19 @@ def counted_in_parts(work: Sequence[Work], taken: Sequence[Fraction], room: Room
 
 
 def largest_first(work: Sequence[Work]) -> list[int]:
-    """The positions of the threads, those that use most first."""
+    """The positions of the threads, those that use most first.
+
+    Indices into `work`; ties by index, so that results are reproducible.
+    """
     return sorted(range(len(work)), key=lambda number: (-work[number].share, number))
 
 
 @dataclass(frozen=True)
 class PackingOutcome:
-    """What a complete search found, and how many of its steps were left."""
+    """What a complete search found, and how many of its steps were left.
+
+    `status` is ``found``, ``none`` (proved) or ``undecided`` (effort used up).
+    """
 
     status: Status
     cores: tuple[int, ...]
@@ -110,7 +131,10 @@ class PackingSearch:
         self.sums: dict[int, list[Any]] = {}
 
     def run(self) -> PackingOutcome:
-        """Whether there is a partition, and one where there is."""
+        """Whether there is a partition, and one where there is.
+
+        Depth-first over the threads in decreasing load, with equal cores tried once.
+        """
         found = self._place(0) if self.is_enough else False
         status: Status = "undecided" if found is None else "found" if found else "none"
         return PackingOutcome(status, tuple(self.cores), tuple(self.loads), self.steps)

@@ -42,7 +42,10 @@ def placement(space: Space, processor: int, view: View) -> Spread:
 
 
 def even_core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
-    """A core for each thread of a processor with the fullest core used little, as limited effort finds it."""
+    """A core for each thread of a processor with the fullest core used little, as limited effort finds it.
+
+    Component indices to core numbers from 1; threads of one executor or reservation share a core.
+    """
     here = members(space, processor, view)
     found = even_spread(space, processor, _used(space, here, view), view)
     return {number: found.cores[space.unit(number, view)] for number in here}
@@ -58,7 +61,10 @@ def _used(space: Space, here: Iterable[int], view: View) -> dict[int, Fraction]:
 
 
 def core_room(space: Space, processor: int) -> Room:
-    """What requirements allow to use of each core of a processor, at most all."""
+    """What requirements allow to use of each core of a processor, at most all.
+
+    The strictest upper limit on the utilisation of a core; `WHOLE` where none is stated.
+    """
     limits = [
         Room(item.limit.value, item.operator == "<")
         for item in space.requirements

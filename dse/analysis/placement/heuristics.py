@@ -28,7 +28,10 @@ NO_ROOMS: Mapping[int, Room] = {}
 
 
 def core_limits(space: Space) -> list[Limit]:
-    """The upper limits on response times that are asked for."""
+    """The upper limits on response times that are asked for.
+
+    `Limit` objects in the order of the question.
+    """
     return [build_limit(space, item) for item in space.requirements if item.is_deadline]
 
 
@@ -64,7 +67,10 @@ def first_fit(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design
 
 
 def evenly(space: Space, design: Design, open_: Sequence[OpenCore]) -> Design | None:
-    """The design with the threads of `open_` spread over cores, the fullest used as little as is found soon."""
+    """The design with the threads of `open_` spread over cores, the fullest used as little as is found soon.
+
+    A whole design, or None where the core that was found is no option of a thread.
+    """
     return _with_cores(space, design, open_, even_core_of_each)
 
 
@@ -92,7 +98,10 @@ def _with_cores(
 
 
 def ordered(space: Space, design: Design, orders: Sequence[OpenPriority], limits: Sequence[Limit]) -> Iterator[Design]:
-    """The design, with priorities for the threads that ask for the best order."""
+    """The design, with priorities for the threads that ask for the best order.
+
+    One design for each order that is proposed; the design itself where no priority is open.
+    """
     return with_best_order(space, design, orders, limits) if orders else iter((design,))
 
 
@@ -200,7 +209,10 @@ def _place(
 
 
 def by_unit(open_: Sequence[OpenCore], space: Space, view: View) -> dict[int, OpenCore]:
-    """Open cores by the first thread that has each in a design; those that none has are left out."""
+    """Open cores by the first thread that has each in a design; those that none has are left out.
+
+    Component indices to open cores, for the executors, reservations and threads of this design.
+    """
     units: dict[int, OpenCore] = {}
     for item in open_:
         first = next((one for one in item.threads if _owner(space, one, view) == item.decision.component), None)

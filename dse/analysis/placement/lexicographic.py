@@ -25,7 +25,7 @@ from dse.space.model.space import Design, OpenCore, OpenPriority, Space
 from dse.space.model.trees import at, consulted
 
 MOST_STEPS = 10_000
-"""So much work a search for the first cores may be: 1 for each try of a core, and what follows beside."""
+"""The greatest work of a search for the first cores: 1 for each try of a core, and what follows from it."""
 ADMITTING, ENDING = 20, 2_500
 """The work of an admission test, and of a design that is whole and misses a limit."""
 Place: TypeAlias = tuple[int, int]
@@ -93,7 +93,7 @@ class _Asked:
     bare: frozenset[int]
 
     def on(self, processor: int) -> list[OpenCore]:
-        """Those of one processor."""
+        """The first cores of the threads of one processor."""
         return [item for item in self.order if self.where[item.component] == processor]
 
     def rooms(self, space: Space, view: View, beside: Sequence[Limit]) -> dict[int, list[_CoreRoom]]:

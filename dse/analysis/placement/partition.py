@@ -36,7 +36,7 @@ from dse.space.model.trees import at
 MOST_STEPS = 20_000
 """Maximum number of times that the complete search puts a thread on a core."""
 FIRST_STEPS = 1_000
-"""The same before cores are filled one after the other."""
+"""Steps of the first complete search, before cores are filled one after the other."""
 MOST_THREADS = 300
 """Maximum number of threads for the complete search; with more, only first-fit is tried."""
 
@@ -54,7 +54,10 @@ class CorePartition:
 
     @property
     def fullest(self) -> int:
-        """The core that is used most, the first of several."""
+        """The core that is used most, the first of several.
+
+        From 0.
+        """
         return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core))
 
 
@@ -114,7 +117,11 @@ def _filled(counted: Counted) -> PackingOutcome | None:
 
 
 def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
-    """The partition whose fullest core is used least; `undecided` where effort ended before that was proved."""
+    """The partition whose fullest core is used least; `undecided` where effort ended before that was proved.
+
+    A heuristic partition, then complete search for one with a lower peak, until a bound is met or `MOST_STEPS` is
+    reached.
+    """
     counted = counted_in_parts(work, taken, WHOLE)
     order = largest_first(counted.work)
     cores, loads = _least_used(counted, order)
@@ -152,7 +159,10 @@ class Spread:
 
     @property
     def fullest(self) -> int:
-        """The core that is used most, from 1; the first of several."""
+        """The core that is used most, from 1; the first of several.
+
+        An index of `loads` plus 1.
+        """
         return max(range(len(self.loads)), key=lambda core: (self.loads[core], -core)) + 1
 
 
@@ -178,7 +188,10 @@ def spread(space: Space, processor: int, used: Mapping[int, Fraction], view: Vie
 
 
 def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view: View) -> Spread:
-    """The threads of a processor on its cores, such that the fullest is used least, as far as cores are open."""
+    """The threads of a processor on its cores, such that the fullest is used least, as far as cores are open.
+
+    A `Spread`; threads with stated or decided cores stay there. `used` has fractions of a core by component index.
+    """
     taken, waiting, allowed = _given(space, processor, used, view)
     work = [Work(used[number], allowed[number]) for number in waiting]
     is_given = asks_for_first_fit(space, waiting)
@@ -186,19 +199,28 @@ def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view
 
 
 def asks_for_first_fit(space: Space, waiting: Iterable[int]) -> bool:
-    """Whether some thread without a core has it by first-fit, not as it is best."""
+    """Whether some thread without a core has it by first-fit, not as it is best.
+
+    Then partitions are built by first-fit instead of by search, as the file asks.
+    """
     is_open = {item.component for item in space.open_cores}
     return any(number not in is_open for number in waiting)
 
 
 def core_count(space: Space, processor: int, view: View) -> int:
-    """How many cores a processor has; where a study moves their number, a part of a core is none."""
+    """How many cores a processor has; where a study moves their number, a part of a core is none.
+
+    An integer of at least 1; traced numbers from a study are rounded down.
+    """
     given = max(1, at(space.processors[processor].cores, view))
     return operator.index(given) if given.denominator == 1 else floor(given)
 
 
 def given_cores(space: Space, processor: int, numbers: Iterable[int], view: View) -> dict[int, int] | None:
-    """The core of each of these threads, where each has one of its own; None where some are open."""
+    """The core of each of these threads, where each has one of its own; None where some are open.
+
+    Component indices to core numbers from 1.
+    """
     count = core_count(space, processor, view)
     found = {number: own_core(space, number, view, count) for number in numbers}
     given = {number: core for number, core in found.items() if core is not None}

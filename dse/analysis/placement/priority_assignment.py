@@ -77,7 +77,10 @@ class _Core:
 
 
 def limits_of(limits: Sequence[Limit], view: View) -> Latest:
-    """The upper limits on response times in a design, by thread."""
+    """The upper limits on response times in a design, by thread.
+
+    Component indices to pairs of an operator and a limit in ns.
+    """
     found: dict[int, list[tuple[str, Fraction]]] = {}
     for limit in limits:
         number = limit.requirement.metric.index or 0
@@ -109,7 +112,10 @@ def best_options(
 
 
 def is_decisive(space: Space, group: Sequence[int], free: Mapping[int, OpenPriority], view: View) -> bool:
-    """Whether no order is in time where none is found: not where levels are few and some threads have numbers."""
+    """Whether no order is in time where none is found: not where levels are few and some threads have numbers.
+
+    Audsley's algorithm is optimal for distinct priorities; with few levels or stated numbers it may miss an order.
+    """
     return most_levels(space, group, view) is None or all(number in free for number in group)
 
 
@@ -202,7 +208,10 @@ def _by_turn(free: Mapping[int, OpenPriority], here: Sequence[int], latest: Late
 
 
 def groups_of(space: Space, view: View) -> list[list[int]]:
-    """The threads of each core of each processor."""
+    """The threads of each core of each processor.
+
+    Lists of component indices; each group is ordered by itself.
+    """
     found: dict[tuple[int, int], list[int]] = {}
     for processor in range(len(space.processors)):
         for number, core in core_of_each(space, processor, view).items():

@@ -65,18 +65,27 @@ class Task:
 
     @property
     def utilisation(self) -> Fraction:
-        """The share of the core that the task uses in the long run, at most."""
+        """The share of the core that the task uses in the long run, at most.
+
+        A fraction of one core, exact: the worst time over the period of each stream, at most over the separation.
+        """
         worst = Fraction(1) * self.worst_ns
         share = sum((worst / stream.period_ns for stream in self.streams), Fraction(0))
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
 
     def single(self) -> Task:
-        """One job of it alone: those before it have ended."""
+        """One job of it alone: those before it have ended.
+
+        Used where it is proved that earlier jobs do not wait when a job is released.
+        """
         return replace(self, streams=(), separation_ns=None)
 
 
 def is_plain(task: Task) -> bool:
-    """Whether its times are mere numbers, not traced ones (`dse.questions.sensitivity`), which differ though equal."""
+    """Whether its times are mere numbers, not traced ones (`dse.questions.sensitivity`), which differ though equal.
+
+    Only plain tasks may be keys of a memory; equal traced numbers have different expressions.
+    """
     if type(task.worst_ns) not in PLAIN or type(task.separation_ns) not in PLAIN:
         return False
     return all(type(item.period_ns) in PLAIN and type(item.jitter_ns) in PLAIN for item in task.streams)
@@ -101,7 +110,10 @@ def _rough_share(task: Task) -> float:
 
 
 def periodic(name: str, worst_ns: int, period_ns: int, jitter_ns: Exact = 0) -> Task:
-    """A task with one stream."""
+    """A task with one stream.
+
+    Times in ns; the jitter is how much later than periodically a release may come.
+    """
     return Task(name, worst_ns, (Stream(period_ns, jitter_ns),))
 
 
@@ -223,7 +235,11 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
 
 
 def releases_to_look_at_ns(task: Task, rivals: Sequence[Task]) -> Iterator[Exact]:
-    """Releases of the jobs of which one responds last."""
+    """Releases of the jobs of which one responds last.
+
+    In ns from the beginning of the busy period, the first at 0; beyond the last one the pattern repeats
+    (`last_to_look_at_ns`).
+    """
     releases = densest_releases_ns(task)
     yield from islice(releases, JOBS_BEFORE_REPETITION)
     last = last_to_look_at_ns((task, *rivals))

@@ -74,14 +74,14 @@ class EventModels:
 
     def task(self, key: TaskKey) -> Task | None:
         """The stage as what a busy window counts; None where it comes without a bound."""
-        return late_task(self.stages[key]) if self.has_no_bound(key) else self.bounded_task(key)
+        return _late_task(self.stages[key]) if self.has_no_bound(key) else self.bounded_task(key)
 
     def bounded_task(self, key: TaskKey) -> Task | None:
         """The stage as what a busy window counts, of a piece as if its thread had a bound."""
         stage, streams = self.stages[key], self.streams(key)
         if streams is None:
-            return late_task(stage)
-        return _shared_task(stage, streams) if self.is_plain else task_of(stage, streams)
+            return _late_task(stage)
+        return _shared_task(stage, streams) if self.is_plain else _task_of(stage, streams)
 
     def has_no_bound(self, key: TaskKey) -> bool:
         """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
@@ -162,17 +162,17 @@ def _longest(times: Iterable[Exact]) -> Exact:
     return reduce(max, times)
 
 
-def task_of(stage: Stage, streams: tuple[Stream, ...]) -> Task:
+def _task_of(stage: Stage, streams: tuple[Stream, ...]) -> Task:
     """A stage that these streams release, with what it costs to switch to it and back."""
     return Task(stage.name, stage.cost_ns, streams, stage.separation_ns, stage.key)
 
 
 @lru_cache(16384)
 def _shared_task(stage: Stage, streams: tuple[Stream, ...]) -> Task:
-    return task_of(stage, streams)
+    return _task_of(stage, streams)
 
 
-def late_task(stage: Stage) -> Task | None:
+def _late_task(stage: Stage) -> Task | None:
     """A stage that comes without a bound: None; one job of a stage that takes no time, which delays nothing."""
     return None if stage.cost_ns else once(stage)
 

@@ -24,23 +24,32 @@ MOST_SUMS = 20_000
 
 
 class TooLongError(Exception):
-    """Formulas take more than `MOST_SUMS`."""
+    """Formulas take more than `MOST_SUMS`.
+
+    The rounds are then made one by one.
+    """
 
 
 class Reach:
-    """Until which t the comparisons that were made come out the same; None for ever."""
+    """Until which t the comparisons that were made come out the same; None for ever.
+
+    Shared by all lines of one computation; each comparison may shorten it.
+    """
 
     until: Exact | None = None
     sums = 0
 
-    def ends_at(self, time: Exact) -> None:
+    def _ends_at(self, time: Exact) -> None:
         """Some comparison comes out otherwise from then on."""
         if self.until is None or time < self.until:
             self.until = time
 
 
 class Line:
-    """The number ``at + slope * t`` for t greater than 0 and below its `reach`."""
+    """The number ``at + slope * t`` for t greater than 0 and below its `reach`.
+
+    Arithmetic and comparisons of such numbers give the steps for which the fixed point grows by equal amounts.
+    """
 
     __slots__ = ("at", "reach", "slope")
     __hash__: ClassVar[None]  # type: ignore[assignment]
@@ -85,7 +94,7 @@ class Line:
             whole -= 1
         if self.slope:
             border = (whole + 1) * step if self.slope > 0 else whole * step
-            self.reach.ends_at(Fraction(1) * (border - self.at) / self.slope)
+            self.reach._ends_at(Fraction(1) * (border - self.at) / self.slope)
         return whole
 
     def _sign(self, other: Any) -> int:
@@ -94,7 +103,7 @@ class Line:
         if apart.at == 0:
             return int(apart.slope > 0) - int(apart.slope < 0)
         if apart.slope and (apart.at < 0) == (apart.slope > 0):
-            self.reach.ends_at(Fraction(1) * -apart.at / apart.slope)
+            self.reach._ends_at(Fraction(1) * -apart.at / apart.slope)
         return int(apart.at > 0) - int(apart.at < 0)
 
     def __lt__(self, other: Any) -> bool:
@@ -115,7 +124,7 @@ class Line:
     def __bool__(self) -> bool:
         return self._sign(0) != 0
 
-    def is_raised(self, other: Any) -> bool:
+    def _is_raised(self, other: Any) -> bool:
         """Whether a number, or a line, is this line a round later."""
         if other is None:
             return False
@@ -173,6 +182,6 @@ def steps_along(known: Known, grown: Mapping[Hashable, Exact], raise_all: Callab
     for key, value in given.items():
         if value is None and found[key] is None:
             continue
-        if value is None or not (value if isinstance(value, Line) else Line(value, 0, reach)).is_raised(found[key]):
+        if value is None or not (value if isinstance(value, Line) else Line(value, 0, reach))._is_raised(found[key]):
             return 0
     return ceil(reach.until) if reach.until is not None else 0

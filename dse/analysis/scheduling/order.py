@@ -94,7 +94,7 @@ class Schedule:
         """The tasks of each core, by priority; kept with the view."""
         found: list[list[Turn]] | None = self.view.memo.get(("turns", processor))
         if found is None:
-            found = self.view.memo["turns", processor] = cores_of(self.space, processor, self.view)
+            found = self.view.memo["turns", processor] = _cores_of(self.space, processor, self.view)
         return found
 
     def place(self, key: TaskKey) -> tuple[int, int, Turn] | None:
@@ -148,7 +148,7 @@ def upstream(space: Space, key: TaskKey, view: View, seen: frozenset[int]) -> li
     return found
 
 
-def cores_of(space: Space, processor: int, view: View) -> list[list[Turn]]:
+def _cores_of(space: Space, processor: int, view: View) -> list[list[Turn]]:
     """The tasks of each core, by priority."""
     placed = core_of_each(space, processor, view)
     cores = range(1, max(1, at(space.processors[processor].cores, view)) + 1)
@@ -220,10 +220,10 @@ def _inner(space: Space, numbers: Sequence[int], view: View) -> dict[TaskKey, in
 
 
 def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
-    """The same with the time for which what never goes before a task may keep the core all the same."""
+    """The turns with their blocking: for how long a task of lower priority may keep the core."""
     if all(space.components[turn.key[0]].section_ns is None for turn in turns):
         return turns
-    sections = sections_of(space, turns, view)
+    sections = _sections_of(space, turns, view)
     found = []
     for turn in turns:
         rivals = set(turn.rivals(turns) if turn.reservation is None else turn.outside(turns))
@@ -237,7 +237,7 @@ def _blocked(space: Space, turns: list[Turn], view: View) -> list[Turn]:
     return found
 
 
-def sections_of(space: Space, turns: Sequence[Turn], view: View) -> list[int]:
+def _sections_of(space: Space, turns: Sequence[Turn], view: View) -> list[int]:
     """For how long each task of a core may keep it to itself."""
     return [
         section_ns(space, turn.key[0], alone_ns(space.components[turn.key[0]], turn.key[1], view)[1], view)

@@ -18,7 +18,10 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class Delay:
-    """Jobs of what goes before a late thread."""
+    """Jobs of what goes before a late thread.
+
+    Times in ns; `jobs` counts those in the busy period of the worst job.
+    """
 
     name: Annotated[str, "The thread or interrupt."]
     jobs: Annotated[int, "How many jobs of it go before the worst one of the late thread."]
@@ -57,17 +60,26 @@ class Parts:
 
     @property
     def waited_ns(self) -> Exact:
-        """How much later than by itself the job ends."""
+        """How much later than by itself the job ends.
+
+        In ns: earlier jobs, interference and blocking, less what is over at the release.
+        """
         others = sum(jobs * task.worst_ns for task, jobs in self.interference)
         return self.earlier_ns + others + self.blocked_ns - self.over_ns
 
     def delays(self, name_of: Callable[[Task], str] = lambda task: task.name) -> tuple[Delay, ...]:
-        """The jobs of others, by the names that they are told by."""
+        """The jobs of others, by the names that they are told by.
+
+        In the order of the interference, with the work in ns.
+        """
         return tuple(Delay(name_of(task), jobs, jobs * task.worst_ns) for task, jobs in self.interference)
 
 
 def counted(jobs: Iterable[tuple[Task, int]]) -> tuple[tuple[Task, int], ...]:
-    """These jobs of tasks, without what takes no time."""
+    """These jobs of tasks, without what takes no time.
+
+    Pairs of a task and a number of jobs, in their order.
+    """
     return tuple((task, count) for task, count in jobs if task.worst_ns and count)
 
 

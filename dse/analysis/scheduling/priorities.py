@@ -23,20 +23,29 @@ DEADLINE_MONOTONIC = "deadline_monotonic"
 
 
 def deadline_ns(component: Component, view: View) -> int | None:
-    """The stated deadline, else the period (or minimum separation), else None."""
+    """The stated deadline, else the period (or minimum separation), else None.
+
+    In ns, as the design has it.
+    """
     stated = at(component.deadline_ns, view)
     found: int | None = at(component.period_ns, view) if stated is None else stated
     return found
 
 
 def number_of(component: Component, view: View) -> int | None:
-    """The stated or chosen priority; None where a rule orders the thread."""
+    """The stated or chosen priority; None where a rule orders the thread.
+
+    A larger number is more urgent.
+    """
     found = at(component.priority, view)
     return found if isinstance(found, int) else None
 
 
 def order_ns(space: Space, number: int, view: View) -> Fraction | None:
-    """The time that orders a thread without a priority of its own, the shorter first; None behind all others."""
+    """The time that orders a thread without a priority of its own, the shorter first; None behind all others.
+
+    In ns, exact: the mean time between jobs, or the deadline under `deadline_monotonic`.
+    """
     component = space.components[number]
     if at(component.priority, view) == DEADLINE_MONOTONIC:
         deadline = deadline_ns(component, view)
@@ -61,13 +70,19 @@ def levels_of(space: Space, numbers: Sequence[int], view: View) -> list[list[int
 
 
 def reserved_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
-    """The threads of one reservation by level, the most urgent first; the first of an executor stands for it."""
+    """The threads of one reservation by level, the most urgent first; the first of an executor stands for it.
+
+    Lists of component indices; threads of one level count in each other's interference.
+    """
     firsts = dict.fromkeys(space.os_thread(number, view)[0] for number in numbers)
     return _ordered({first: _thread_turn(space, first, view) for first in firsts})
 
 
 def inner_levels(space: Space, numbers: Sequence[int], view: View) -> list[list[int]]:
-    """The threads of one executor by level, the most urgent first."""
+    """The threads of one executor by level, the most urgent first.
+
+    Lists of component indices; threads of one level count in each other's interference.
+    """
     return _ordered({number: _own_turn(space, number, view) for number in numbers})
 
 
@@ -114,7 +129,10 @@ def _ordered(turns: Mapping[int, Turn]) -> list[list[int]]:
 
 
 def most_levels(space: Space, numbers: Sequence[int], view: View) -> int | None:
-    """How many priorities the processor of these threads has; None where that is not stated."""
+    """How many priorities the processor of these threads has; None where that is not stated.
+
+    Threads beyond that number share the last level.
+    """
     processor = at(space.components[numbers[0]].processor, view) if numbers else None
     if processor is None:
         return None

@@ -49,7 +49,7 @@ def resolve(space: Space, view: View, wanted: Sequence[TaskKey] | None = None) -
     """
     counted = counted_buses(space)
     if wanted is not None and not counted:  # with buses everything may have a part in everything
-        return system_of(space, Schedule(space, view).needed(wanted), view)
+        return _system_of(space, Schedule(space, view).needed(wanted), view)
     buses = [_bus(space, number, view) for number in counted]
     if _is_shared(space, view):
         processors = range(len(space.processors))
@@ -77,7 +77,7 @@ def resolve_buses(space: Space, view: View, wire: int | None = None) -> System:
             found = [bus_of(space, one, view) for one, part in before if part == "message"]
             todo += dict.fromkeys(bus for bus in found if bus is not None and bus not in resources)
     keys = [entry.key for resource in resources.values() for entry in resource.entries]
-    return System(with_senders(keys, read), tuple(resources.values()), horizon_ns(space), space.is_traced)
+    return System(with_senders(keys, read), tuple(resources.values()), _horizon_ns(space), space.is_traced)
 
 
 def _bus(space: Space, number: int, view: View) -> Resource:
@@ -99,17 +99,17 @@ def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
     """The system in which only these threads are there, by number, each group on a resource of its own."""
-    return system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view)
+    return _system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view)
 
 
-def system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
+def _system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
     """The system of these resources: processor, core and the order of the tasks of each."""
     return _system(space, [resource_of(space, *core, view) for core in cores], view)
 
 
 def _system(space: Space, resources: Sequence[Resource], view: View) -> System:
     keys = [entry.key for resource in resources for entry in resource.entries]
-    return System(with_senders(keys, reader(space, view)), tuple(resources), horizon_ns(space), space.is_traced)
+    return System(with_senders(keys, reader(space, view)), tuple(resources), _horizon_ns(space), space.is_traced)
 
 
 def with_senders(keys: Sequence[TaskKey], read: Read) -> dict[TaskKey, Stage]:
@@ -270,7 +270,7 @@ def _server_of(space: Space, number: int, member: int, view: View) -> Server:
     return Server(item.name, budget, period, switching_ns(space, member, view))
 
 
-def horizon_ns(space: Space) -> int:
+def _horizon_ns(space: Space) -> int:
     """Ten times the longest period, in ns: response times that grow beyond it by their own jitter have no bound."""
     for components, known in _HORIZON:
         if components is space.components:

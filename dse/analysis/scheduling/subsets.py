@@ -16,7 +16,7 @@ from dse.space.model.space import Space
 from dse.support.units import Exact
 
 KEPT = 20_000
-"""So many answers are remembered at most."""
+"""The greatest number of answers that are remembered."""
 KEPT_SPACES = 4
 Known: TypeAlias = dict[TaskKey, Exact | None]
 Options: TypeAlias = tuple[int, ...]
@@ -25,7 +25,10 @@ Groups: TypeAlias = Sequence[Sequence[int]]
 
 
 class Subsets:
-    """Answers by the threads that are asked about, and by the options of the decisions that were looked at."""
+    """Answers by the threads that are asked about, and by the options of the decisions that were looked at.
+
+    Keyed by what was looked at only, so that designs that differ elsewhere share an answer.
+    """
 
     def __init__(self) -> None:
         self._kept: dict[int, tuple[Space, Sequence[int], Answers]] = {}

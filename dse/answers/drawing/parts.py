@@ -14,7 +14,10 @@ from dse.space.model.trees import leaves
 
 @dataclass(frozen=True)
 class Area:
-    """Components, by index, that run on one processor, or on one of several (open); none where none is stated."""
+    """Components, by index, that run on one processor, or on one of several (open); none where none is stated.
+
+    Several processors mean that the decision is open; the areas of a drawing do not depend on the design.
+    """
 
     processors: tuple[int, ...]
     members: tuple[int, ...]
@@ -33,7 +36,10 @@ class Use:
     connections: tuple[int, ...] = ()
 
     def add(self, connection: int, *, sends: bool, always: bool) -> None:
-        """Note a connection of which the component is one end."""
+        """Note a connection of which the component is one end.
+
+        `sends` tells the direction, `always` whether the connection uses the bus in every design.
+        """
         self.sends |= sends
         self.receives |= not sends
         self.always |= always
@@ -41,7 +47,11 @@ class Use:
 
 
 class Parts:
-    """The parts of the drawing of a space; the designs of a space have all of them in common."""
+    """The parts of the drawing of a space; the designs of a space have all of them in common.
+
+    Numbers are indices into the space's components, connections and processors. Computed once and shared by the
+    drawings of all designs.
+    """
 
     def __init__(self, space: Space) -> None:
         self.space = space
@@ -55,7 +65,11 @@ class Parts:
 
     @cached_property
     def areas(self) -> tuple[Area, ...]:
-        """Processors with their threads, in the order of the file; those without a processor last."""
+        """Processors with their threads, in the order of the file; those without a processor last.
+
+        Every processor has an area, even without threads. Threads whose processor is open between several form an area
+        of their own.
+        """
         found: dict[tuple[int, ...], list[int]] = {}
         for number, item in enumerate(self.space.components):
             processors = self._processors(number)
@@ -68,7 +82,10 @@ class Parts:
 
     @cached_property
     def home(self) -> Mapping[int, int]:
-        """The area of each component that has one; the others are devices that stand by themselves."""
+        """The area of each component that has one; the others are devices that stand by themselves.
+
+        Indices of components to positions in `areas`.
+        """
         return {number: place for place, area in enumerate(self.areas) for number in area.members}
 
     @cached_property
@@ -109,7 +126,11 @@ class Parts:
 
     @cached_property
     def flow_ends(self) -> Mapping[int, str]:
-        """The component that each longest flow begins with (``source``) and ends with (``sink``)."""
+        """The component that each longest flow begins with (``source``) and ends with (``sink``).
+
+        Indices of components to ``source`` or ``sink``; a component that is both for two flows is shown as the one that
+        was found last.
+        """
         ends: dict[int, str] = {}
         for flow in self.main_flows:
             components = [step.index for step in flow.steps if step.kind == "component"]
@@ -119,7 +140,11 @@ class Parts:
 
     @cached_property
     def main_flows(self) -> tuple[Flow, ...]:
-        """The flows that are no part of another one."""
+        """The flows that are no part of another one.
+
+        A flow whose connections are all on the path of another flow is left out; of two equal paths the first name in
+        the alphabet stays.
+        """
         paths = {flow.name: frozenset(_passed(flow)) for flow in self.space.flows}
         return tuple(
             flow

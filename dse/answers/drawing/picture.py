@@ -45,7 +45,10 @@ STYLE = """
 
 
 class Drafter(Places):
-    """Draws a space, and its designs, over one common layout."""
+    """Draws a space, and its designs, over one common layout.
+
+    The layout is computed once, so that the drawings of two designs can be compared by eye.
+    """
 
     def lines(self, design: Design | None) -> Iterator[str]:
         """The drawing, an element to a line; without a design that of the problem, its decisions open.
@@ -79,7 +82,10 @@ class Drafter(Places):
         yield "</svg>"
 
     def standalone(self, design: Design | None) -> str:
-        """The drawing as a file of its own, in light colours."""
+        """The drawing as a file of its own, in light colours.
+
+        SVG text with its own style sheet; `design` None draws the problem with its open decisions.
+        """
         first, *rest = self.lines(design)
         paper = f"<rect width='{self.width:.0f}' height='{self.height:.0f}' fill='var(--paper)'/>"
         style = f"<style>{STYLE}</style>"

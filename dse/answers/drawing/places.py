@@ -52,7 +52,11 @@ class Placed:
 
 
 class Places:
-    """The places of the parts of a space, for the problem and for each of its designs."""
+    """The places of the parts of a space, for the problem and for each of its designs.
+
+    Coordinates are in px from the upper left corner. They depend on the problem only; a design changes texts and styles
+    of lines.
+    """
 
     def __init__(self, space: Space, *, for_designs: bool = True) -> None:
         """`for_designs` leaves room for the core of each thread, which only drawings of designs show."""
@@ -77,7 +81,7 @@ class Places:
             x += one.width + MARGIN * 1.5
             for (kind, number), centre in zip(one.nodes, one.layout.centres, strict=True):
                 if kind != "thread":
-                    self.doors.setdefault((kind, number), []).append(self.node_x(one, centre))
+                    self.doors.setdefault((kind, number), []).append(self._node_x(one, centre))
         self._place_devices()
         self._place_bars()
         self._stack()
@@ -165,7 +169,7 @@ class Places:
         """Whether a flow passes one of the connections."""
         return not self.parts.in_flows.isdisjoint(connections)
 
-    def node_x(self, one: Placed, column: float) -> float:
+    def _node_x(self, one: Placed, column: float) -> float:
         """The place across of a node of an area, in pixels."""
         return one.x + one.width / 2 + (column - one.layout.width / 2) * STEP_X
 
@@ -207,7 +211,10 @@ class Places:
             }
 
     def on_bar(self, bus: int, x: float) -> float:
-        """The place on a bar that is nearest to a place."""
+        """The place on a bar that is nearest to a place.
+
+        A horizontal coordinate in px, at least 14 px from the ends of the bar of `bus`.
+        """
         start, end = self.bars[bus]
         return min(max(x, start + 14), end - 14)
 
@@ -251,29 +258,36 @@ class Places:
             self.bar_y[bus] = y + row * BAR_STEP
         return y + len(lines) * BAR_STEP
 
-    def row_y(self, layer: int) -> float:
+    def _row_y(self, layer: int) -> float:
         """The upper edge of the boxes of a row."""
         return self.area_y + HEADER + layer * self.step_y
 
-    def device_y(self, number: int) -> float:
+    def _device_y(self, number: int) -> float:
         """The upper edge of the box of a device."""
         return self.above_y if number in self.devices_above else self.below_y
 
     def area_title(self, area: Area, texts: Texts) -> tuple[str, Line]:
-        """The name of an area, and its type or the options of it."""
+        """The name of an area, and its type or the options of it.
+
+        The title is empty where threads have no processor, "on A or B" where the processor is open.
+        """
         names = [self.space.processors[one].name for one in area.processors]
         if len(names) != 1:
             return (f"on {' or '.join(names)}" if names else ""), Line("", is_open=len(names) > 1)
         return names[0], texts.slot(self.space.processors[area.processors[0]])
 
     def line(self, one: Placed, route: Sequence[tuple[float, int]], door: tuple[str, int]) -> list[tuple[float, float]]:
-        """The points of a route: from the edge of a box, or what is behind a door, to another."""
+        """The points of a route: from the edge of a box, or what is behind a door, to another.
+
+        Pairs (x, y) in px. `route` has a column and a layer for each bend, `door` says what lies behind the frame of
+        the area: a bus, a lane or a device.
+        """
         half, height = self.box_h / 2, self.height_in_rows
         kind, number = door
         downwards = route[0][1] <= route[-1][1]
         found: list[tuple[float, float]] = []
         for place, (column, layer) in enumerate(route):
-            x, y = self.node_x(one, column), self.row_y(layer) + half
+            x, y = self._node_x(one, column), self._row_y(layer) + half
             if layer in (-1, height):
                 frame = self.area_y if layer == -1 else self.area_y + self.area_h
                 far = (x, self.above_y + self.box_h if layer == -1 else self.below_y)
@@ -292,7 +306,11 @@ class Places:
         return found
 
     def straight(self, source: int, target: int) -> list[tuple[float, float]]:
-        """The ends of a line from box to box, without regard to what lies between."""
+        """The ends of a line from box to box, without regard to what lies between.
+
+        Two points in px: on the sides of the boxes where both stand at one height, else on the lower edge of the upper
+        box and the upper edge of the lower one.
+        """
         (x0, y0), (x1, y1) = self.box_at[source], self.box_at[target]
         if y0 == y1:
             side = BOX_W / 2 if x1 > x0 else -BOX_W / 2
@@ -301,16 +319,22 @@ class Places:
 
     @cached_property
     def box_at(self) -> dict[int, tuple[float, float]]:
-        """The middle of the upper edge of the box of each component."""
-        found = {number: (x, self.device_y(number)) for number, x in self.device_x.items()}
+        """The middle of the upper edge of the box of each component.
+
+        Component indices to (x, y) in px, devices outside of areas included.
+        """
+        found = {number: (x, self._device_y(number)) for number, x in self.device_x.items()}
         for one in self.placed:
             for node, (kind, number) in enumerate(one.nodes):
                 if kind == "thread":
-                    found[number] = (self.node_x(one, one.layout.centres[node]), self.row_y(self.rows[number]))
+                    found[number] = (self._node_x(one, one.layout.centres[node]), self._row_y(self.rows[number]))
         return found
 
     def legend(self, *, decided: bool) -> list[tuple[str, str]]:
-        """What the looks of lines mean: class and words."""
+        """What the looks of lines mean: class and words.
+
+        Only looks that appear in this drawing. The class is the one of the SVG's style sheet.
+        """
         found = [("flow", f"flow {flow.name}") for flow in self.parts.main_flows]
         connections = [item for item in self.space.connections if item.source is not None and item.target is not None]
         found += [("", "messages")] * any(True for item in connections for _ in buses_of(item))
@@ -326,5 +350,8 @@ def _inside(centres: dict[int, float], width: float) -> dict[int, float]:
 
 
 def buses_of(item: Connection) -> Iterator[int]:
-    """The buses that may carry a connection directly."""
+    """The buses that may carry a connection directly.
+
+    Indices of buses: the leaves of the connection's decision tree, without "no bus".
+    """
     return (leaf for leaf in leaves(item.bus) if leaf is not None)

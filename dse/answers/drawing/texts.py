@@ -28,7 +28,10 @@ class Line:
 
 
 class Texts:
-    """The texts of a problem, or of one of its designs, for which `view` stands."""
+    """The texts of a problem, or of one of its designs, for which `view` stands.
+
+    With `view` None open decisions are written as their options; with a view each text is the chosen one.
+    """
 
     def __init__(self, space: Space, view: View | None, cores: Mapping[int, int]) -> None:
         self.space, self.view, self.cores = space, view, cores
@@ -39,7 +42,10 @@ class Texts:
                 self.open.setdefault(item.component, []).append(item.field)
 
     def component(self, number: int) -> list[Line]:
-        """The lines below the name of a component: its activation; where it runs in a design, or what else is open."""
+        """The lines below the name of a component: its activation; where it runs in a design, or what else is open.
+
+        One to three `Line` objects; names of processors are shortened to fit the box.
+        """
         item = self.space.components[number]
         fields = self.open.get(item.name, [])
         lines = [self._options(item)]
@@ -55,7 +61,11 @@ class Texts:
         return lines
 
     def slot(self, item: Slot) -> Line:
-        """The type of a processor or bus, or its options."""
+        """The type of a processor or bus, or its options.
+
+        ``A or B`` while the decision is open, ``not used`` for a slot that the design leaves empty; an empty text where
+        type and slot have one name.
+        """
         decision = self.space.decisions[item.type_decision]
         is_open = decision.is_open and item.type_decision not in self.space.fixed
         if self.view is not None:

@@ -149,7 +149,10 @@ def _line(text: str) -> str:
 
 
 def graphviz(space: Space, design: Design) -> str:
-    """The architecture in the DOT language: components, slots, connections and bindings."""
+    """The architecture in the DOT language: components, slots, connections and bindings.
+
+    Text for ``dot``. Nodes are labelled with name, type and period in ms, edges with connection and bus.
+    """
     graph = architecture_graph(space, design)
     lines = [f"digraph {_dot(space.name)} {{", "  rankdir=LR; node [shape=box, style=rounded];"]
     shapes = {"processor": "box3d", "bus": "cds", "device": "box"}
@@ -180,7 +183,10 @@ def _dot(text: str) -> str:
 
 
 def graphml(space: Space, design: Design) -> str:
-    """The architecture as GraphML; the buses of a connection are one text."""
+    """The architecture as GraphML; the buses of a connection are one text.
+
+    XML text for tools such as yEd or NetworkX; attributes that a part does not have are left out.
+    """
     import networkx
 
     graph = architecture_graph(space, design)

@@ -16,7 +16,10 @@ from dse.spec.loading.writing import yaml_text
 
 
 class YamlDocument:
-    """A YAML document under revision; paths are keys and positions from the root."""
+    """A YAML document under revision; paths are keys and positions from the root.
+
+    Positions of nodes come from PyYAML's marks. Edits are collected and applied together by `result`.
+    """
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -38,7 +41,10 @@ class YamlDocument:
             self._count(child, above | {id(node)})
 
     def find(self, path: Sequence[str | int]) -> Any:
-        """The node at a path, or None."""
+        """The node at a path, or None.
+
+        A node of PyYAML with its marks; None where a key or position of the path is missing.
+        """
         node = self.root
         for part in path:
             if isinstance(node, yaml.MappingNode):
@@ -50,11 +56,17 @@ class YamlDocument:
         return node
 
     def is_shared(self, path: Sequence[str | int]) -> bool:
-        """Whether the node at the path, or one above it, is there more than once by an alias."""
+        """Whether the node at the path, or one above it, is there more than once by an alias.
+
+        Editing such a node would change every place that refers to it.
+        """
         return any(self._uses.get(id(self.find(path[:depth])), 0) > 1 for depth in range(1, len(path) + 1))
 
     def choose(self, sequence: Any, position: int) -> None:
-        """Put one item in the place of a list; comments inside the list stay."""
+        """Put one item in the place of a list; comments inside the list stay.
+
+        `sequence` is a node of PyYAML; the item at `position` becomes the value of its key.
+        """
         start, end = sequence.start_mark.index, self._end(sequence)
         kept = sequence.value[position]
         item = self.text[kept.start_mark.index : kept.end_mark.index]
@@ -71,12 +83,18 @@ class YamlDocument:
         self._edits.append((start, end, "\n".join(line.rstrip() for line in lines if line.strip() or line is lines[0])))
 
     def replace(self, path: Sequence[str | int], text: str) -> None:
-        """Put `text` in the place of a scalar."""
+        """Put `text` in the place of a scalar.
+
+        `path` must lead to a scalar; `text` is YAML that fits in one line.
+        """
         node = self.find(path)
         self._edits.append((node.start_mark.index, node.end_mark.index, text))
 
     def append_items(self, key: str, items: Sequence[str]) -> None:
-        """Further items, each YAML that fits in one line, at the end of a list of the root; made if it is not there."""
+        """Further items, each YAML that fits in one line, at the end of a list of the root; made if it is not there.
+
+        Block lists get lines with the list's own indentation, flow lists get items in the line.
+        """
         node = self.find([key])
         if node is None or not node.value:
             flow = "[" + ", ".join(items) + "]"
@@ -90,7 +108,10 @@ class YamlDocument:
             self._edits.append((place, place, "".join(f"\n{indent}- {item}" for item in items)))
 
     def add_entry(self, path: Sequence[str | int], key: str, value: str) -> None:
-        """A further entry of the mapping at the path; `key` and `value` are YAML that fits in one line."""
+        """A further entry of the mapping at the path; `key` and `value` are YAML that fits in one line.
+
+        The entry gets the indentation of its neighbours, or goes in front of the closing brace.
+        """
         node = self.find(path)
         entry = f"{key}: {value}"
         if node.flow_style or not node.value:
@@ -120,7 +141,11 @@ class YamlDocument:
             self._tail += ["", *lines]
 
     def drop_section(self, key: str, reason: str) -> None:
-        """Turn a key of the root with its value into comments."""
+        """Turn a key of the root with its value into comments.
+
+        `reason` is written above the comment. Nothing happens where the key does not exist; a document in flow style
+        keeps the key with an empty value.
+        """
         pair = next((pair for pair in self.root.value if pair[0].value == key), None)
         if pair is None:
             return
@@ -133,7 +158,10 @@ class YamlDocument:
         self._comment_out(pair[0].start_mark.index, self._end(pair[1]), reason)
 
     def drop_item(self, path: Sequence[str | int], reason: str) -> None:
-        """Turn an item of a list into a comment, or take it out of a list in one line."""
+        """Turn an item of a list into a comment, or take it out of a list in one line.
+
+        `path` leads to the item, `reason` is written above the comment.
+        """
         *above, position = path
         sequence = self.find(above)
         item = sequence.value[position]
@@ -146,7 +174,10 @@ class YamlDocument:
         self._comment_out(start, self._end(item), reason)
 
     def result(self) -> str:
-        """The text with every edit applied."""
+        """The text with every edit applied.
+
+        Edits are applied from the end of the text to its beginning, so that positions stay valid.
+        """
         text = self.text
         for start, end, new in sorted(self._edits, reverse=True):
             text = text[:start] + new + text[end:]
@@ -192,5 +223,8 @@ def _without_delimiters(gap: str) -> str:
 
 
 def flow_mapping(entries: Mapping[str, str]) -> str:
-    """``{a: 1, b: 2}`` of texts."""
+    """``{a: 1, b: 2}`` of texts.
+
+    YAML text in one line, keys and values quoted where needed.
+    """
     return "{" + ", ".join(f"{yaml_text(key)}: {yaml_text(value)}" for key, value in entries.items()) + "}"

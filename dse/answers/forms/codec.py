@@ -46,7 +46,10 @@ FRACTION = rf"-?\d{{1,{LONGEST}}}/0*[1-9]\d{{0,{LONGEST - 1}}}"
 
 
 class Form(BaseModel):
-    """Base of all models of data: unknown fields are errors, nothing is coerced, nothing changes."""
+    """Base of all models of data: unknown fields are errors, nothing is coerced, nothing changes.
+
+    Pydantic models made from answer classes; `strict` refuses ``"1"`` for 1, and data from files stay immutable.
+    """
 
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
 
@@ -99,7 +102,10 @@ def _same(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class ValueType:
-    """A type of values: `form` gives the type by which JSON is checked, `write` and `read` convert a value."""
+    """A type of values: `form` gives the type by which JSON is checked, `write` and `read` convert a value.
+
+    Fractions are written as text where they are not whole, tuples as lists, classes as objects.
+    """
 
     form: Callable[[], Any]
     write: Convert = _same
@@ -108,7 +114,10 @@ class ValueType:
 
 @dataclass(frozen=True)
 class FormEntry:
-    """An entry of an object in JSON: under `key` what is at `path`, left out where it is `default`."""
+    """An entry of an object in JSON: under `key` what is at `path`, left out where it is `default`.
+
+    `path` is a dotted path of attributes, `text` the description that `dse schema` prints.
+    """
 
     key: str
     path: str
@@ -118,14 +127,20 @@ class FormEntry:
     limits: Mapping[str, Any] | None = None
 
     def is_left_out(self, value: Any) -> bool:
-        """Whether the entry is left out, with this value."""
+        """Whether the entry is left out, with this value.
+
+        A default of ``[]``, ``{}`` or ``""`` stands for every empty value.
+        """
         if self.default is ALWAYS:
             return False
         return value is None or value == self.default or (self.default in ([], {}, "") and not value)
 
     @cached_property
     def get(self) -> Convert:
-        """What finds the value in the object."""
+        """What finds the value in the object.
+
+        A function from the object to the value at `path`.
+        """
         return attrgetter(self.path)
 
 
@@ -138,7 +153,7 @@ def written(cls: type, source: object) -> dict[str, Any]:
     >>> written(Finding, Finding("front[2]", "is dominated"))
     {'place': 'front[2]', 'text': 'is dominated'}
     """
-    entries = entries_of(cls)
+    entries = _entries_of(cls)
     if isinstance(source, Mapping):
         there = [entry for entry in entries if entry.default is ALWAYS or entry.key in source]
         return {entry.key: entry.kind.write(source[entry.key]) for entry in there}
@@ -156,12 +171,15 @@ def read_as(cls: type[T], data: Mapping[str, Any], **more: Any) -> T:
     Finding(place='front[2]', text='is dominated')
     """
     made = {item.name for item in fields(cls) if item.init} - more.keys()  # type: ignore[arg-type]
-    entries = [entry for entry in entries_of(cls) if entry.path in made and entry.key in data]
+    entries = [entry for entry in _entries_of(cls) if entry.path in made and entry.key in data]
     return cls(**{entry.path: entry.kind.read(data[entry.key]) for entry in entries}, **more)
 
 
 def model_of(cls: Any) -> type[BaseModel]:
-    """The model that checks the data of a class, and is the JSON Schema of them."""
+    """The model that checks the data of a class, and is the JSON Schema of them.
+
+    A pydantic model with one field for each entry of the class; its first docstring paragraph is the description.
+    """
     return _model(cls)
 
 
@@ -175,7 +193,7 @@ def _model(cls: Any) -> type[BaseModel]:
             __doc__=_first_paragraph(cls),
         )
     members: dict[str, Any] = {}
-    for entry in entries_of(cls):
+    for entry in _entries_of(cls):
         name = f"{entry.key}_" if iskeyword(entry.key) else entry.key
         more: dict[str, Any] = dict(entry.limits or {})
         if entry.default is not ALWAYS:
@@ -187,7 +205,7 @@ def _model(cls: Any) -> type[BaseModel]:
     return create_model(name, __base__=Form, __doc__=_first_paragraph(cls), __module__=cls.__module__, **members)
 
 
-def entries_of(cls: Any) -> tuple[FormEntry, ...]:
+def _entries_of(cls: Any) -> tuple[FormEntry, ...]:
     """What is written of an object of a class, in order."""
     return _listed(cls)
 
@@ -204,7 +222,7 @@ def _entries(cls: type) -> Iterator[FormEntry]:
     listed: Sequence[str | Of | type] = getattr(cls, "WRITTEN", ()) or [name for name in hints if _text_of(hints[name])]
     for item in listed:
         if isinstance(item, type):
-            yield from entries_of(item)
+            yield from _entries_of(item)
         else:
             yield _entry(cls, item if isinstance(item, Of) else Of(item))
 
@@ -280,7 +298,11 @@ def _first_paragraph(item: Any) -> str:
 
 
 def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> ValueType:
-    """How values of a type are checked, written and read."""
+    """How values of a type are checked, written and read.
+
+    `hint` is the annotation of a field, `marks` what its `Annotated` says. Raises `TypeError` for types that JSON
+    answers do not have.
+    """
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return kind_of(inner[0], marks | {item for item in inner[1:] if isinstance(item, Mark)})

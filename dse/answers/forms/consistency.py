@@ -28,7 +28,10 @@ def check_whole(name: str, data: object) -> Iterator[FormMistake]:
 
 
 def mistakes_in_outcome(data: Data) -> Iterator[FormMistake]:
-    """What is wrong with what a run of a sweep has found, taken by itself."""
+    """What is wrong with what a run of a sweep has found, taken by itself.
+
+    Mistakes of form first; only data of the right form are tested for unknown designs, order and figures.
+    """
     found = list(mistakes_in_part(kind_of(Found).form(), "sweep", data))
     yield from found
     if not found and data["kind"] in ("front", "breaks"):

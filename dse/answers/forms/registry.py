@@ -19,7 +19,7 @@ from dse.support import arguments
 from dse.support.errors import UsageError
 
 
-def form_at(place: str) -> type[BaseModel]:
+def _form_at(place: str) -> type[BaseModel]:
     """The model of a class by its place, such as ``answers.verification:Verification``."""
     home, _, name = place.partition(":")
     return model_of(getattr(import_module(f"dse.{home}"), name))
@@ -32,7 +32,7 @@ class Forms(Mapping[str, type[BaseModel]]):
         self.places = places
 
     def __getitem__(self, name: str) -> type[BaseModel]:
-        return form_at(self.places[name])
+        return _form_at(self.places[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.places)
@@ -112,7 +112,10 @@ def schema(of: str = "problem") -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FormMistake:
-    """Something in data that is not of a form: `place` in the data, such as ``front[2].objectives``, and why."""
+    """Something in data that is not of a form: `place` in the data, such as ``front[2].objectives``, and why.
+
+    Printed as ``PLACE: TEXT``, or the text alone for the whole file.
+    """
 
     place: str
     text: str
@@ -131,7 +134,10 @@ def mistakes_in(name: str, data: object) -> Iterator[FormMistake]:
 
 
 def mistakes_in_part(kind: Any, name: str, data: object) -> Iterator[FormMistake]:
-    """The mistakes in a part of ``dse-NAME/1``, of the type `kind`, in the order of the data."""
+    """The mistakes in a part of ``dse-NAME/1``, of the type `kind`, in the order of the data.
+
+    `kind` is the type of the part. Yields nothing for valid data.
+    """
     yield from _mistakes(_adapter(kind).validate_python, name, data)
 
 

@@ -31,7 +31,10 @@ class Change:
 
 @dataclass(frozen=True)
 class Delta:
-    """An objective in two designs, in its counting unit."""
+    """An objective in two designs, in its counting unit.
+
+    `before` and `after` are integers in `unit`, such as ns or hundredths of the currency.
+    """
 
     name: str
     sense: str
@@ -57,7 +60,10 @@ def changes_between(space: Space, before: Design, after: Design, *, like_before:
 
 
 def counted_changes(space: Space, design: Design) -> tuple[Change, ...] | None:
-    """The changes against the stated baseline that ``changes`` counts; None where nothing asks how many there are."""
+    """The changes against the stated baseline that ``changes`` counts; None where nothing asks how many there are.
+
+    One `Change` for each decision that differs from the baseline, with its cost; options by name.
+    """
     if not asks_for_changes(space):
         return None
     costs = changed_decisions(space, View(design))
@@ -87,5 +93,8 @@ def _changes(space: Space, before: Design, after: Design) -> Iterator[Change]:
 
 
 def deltas(infos: Sequence[ObjectiveInfo], before: Mapping[str, int], after: Mapping[str, int]) -> tuple[Delta, ...]:
-    """Each objective before and after."""
+    """Each objective before and after.
+
+    One `Delta` for each objective, in the order of the question; `before` and `after` are objectives by name.
+    """
     return tuple(Delta(info.name, info.sense, info.unit, before[info.name], after[info.name]) for info in infos)

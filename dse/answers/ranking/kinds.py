@@ -35,7 +35,10 @@ MOST_LOOKED_AT = 1_000_000
 
 @dataclass(frozen=True)
 class Kind:
-    """Designs of a front that are built alike, best ranked first; `point` stands for them."""
+    """Designs of a front that are built alike, best ranked first; `point` stands for them.
+
+    Built alike means: equal options in the decisions that make a difference to the objectives.
+    """
 
     point: Point
     points: tuple[Point, ...]

@@ -33,7 +33,10 @@ class Outlook:
 
     @property
     def possible_gain(self) -> int:
-        """By how much a missing design can be better than everything found; 0 where it cannot."""
+        """By how much a missing design can be better than everything found; 0 where it cannot.
+
+        In the counting unit of the objective: the distance between the best value found and the proved bound.
+        """
         if self.best is None:
             return 0
         return max(0, self.best - self.bound if self.sense == "minimise" else self.bound - self.best)

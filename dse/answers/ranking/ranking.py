@@ -33,7 +33,10 @@ Key: TypeAlias = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Ranking:
-    """How a front is ranked: `method` as asked for, `words` with every parameter; rank and score of each point."""
+    """How a front is ranked: `method` as asked for, `words` with every parameter; rank and score of each point.
+
+    Ranks begin with 1, ties share one; scores are exact decimals as text.
+    """
 
     method: str
     words: str
@@ -181,7 +184,11 @@ def competition_ranks(keys: Sequence[Any]) -> list[int]:
 
 
 def trade_off(one: Sequence[Fraction], other: Sequence[Fraction]) -> Fraction | None:
-    """What moving from one point to another worsens, per unit of what it betters; None when it betters nothing."""
+    """What moving from one point to another worsens, per unit of what it betters; None when it betters nothing.
+
+    Both points are normalised objectives to be minimised. Losses and gains are summed over the objectives (Rachmawati
+    and Srinivasan 2009); large values mark a knee.
+    """
     gain = sum((a - b for a, b in zip(one, other, strict=True) if a > b), Fraction(0))
     loss = sum((b - a for a, b in zip(one, other, strict=True) if b > a), Fraction(0))
     return loss / gain if gain else None

@@ -24,7 +24,10 @@ from dse.support.units import Exact, Rounding, parse_duration_ns, whole
 
 @dataclass(frozen=True)
 class Comparison:
-    """An alternative against another design: `with_` is that one's id on the front, or None for the baseline."""
+    """An alternative against another design: `with_` is that one's id on the front, or None for the baseline.
+
+    `changes` are decisions with both options, `deltas` the objectives of both.
+    """
 
     with_: int | None
     changes: tuple[Change, ...]
@@ -47,18 +50,27 @@ class Margin:
 
     @property
     def slack(self) -> Fraction:
-        """How far the value may still move towards the limit."""
+        """How far the value may still move towards the limit.
+
+        In the unit of the requirement's metric; negative where the requirement is violated.
+        """
         return self.limit - self.value if self.requirement.is_upper else self.value - self.limit
 
     @property
     def share(self) -> Fraction:
-        """The slack as a share of the limit; of 1 where the limit is 0."""
+        """The slack as a share of the limit; of 1 where the limit is 0.
+
+        A fraction; the requirement with the least share is the tightest.
+        """
         return self.slack / (abs(self.limit) or 1)
 
 
 @dataclass(frozen=True)
 class Dominant:
-    """The rows with the largest share of a flow's worst-case latency, or of its jitter."""
+    """The rows with the largest share of a flow's worst-case latency, or of its jitter.
+
+    Each of `rows` takes `part_ns` of `total_ns`; `of` is ``latency`` or ``jitter``.
+    """
 
     flow: str
     of: str
@@ -69,7 +81,11 @@ class Dominant:
 
 @dataclass(frozen=True)
 class Improvement:
-    """The next better value of an objective on the front: the point that has it at the least loss, if there is one."""
+    """The next better value of an objective on the front: the point that has it at the least loss, if there is one.
+
+    `point` is its id, None where the front has no better value. `deltas` say what the step costs in the other
+    objectives.
+    """
 
     objective: str
     point: int | None
@@ -79,7 +95,10 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Spared:
-    """Another offset of a reader, with which every objective is the same and a flow shorter, and none longer."""
+    """Another offset of a reader, with which every objective is the same and a flow shorter, and none longer.
+
+    Offsets before and after in ns; `saves_ns` has the gain of each flow that becomes shorter.
+    """
 
     reader: str
     offsets_ns: tuple[Exact, Exact]
@@ -88,7 +107,10 @@ class Spared:
 
 @dataclass(frozen=True)
 class Reasons:
-    """Everything that is said about one alternative; `variants` are near-identical points, compared with it."""
+    """Everything that is said about one alternative; `variants` are near-identical points, compared with it.
+
+    Made by `Reasoner.reasons`; reports turn the parts into sentences.
+    """
 
     point: Point
     analysis: Analysis
@@ -118,7 +140,11 @@ class Reasoner:
 
     @cached_property
     def baseline(self) -> tuple[Analysis, dict[str, int]] | None:
-        """The analysis of today's design with its objectives, if it is a valid design; --fix does not bind it."""
+        """The analysis of today's design with its objectives, if it is a valid design; --fix does not bind it.
+
+        None where no baseline is stated or its choices make no valid design; the baseline need not meet the
+        requirements.
+        """
         design = self.result.baseline
         if design is None:
             return None
@@ -131,7 +157,10 @@ class Reasoner:
         return analyse_design(evaluator, design), dict(zip(names, evaluation.objectives, strict=True))
 
     def reasons(self, position: int) -> Reasons:
-        """The reasons for the point at `position` of the front."""
+        """The reasons for the point at `position` of the front.
+
+        `position` counts from 0 in the order of rank. Takes one analysis of the design.
+        """
         point = self.result.front[position]
         analysis = analyse_design(self.evaluator, point.design)
         above, neighbour = self.above(position), self.neighbour(position)
@@ -182,7 +211,10 @@ class Reasoner:
         return -1, None
 
     def against(self, point: Point, other: Point, *, like_other: bool = False) -> Comparison:
-        """What `point` changes and what it gains or gives up against `other`; cores have the numbers of one of them."""
+        """What `point` changes and what it gains or gives up against `other`; cores have the numbers of one of them.
+
+        `like_other` numbers interchangeable cores as in `other`, so that a renumbered core is no change.
+        """
         changes = changes_between(self.result.space, other.design, point.design, like_before=like_other)
         return Comparison(other.id, changes, deltas(self.result.objectives, other.objectives, point.objectives))
 
@@ -199,7 +231,10 @@ class Reasoner:
                 yield replace(self.against(other, point, like_other=True), with_=other.id)
 
     def above(self, position: int) -> Point | None:
-        """The point ranked before this one; variants are passed over by what is none itself."""
+        """The point ranked before this one; variants are passed over by what is none itself.
+
+        A variant is compared with any point above it. None for the first point.
+        """
         front, variants = self.result.front, self.result.variants
         before = reversed(front[:position])
         return next((p for p in before if front[position].id in variants or p.id not in variants), None)
@@ -236,7 +271,11 @@ class Reasoner:
         return sum((max(b - a, Fraction(0)) for a, b in pairs), Fraction(0))
 
     def margins(self, point: Point) -> list[Margin]:
-        """The room that each requirement leaves, least first, as a share of its limit."""
+        """The room that each requirement leaves, least first, as a share of its limit.
+
+        One `Margin` for each requirement, a second one for the fullest core where each core has a limit; equalities
+        have none.
+        """
         view = View(point.design)
         found = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
         return sorted(found, key=lambda margin: margin.share)
@@ -280,7 +319,10 @@ def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:
 
 
 def dominants(analysis: Analysis) -> Iterator[Dominant]:
-    """For each flow the rows that have most of its worst-case latency, and those that have most of its jitter."""
+    """For each flow the rows that have most of its worst-case latency, and those that have most of its jitter.
+
+    One `Dominant` for latency and one for jitter of each flow, where the total is above 0.
+    """
     for table in analysis.flows:
         for of, parts in (
             ("latency", [row.max_ns for row in table.rows]),

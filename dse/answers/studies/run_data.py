@@ -16,7 +16,10 @@ Decisions: TypeAlias = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Change:
-    """What a run wins and loses against the one before it on the last axis."""
+    """What a run wins and loses against the one before it on the last axis.
+
+    Designs are told apart by their decisions; the first run of an axis has no change.
+    """
 
     JSON_NAME = "FrontChange"
 
@@ -138,7 +141,11 @@ class FoundFront(Data):
 
 
 class FoundBreaks(Data):
-    """The break-points of a limit as a run finds them and the store keeps them, not ranked yet."""
+    """The break-points of a limit as a run finds them and the store keeps them, not ranked yet.
+
+    A break-point is a limit at which the front changes. Limits are exact, in `unit`; between two of them a stretch has
+    one front.
+    """
 
     kind: Annotated[Literal["breaks"], "What was found."]
     status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Break:
-    """Where a requirement breaks in one direction."""
+    """Where a requirement breaks in one direction.
+
+    Exact values of the input in base units; the first violated value exists only for inputs that are whole numbers.
+    """
 
     last: Annotated[Fraction, "The last value that holds."]
     first: Annotated[
@@ -51,7 +54,10 @@ class Margin:
 
 @dataclass(frozen=True)
 class Scaling:
-    """All execution times multiplied by one factor."""
+    """All execution times multiplied by one factor.
+
+    The critical scaling factor: above 1 there is slack, below 1 the design is infeasible already.
+    """
 
     factor: Annotated[Fraction | None, "The greatest with which all requirements hold; null where none violates any."]
     requirement: Annotated[str, NULL, "The requirement that is violated beyond it."]
@@ -66,7 +72,10 @@ class Scaling:
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of a tornado chart: one metric at both ends of one input."""
+    """A bar of a tornado chart: one metric at both ends of one input.
+
+    Values are exact; the bars of one metric, longest first, make the tornado chart.
+    """
 
     WRITTEN = ("metric", "unit", "path", "input_unit", "inputs", "values", "nominal", "swing")
 
@@ -83,13 +92,19 @@ class Bar:
 
     @property
     def swing(self) -> Annotated[Fraction, NULL]:
-        """The length of the bar; null where an end is unbounded."""
+        """The length of the bar; null where an end is unbounded.
+
+        In the unit of the metric: the greatest less the least of the two ends and the nominal value.
+        """
         return max(*self.values, self.nominal) - min(*self.values, self.nominal)
 
 
 @dataclass(frozen=True)
 class Chance:
-    """How likely a design meets its requirements when the uncertain inputs vary."""
+    """How likely a design meets its requirements when the uncertain inputs vary.
+
+    Estimated from samples; the standard error is that of a binomial share.
+    """
 
     decisions: Annotated[Mapping[str, str], "The design."]
     all_met: Annotated[float, "The share of the samples in which every requirement holds."]
@@ -116,7 +131,10 @@ class Indices:
 
 @dataclass(frozen=True)
 class UncertainResult:
-    """What stated uncertainties do."""
+    """What stated uncertainties do.
+
+    Chances are shares of samples; indices (Sobol 2001) say which input explains how much of a metric's variance.
+    """
 
     JSON_NAME = "Uncertain"
     WRITTEN = ("inputs", "samples", "seed", "design_chance", "chances", "indices", "unbounded")
@@ -190,7 +208,10 @@ class SensitivityResult(DataAnswer):
 
     @property
     def metrics(self) -> list[str]:
-        """The metrics that some input moves."""
+        """The metrics that some input moves.
+
+        Names, each once, in the order of `bars`.
+        """
         return list(dict.fromkeys(bar.metric for bar in self.bars))
 
     def _rows(self) -> list[list[Any]]:

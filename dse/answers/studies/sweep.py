@@ -57,21 +57,27 @@ class SweepRun:
 
     @property
     def status(self) -> str:
-        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved."""
+        """``complete``, ``infeasible``, ``incomplete``, ``invalid``, or ``open`` when it was not solved.
+
+        The status of a front or of the break-points of a limit; ``invalid`` where the values make no valid problem.
+        """
         return "open" if self.outcome is None else str(self.outcome["status"])
 
     @property
     def front(self) -> Sequence[Mapping[str, Any]]:
-        """The alternatives in the order of rank; of break-points, under the loosest limit."""
+        """The alternatives in the order of rank; of break-points, under the loosest limit.
+
+        Mappings as in JSON, with decisions, metrics and rank; empty for runs that failed or were not solved.
+        """
         if self.outcome is None or self.outcome["kind"] == "error":
             return ()
         if self.outcome["kind"] == "front":
             found: Sequence[Mapping[str, Any]] = self.outcome["front"]
             return found
         stretches = self.outcome["stretches"]
-        return self.of_stretch(stretches[-1]) if stretches else ()
+        return self._of_stretch(stretches[-1]) if stretches else ()
 
-    def of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    def _of_stretch(self, stretch: Mapping[str, Any]) -> list[Mapping[str, Any]]:
         """The alternatives of one stretch of limits, each with its rank there."""
         assert self.outcome is not None
         known = {item["id"]: item for item in self.outcome["alternatives"]}
@@ -80,7 +86,10 @@ class SweepRun:
 
 @dataclass(frozen=True)
 class ScaledObjective:
-    """An objective with its ends on all fronts of the sweep."""
+    """An objective with its ends on all fronts of the sweep.
+
+    The ideal and the worst point of the ranking are common to all runs, so that scores can be compared across a sweep.
+    """
 
     WRITTEN = (Objective, "best", "worst")
 
@@ -166,7 +175,7 @@ class SweepResult(DataAnswer):
 
     @property
     def status(self) -> Literal["complete", "infeasible", "incomplete", "invalid"]:
-        """That of all runs together.
+        """The status of all runs together.
 
         It is ``invalid`` when some value makes no valid problem, ``incomplete`` when the sweep was stopped, and
         ``infeasible`` when all runs are.
@@ -179,12 +188,15 @@ class SweepResult(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with."""
+        """What the command line answers with.
+
+        0, or the code for *incomplete*, *infeasible* or *invalid* as the worst status of its runs.
+        """
         codes = {"incomplete": EXIT_INCOMPLETE, "infeasible": EXIT_NO, "invalid": EXIT_INVALID}
         return codes.get(self.status, EXIT_COMPLETE)
 
     @property
-    def grid_axes(self) -> tuple[VariedAxis, ...]:
+    def _grid_axes(self) -> tuple[VariedAxis, ...]:
         """The axes that have values."""
         return tuple(axis for axis in self.axes if axis.values)
 
@@ -194,7 +206,7 @@ class SweepResult(DataAnswer):
 
         None for the first.
         """
-        last = len(self.grid_axes[-1].values) if self.grid_axes else 1
+        last = len(self._grid_axes[-1].values) if self._grid_axes else 1
         found: list[Change | None] = []
         for number, run in enumerate(self.runs):
             before = self.runs[number - 1] if number % last else None
@@ -204,12 +216,16 @@ class SweepResult(DataAnswer):
 
     @property
     def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
-        """What was found for each value, the last axis fastest."""
+        """What was found for each value, the last axis fastest.
+
+        One mapping for each run, in the form of JSON: the values on the axes, the outcome, and what changed against the
+        run before.
+        """
         from dse.answers.forms.codec import written
 
         return [
             {
-                "values": dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True)),
+                "values": dict(zip((axis.name for axis in self._grid_axes), run.values, strict=True)),
                 **(run.outcome or {"kind": "open", "status": "open"}),
                 "change": written(Change, change) if change is not None else None,
             }
@@ -251,8 +267,11 @@ class SweepResult(DataAnswer):
 
     @property
     def columns(self) -> list[str]:
-        """The columns of `frame` and of the CSV."""
-        names = [axis.name for axis in self.grid_axes]
+        """The columns of `frame` and of the CSV.
+
+        Axes first, then status and rank, metrics, and a column for each decision that some design has.
+        """
+        names = [axis.name for axis in self._grid_axes]
         if any(axis.interval for axis in self.axes):
             names += ["from", "to"]
         judged = ["contention"] if self.contention is not None else []
@@ -270,11 +289,11 @@ class SweepResult(DataAnswer):
 
     def _rows(self) -> Iterator[dict[str, Any]]:
         for run in self.runs:
-            head = dict(zip((axis.name for axis in self.grid_axes), run.values, strict=True))
+            head = dict(zip((axis.name for axis in self._grid_axes), run.values, strict=True))
             head["status"] = run.status
             if run.outcome is not None and run.outcome["kind"] == "breaks":
                 for stretch in run.outcome["stretches"]:
-                    for item in run.of_stretch(stretch):
+                    for item in run._of_stretch(stretch):
                         limits = {"from": stretch["from"], "to": stretch["to"]}
                         yield {**head, **limits, **_row(item)}
                 continue

@@ -44,7 +44,11 @@ def exact(value: Exact) -> int | str | None:
 
 
 def figure(given: int | str | None) -> Fraction:
-    """What `exact` wrote."""
+    """What `exact` wrote.
+
+    Text or integer of a JSON file as an exact fraction; null (None) becomes the number that stands for an unbounded
+    figure.
+    """
     return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
 
 
@@ -60,7 +64,10 @@ def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int
 
 
 def figures_of(values: Mapping[str, Exact]) -> dict[str, int | str | None]:
-    """Figures by name as JSON has them."""
+    """Figures by name as JSON has them.
+
+    Integers where values are whole, else fractions as text such as ``"1/3"``, null for unbounded ones.
+    """
     return {name: exact(value) for name, value in values.items()}
 
 
@@ -70,7 +77,10 @@ def in_table(value: Any) -> Any:
 
 
 def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: int = 3) -> str:
-    """A value in a base unit as text in the unit that engineers read: ``13.436 ms``, ``15.2 %``, ``900 EUR``."""
+    """A value in a base unit as text in the unit that engineers read: ``13.436 ms``, ``15.2 %``, ``900 EUR``.
+
+    Rounded to `digits` decimals for display only; prices without cents where they are whole.
+    """
     if is_unbounded(value):
         return NO_BOUND
     if unit == "ct":

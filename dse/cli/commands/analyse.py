@@ -9,7 +9,7 @@ import click
 from dse.cli.common import all_option, check_writable, in_time, json_option, load_told, problem_argument, quiet_option
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.cli.saying import tell
 from dse.support.errors import EXIT_COMPLETE, EXIT_NO
 
@@ -48,7 +48,7 @@ def command(
     With --all also each contribution to each latency, who uses processors and buses, and every metric.
     Exit code 4 when the design violates a requirement, or cannot be compared with one, or is not valid.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     from dse.questions.verbs.analyse import analyse
 
     found = named(design, load_told(file).ask(**question_of(options)))
@@ -60,7 +60,10 @@ def command(
 
 
 def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
-    """The design that `texts` name; where its result asks otherwise than the file, standard error says so."""
+    """The design that `texts` name; where its result asks otherwise than the file, standard error says so.
+
+    Raises `UsageError` where a result cannot be read or the decisions do not fit.
+    """
     from dse.questions.named_design import named_design
 
     found = named_design(problem, texts)

@@ -17,7 +17,7 @@ from dse.cli.common import (
     tell_carried,
 )
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option, write_page_figures
+from dse.cli.pages import answer, page_path, report_option, write_page_figures
 from dse.support.errors import EXIT_COMPLETE, EXIT_NO
 
 
@@ -73,7 +73,7 @@ def command(
     utilisations, and of the execution times, periods, rates and sizes that the file states. Exit code 4 when a
     requirement breaks with figures that have drifted, or what was measured oversteps its limit.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     if measured:
         if other is not None or problem is not None:
             raise click.UsageError("--measured goes with one problem file; --design names a design of it")

@@ -17,7 +17,7 @@ from dse.cli.common import (
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit, until
 
@@ -30,7 +30,7 @@ REFUSED = {
 }
 
 
-def options_of_solve(command: F) -> F:
+def _options_of_solve(command: F) -> F:
     """The options of `dse solve` that are about its front, so that the same ones may be given; not in the help."""
     for name in WITHOUT_EFFECT:
         other = {"output": ("-o",), "further": ("--alternatives",)}.get(name, ())
@@ -66,7 +66,7 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
 @quiet_option
-@options_of_solve
+@_options_of_solve
 def command(
     file: str,
     minimise: tuple[str, ...],
@@ -90,7 +90,7 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path, report)
+    check_writable(json_path, csv_path, page_path(report))
     from dse.questions.explain.explain import Wishes, explain_asked
 
     with until(time_limit):

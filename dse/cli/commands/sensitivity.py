@@ -20,7 +20,7 @@ from dse.cli.common import (
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
-from dse.cli.pages import write_page
+from dse.cli.pages import page_path, write_page
 from dse.cli.saying import rewrite
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
 from dse.support.timelimit import TimeLimit, until
@@ -109,7 +109,7 @@ def command(
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
-    check_writable(json_path, csv_path, report or None)
+    check_writable(json_path, csv_path, page_path(report))
     target = folder_of(report, folder)
     from dse.questions.sensitivity.sensitivity import Settings, sensitivity_asked
 

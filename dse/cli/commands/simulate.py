@@ -18,7 +18,7 @@ from dse.cli.common import (
 )
 from dse.cli.grouping import GroupedCommand
 from dse.cli.options import question_of, question_options
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.support.timelimit import TimeLimit, until
 
 
@@ -91,7 +91,7 @@ def command(
     Exit code 4 when an observation lies outside the analysed bounds, whatever
     the reason.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     from dse.questions.verbs.simulate import simulate
 
     with until(time_limit):

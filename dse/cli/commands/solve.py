@@ -31,7 +31,7 @@ from dse.cli.options import (
     question_options,
     ranking_options,
 )
-from dse.cli.pages import in_what_is_left, print_front
+from dse.cli.pages import in_what_is_left, page_path, print_front
 from dse.cli.saying import rewrite, tell
 from dse.cli.study_files import folder_of, study_report_options
 from dse.cli.working import Working
@@ -146,7 +146,7 @@ def command(
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
     check_writable(json_path, renews=resume)  # it holds all that the result held; a table or a page does not
-    check_writable(csv_path, report or None)
+    check_writable(csv_path, page_path(report))
     target = folder_of(report, folder)
     from dse.answers.ranking.order import check_ranking, ranked_by
     from dse.questions.complete_design import baseline_design

@@ -22,7 +22,7 @@ from dse.cli.common import (
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
-from dse.cli.pages import write_page
+from dse.cli.pages import page_path, write_page
 from dse.cli.saying import tell
 from dse.cli.study_files import claim_study, folder_of, study_report_options, write_study
 from dse.cli.working import Working
@@ -105,7 +105,7 @@ def command(
         raise click.UsageError("only one of --json and --csv can go to standard output")
     if store is not None and no_store:
         raise click.UsageError("either --store or --no-store")
-    check_writable(json_path, csv_path, report or None)
+    check_writable(json_path, csv_path, page_path(report))
     target = folder_of(report, folder)
     from dse.questions.sweep.sweep import Means, sweep_asked
     from dse.questions.sweep.workers import usable_cores

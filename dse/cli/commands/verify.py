@@ -6,7 +6,7 @@ import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, json_option, quiet_option, time_limit_option
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 from dse.cli.working import Working
 from dse.support.timelimit import TimeLimit
 
@@ -46,7 +46,7 @@ def command(
     Exit code 0 when everything the result says was confirmed, 4 when it is rejected (with what is wrong), 5 when
     nothing is wrong but not everything could be proved again.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     from dse.questions.verify.verify import verify
 
     with Working("proving the front again", quiet=quiet):

@@ -24,7 +24,10 @@ MOST_NS = 2**63
 
 @dataclass(frozen=True)
 class Topic:
-    """What a bag has of a topic."""
+    """What a bag has of a topic.
+
+    Sizes in bytes as serialised in the bag, times in ns between the moments of recording.
+    """
 
     JSON_NAME = "TopicSize"
 

@@ -27,7 +27,10 @@ LONGEST = 100_000
 
 
 class Event(NamedTuple):
-    """An event: its name without the provider, its time in ns, its fields with those of its context, and its line."""
+    """An event: its name without the provider, its time in ns, its fields with those of its context, and its line.
+
+    Field names are those of ros2_tracing; the line counts from 1 in the printed form, and is 0 for CTF.
+    """
 
     name: str
     time_ns: int

@@ -48,7 +48,11 @@ class Match:
 
 
 def matched(first: Imported, second: Imported) -> Match:
-    """What of the second document is what of the first one."""
+    """What of the second document is what of the first one.
+
+    A `Match`: names of threads, connections, executors and processes of `second` to those of `first`, and remarks on
+    what has no counterpart.
+    """
     found = Match()
     ours, theirs = _of(first, "threads"), _of(second, "threads")
     _threads(found, first, second)
@@ -84,7 +88,10 @@ def _of(imported: Imported, section: str) -> Mapping[str, Any]:
 
 
 def node_of(entity: str) -> str:
-    """The node of a callback such as ``/cam@Timer(10000000)``."""
+    """The node of a callback such as ``/cam@Timer(10000000)``.
+
+    The part before ``@``.
+    """
     return entity.partition("@")[0]
 
 

@@ -60,7 +60,7 @@ def _open(imported: Imported, document: Mapping[str, Any]) -> Iterable[Diagnosti
     return (item for item in imported.remarks if not (is_known and OPEN_TOPICS in item.message))
 
 
-def restated(document: Mapping[str, Any]) -> dict[str, Any]:
+def _restated(document: Mapping[str, Any]) -> dict[str, Any]:
     """The document with what is missing named anew: execution times, and how often connections from outside come."""
     threads, connections = document.get("threads") or {}, document.get("connections") or {}
     kept = [text for text in document.get("assumptions") or () if not text.startswith((NO_TIMES, NO_RATES))]
@@ -123,7 +123,7 @@ class _Merger:
         }
 
     def document(self) -> dict[str, Any]:
-        """Both as one."""
+        """The document of both descriptions as one."""
         ours, theirs = dict(self.first.document), self.second.document
         self._rename(ours, theirs)
         found = {key: value for key, value in ours.items() if key not in SECTIONS}
@@ -136,7 +136,7 @@ class _Merger:
         tail = {key: value for key, value in found.items() if key in AFTER}
         if "ros2" in tail and "nodes" in tail["ros2"]:
             tail["ros2"]["nodes"] = self._nodes(tail["ros2"]["nodes"], parts["threads"])
-        return restated({**head, **{key: parts[key] for key in dict.fromkeys(order)}, **tail})
+        return _restated({**head, **{key: parts[key] for key in dict.fromkeys(order)}, **tail})
 
     def _rename(self, ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> None:
         """Names of the second document that are to be new."""

@@ -64,7 +64,10 @@ class LengthError(UsageError):
 
 
 class Types:
-    """Message types: those of a distribution of ROS, and of files of definitions."""
+    """Message types: those of a distribution of ROS, and of files of definitions.
+
+    A type that the distribution has keeps its definition; files of definitions add the others.
+    """
 
     def __init__(self, distribution: str = DEFAULT, definitions: Sequence[Path] = ()) -> None:
         """Read definitions: files, or folders with packages in them. What is wrong with some types `check` tells.
@@ -143,7 +146,7 @@ class Types:
             return name
 
     def _check(self, name: str) -> Iterator[Diagnostic]:
-        """That every type in a definition is there, that none contains itself, and that no array is longer than any."""
+        """Check that every type in a definition is there, that none contains itself, and that no array is too long."""
         file, text = self.own[name]
         mistakes = [(field, words) for field, node in self.fields[name] if (words := _wrong(node))]
         for field, words in mistakes:
@@ -230,7 +233,10 @@ class Types:
         return self.layout.size(name, lengths, largest=largest)
 
     def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
-        """The paths of strings and sequences on which the size depends: without a stated length and a bound."""
+        """The paths of strings and sequences on which the size depends: without a stated length and a bound.
+
+        Paths such as ``data`` or ``header.frame_id``; the size is not known without them.
+        """
         return self.layout.unstated(name, lengths)
 
     def places(self, name: str) -> list[str]:

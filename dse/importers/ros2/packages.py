@@ -15,11 +15,14 @@ _NAME = re.compile(rb"<name>\s*([\w-]+)\s*</name>")
 
 
 class Packages:
-    """Finds packages in a workspace, which is looked through when the first one is asked for."""
+    """Finds packages in a workspace, which is looked through when the first one is asked for.
+
+    Called with a package's name, it returns the folder or None.
+    """
 
     def __init__(self, file: Path, stated: str | None) -> None:
         """`stated` is the folder that the user names; without one it is that around the package of the file."""
-        self.root = Path(stated) if stated is not None else workspace_of(file)
+        self.root = Path(stated) if stated is not None else _workspace_of(file)
         self._found: dict[str, Path] | None = None
 
     def __call__(self, name: str) -> Path | None:
@@ -29,7 +32,7 @@ class Packages:
         return self._found.get(name)
 
 
-def workspace_of(file: Path) -> Path | None:
+def _workspace_of(file: Path) -> Path | None:
     """The folder ``src`` or the repository around the package that has the file, else the folder around the package."""
     folders = list(real(file).parents)
     package = next((folder for folder in folders if (folder / "package.xml").is_file()), None)
@@ -52,7 +55,10 @@ def _packages(root: Path) -> dict[str, Path]:
 
 
 def package_around(folder: Path) -> str | None:
-    """The name of the package that has a folder: that of the nearest package.xml, in it or above; None without one."""
+    """The name of the package that has a folder: that of the nearest package.xml, in it or above; None without one.
+
+    Read from the tag ``name`` of the package.xml.
+    """
     folders = (folder, *folder.parents)
     package = next((item for item in folders if (item / "package.xml").is_file()), None)
     return None if package is None else _name_of(package)

@@ -48,7 +48,10 @@ class Length(NamedTuple):
 
 
 class Layout:
-    """Where things are in the messages of some types."""
+    """Where things are in the messages of some types.
+
+    In CDR, as the middlewares of ROS 2 write it, or in the format of ROS 1.
+    """
 
     def __init__(self, fields: Fields, *, is_ros1: bool) -> None:
         self.fields, self.is_ros1 = fields, is_ros1
@@ -86,7 +89,10 @@ class Layout:
         return own + self._lengths_of(inner, place, (*within, path) if is_sequence else within)
 
     def unstated(self, name: str, lengths: Mapping[str, int]) -> list[str]:
-        """The paths of the strings and sequences on which the size depends: without a stated length and a bound."""
+        """The paths of the strings and sequences on which the size depends: without a stated length and a bound.
+
+        Sequences inside of an empty sequence do not count.
+        """
         return [
             item.path
             for item in self.lengths(name)
@@ -94,7 +100,10 @@ class Layout:
         ]
 
     def size(self, name: str, lengths: Mapping[str, int], *, largest: bool) -> int:
-        """The serialised size with stated lengths, by path; others count with their bounds (`largest`) or as empty."""
+        """The serialised size with stated lengths, by path; others count with their bounds (`largest`) or as empty.
+
+        In bytes.
+        """
         return _Size(self, lengths, largest).of(name)
 
 

@@ -93,18 +93,21 @@ class System:
     cpus: set[int] = field(default_factory=set)
 
 
-def entity_of(one: Callback) -> str:
+def _entity_of(one: Callback) -> str:
     """What a callback is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
     what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
     return f"{one.node}@{'' if one.is_open else what}"
 
 
 def seen_among(callbacks: Sequence[Callback], entities: Sequence[str]) -> list[Callback]:
-    """The callbacks of a node that were seen: by what they are in ROS; its only timer is that of any period."""
+    """The callbacks of a node that were seen: by what they are in ROS; its only timer is that of any period.
+
+    Each once, in the order of `entities`, which are texts such as ``/cam@Timer(10000000)``.
+    """
     found: dict[int, Callback] = {}
     timers = [one for one in callbacks if one.period_ns is not None]
     for entity in entities:
-        own = [one for one in callbacks if entity_of(one) == entity]
+        own = [one for one in callbacks if _entity_of(one) == entity]
         if not own and "@Timer(" in entity and len(timers) == 1:
             own = timers
         found |= {id(one): one for one in own}
@@ -117,7 +120,7 @@ def is_of_topic(wire: str, port: str, topic: str) -> bool:
     return wire == name or (wire.startswith(f"{name}.") and port != "data")
 
 
-def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
+def _stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
     """The cores and the rate that the user states.
 
     Raises
@@ -141,7 +144,7 @@ class Writer:
 
     def __init__(self, file: LocatedFile, system: System, options: Mapping[str, Any], kind: str) -> None:
         self.file, self.system, self.kind = file, system, kind
-        self.cores, self.rate = stated_options(options)
+        self.cores, self.rate = _stated_options(options)
         self.places: dict[Key, Found] = {}
         self.names = Names()
         self.names.new(COMPUTER)
@@ -151,7 +154,11 @@ class Writer:
         self.executor_of: dict[int, str] = {}
 
     def document(self) -> dict[str, Any]:
-        """The problem file as plain data."""
+        """The problem file as plain data.
+
+        Problem file with threads, connections, executors and flows; figures that the source does not have are listed as
+        assumptions.
+        """
         executors = dict(self._executors())
         threads = dict(self._threads())
         connections = dict(self._connections())
@@ -188,15 +195,18 @@ class Writer:
         return found
 
     def entities(self) -> dict[str, str]:
-        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``."""
+        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
+
+        Names of threads to texts, for matching two descriptions of one system.
+        """
         callbacks = (one for group in self.system.groups for one in group.callbacks)
-        return {self.threads[id(one)]: entity_of(one) for one in callbacks}
+        return {self.threads[id(one)]: _entity_of(one) for one in callbacks}
 
     def publishers(self) -> dict[tuple[str, str], tuple[str, ...]]:
         """The callbacks, as `entities` has them, that were seen to publish a topic, by their node and the topic."""
         found: dict[tuple[str, str], dict[str, None]] = {}
         for one, topic in self.system.publishes:
-            found.setdefault((one.node, topic), {})[entity_of(one)] = None
+            found.setdefault((one.node, topic), {})[_entity_of(one)] = None
         return {key: tuple(entities) for key, entities in found.items()}
 
     def _at(self, place: LocatedValue, *words: str) -> str:

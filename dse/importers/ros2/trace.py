@@ -59,7 +59,10 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 
 def read_seen(path: Path) -> list[Callback]:
-    """The callbacks of a trace, with when they began and how long they took. Errors as for `read`."""
+    """The callbacks of a trace, with when they began and how long they took. Errors as for `read`.
+
+    `Callback` objects with begins and durations in ns.
+    """
     return [one for group in _seen(path)[1].groups for one in group.callbacks]
 
 
@@ -85,7 +88,10 @@ class Run:
 
 
 class Seen:
-    """What the events of a trace say, by process and address."""
+    """What the events of a trace say, by process and address.
+
+    One pass over the events; `system` is asked at the end.
+    """
 
     def __init__(self) -> None:
         self.names: set[str] = set()
@@ -108,7 +114,10 @@ class Seen:
         self.cpus: set[int] = set()
 
     def take(self, event: Event) -> None:
-        """Note what one event says."""
+        """Note what one event says.
+
+        Events without a handler are only counted by name.
+        """
         self.names.add(event.name)
         act = TAKES.get(event.name)
         if act is not None:
@@ -193,7 +202,10 @@ class Seen:
         self.published.setdefault((begun[0] if begun else None, topic), array("q")).append(event.time_ns)
 
     def check(self, path: Path) -> None:
-        """Stop where a tracepoint is missing."""
+        """Stop where a tracepoint is missing.
+
+        Raises `ProblemError` with one diagnostic for each missing tracepoint.
+        """
         missing = [name for name in NEEDED if name not in self.names]
         if missing:
             found = [
@@ -204,7 +216,10 @@ class Seen:
     # --- the system
 
     def system(self, file: LocatedFile) -> System:
-        """Callbacks with their times, groups, and topics."""
+        """Callbacks with their times, groups, and topics.
+
+        Callbacks without a completed job are left out; a timer without a period is a remark.
+        """
         found = System(cpus=self.cpus)
         callbacks = dict(self._callbacks(file))
         grouped: dict[Any, list[Callback]] = {}

@@ -21,7 +21,10 @@ NULLS = ("", "~", "null", "Null", "NULL")
 
 
 class LocatedValue:
-    """A value of the file: `data` is text, None, a list of places, or a mapping of places; `line` counts from 1."""
+    """A value of the file: `data` is text, None, a list of places, or a mapping of places; `line` counts from 1.
+
+    ``value["key"]`` is an empty place where the key is missing, so that reading needs no tests.
+    """
 
     __slots__ = ("column", "data", "line")
 
@@ -44,7 +47,10 @@ class LocatedValue:
 
 
 class LocatedFile:
-    """A file of another tool, with the mistakes and remarks that are found in it."""
+    """A file of another tool, with the mistakes and remarks that are found in it.
+
+    Mistakes are collected and raised together by `check`.
+    """
 
     def __init__(self, path: Path, what: str, root: LocatedValue | None = None) -> None:
         """Read the file, unless its `root` is known."""
@@ -74,7 +80,10 @@ class LocatedFile:
         return found.text
 
     def whole(self, place: LocatedValue, key: str, least: int = 0, most: int = 10**18) -> int | None:
-        """The whole number under a key; None, and a mistake, where there is none."""
+        """The whole number under a key; None, and a mistake, where there is none.
+
+        A mistake with the place for anything but decimal digits within the limits.
+        """
         text = place[key].text
         if text.removeprefix("-").isdecimal() and text.isascii() and len(text) < 20 and least <= int(text) <= most:
             return int(text)
@@ -83,7 +92,10 @@ class LocatedFile:
         return None
 
     def check(self) -> None:
-        """Stop where there are mistakes."""
+        """Stop where there are mistakes.
+
+        Raises `ProblemError` with the first 50 mistakes.
+        """
         if self.mistakes:
             raise ProblemError(self.mistakes[:50])
 
@@ -193,7 +205,10 @@ class Names:
         self._next: dict[str, int] = {}
 
     def new(self, name: str) -> str:
-        """The name, or the first free one after it."""
+        """The name, or the first free one after it.
+
+        Such as ``cam``, ``cam_2``, ``cam_3``; the name is taken from then on.
+        """
         found, number = name, self._next.get(name, 2)
         while found in self.taken:
             found, number = f"{name}_{number}", number + 1

@@ -43,29 +43,47 @@ class NamedDesigns:
 
     @property
     def seen(self) -> frozenset[int]:
-        """The members that are looked at."""
+        """The members that are looked at.
+
+        A set of member numbers of the oracle: every member less those that are `unseen`.
+        """
         return self.oracle.everything - self.unseen
 
     def demand(self, number: int) -> Demand:
-        """A member in the user's words."""
+        """A member in the user's words.
+
+        A `Demand` with its kind (fixed decision, rule or requirement), its text and the place where it is stated.
+        `number` counts the members of the oracle.
+        """
         member = self.oracle.members[number]
         if isinstance(member, Fixed):
             return Demand("fixed decision", member.text, member.origin)
         return Demand("rule" if isinstance(member, Rule) else "requirement", member.text, member.origin)
 
     def stated(self, statement: tuple[int, ...]) -> Demand:
-        """Members that are stated as one, in the user's words."""
+        """Members that are stated as one, in the user's words.
+
+        The members come from one line of the file, such as a limit on every flow; the demand has the line's text as
+        written and the origin of the first member.
+        """
         demand, member = self.demand(statement[0]), self.oracle.members[statement[0]]
         if len(statement) > 1 and isinstance(member, Requirement):
             return replace(demand, text=member.stated)
         return demand
 
     def decisions(self, design: Design) -> Mapping[str, str]:
-        """The active open decisions of a design."""
+        """The active open decisions of a design.
+
+        Names of decisions to names of options; decisions that have no effect in this design are left out.
+        """
         return decisions_of(self.space, design)
 
     def example(self, design: Design) -> Example:
-        """A design as it is named, with what it breaks; many demands have the same."""
+        """A design as it is named, with what it breaks; many demands have the same.
+
+        An `Example` with decisions, violated demands, late threads and delayed flows; an empty one when the explanation
+        is brief. Kept, because several relaxations often lead to one design.
+        """
         if design not in self.told:
             self.told[design] = Example({}) if self.is_brief else self._example(design)
         return self.told[design]

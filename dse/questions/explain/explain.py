@@ -34,7 +34,12 @@ MOST_CONFLICTS = 100
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is asked of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed."""
+    """What is asked of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed.
+
+    `every` asks for all conflicts instead of some, at most `limit`; `offers` are further options such as
+    ``computer.type += Spectra``, to be tried cheapest first; `time_limit_s` is in seconds of wall time, None for no
+    limit.
+    """
 
     every: bool = False
     limit: int = MOST_CONFLICTS
@@ -99,7 +104,13 @@ def explain(
 
 
 def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
-    """Explain the question of a problem as it stands; see `explain`."""
+    """Explain the question of a problem as it stands; see `explain`.
+
+    An `Explanation` with status, conflicts, relaxations, the offers by price, and what was left open when the time
+    limit was reached.
+
+    Raises `UsageError` for an offer that names no requirement, before the search for conflicts begins.
+    """
     started = time.monotonic()
     for text in wishes.offers:
         with_offers(asked, (text,))  # a mistake in an offer is told before the work
@@ -115,7 +126,11 @@ def explain_asked(asked: Problem, wishes: Wishes) -> Explanation:
 
 @dataclass
 class Explainer:
-    """One problem under explanation."""
+    """One problem under explanation.
+
+    It keeps the solver (`oracle`), a second one without waiting of threads (`uncontended`), and the designs that the
+    explanation names. Made by `Explainer.of`.
+    """
 
     asked: Problem
     wishes: Wishes
@@ -127,7 +142,11 @@ class Explainer:
 
     @classmethod
     def of(cls, asked: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
-        """An explainer whose time limit began at `started`; one that `is_brief` tells of no design."""
+        """An explainer whose time limit began at `started`; one that `is_brief` tells of no design.
+
+        `started` is a reading of `time.monotonic()`; the deadline of both solvers is that many seconds after it. With
+        `is_brief` the explanation contains conflicts but no example designs.
+        """
         deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
         oracle = Oracle(asked.space, seed=wishes.seed, deadline=deadline)
         uncontended = Uncontended(asked.space, oracle)
@@ -139,7 +158,12 @@ class Explainer:
         return self.asked.space
 
     def explanation(self) -> Explanation:
-        """Everything but the offers."""
+        """Everything but the offers.
+
+        The status is *feasible* with a design that meets every demand, *no structure* where no design exists even
+        without requirements, *infeasible* with conflicts and relaxations, or *incomplete* when the time limit came
+        before the first of these.
+        """
         excluded = tuple(exclusions(self.space))
         blank = Explanation(origin_of(self.asked), "incomplete", self.space.currency, excluded=excluded, complete=False)
         oracle, apart = self.oracle, self.uncontended
@@ -156,7 +180,10 @@ class Explainer:
 
     @property
     def calls(self) -> int:
-        """The questions that were solved."""
+        """The questions that were solved.
+
+        The number of solver calls of both solvers, with and without waiting of threads.
+        """
         return self.oracle.calls + self.uncontended.oracle.calls
 
     def _impossible(self) -> tuple[Impossible, ...]:
@@ -348,7 +375,11 @@ class Explainer:
         return self.lighter[design]
 
     def relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
-        """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds."""
+        """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds.
+
+        `statement` are the member numbers to be relaxed, `given_up` all members that may be violated. The `Relaxation`
+        says how far the limit must move, with a design that shows it.
+        """
         texts = tuple(self.oracle.members[number].text for number in statement)
         return replace(self._relaxation(statement, given_up), together=texts if len(texts) > 1 else ())
 

@@ -16,7 +16,11 @@ from dse.support.units import Quantity, convert, format_duration, format_number
 
 
 def own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
-    """The unit and the limit of a requirement as an explanation shows them; nothing for other members."""
+    """The unit and the limit of a requirement as an explanation shows them; nothing for other members.
+
+    The limit is exact: ppm for a share of a core, else in the base unit of the metric; a deadline is shown as lateness
+    against 0 ns. Rules and fixed decisions give an empty unit and None.
+    """
     if not isinstance(member, Requirement):
         return "", None
     if member.metric.key == "deadline":
@@ -26,7 +30,11 @@ def own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
 
 
 def factor(space: Space, member: Requirement) -> Fraction:
-    """How many of the shown unit make one coherent unit of the limit."""
+    """How many of the shown unit make one coherent unit of the limit.
+
+    1 000 000 for shares (ppm), 10⁹ for deadlines (ns), else the base units of the metric in one unit of the limit as
+    written.
+    """
     if member.is_share:
         return Fraction(PPM)
     if member.metric.key == "deadline":

@@ -148,7 +148,7 @@ def cheapest_offers(
 
 
 def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:
-    """Those that mend the problem, cheapest first; then single offers that do not."""
+    """Offers that make the problem feasible, cheapest first; then single offers that do not."""
     kept = [offer for offer in offers if offer.price is not None or len(offer.texts) == 1]
     return tuple(sorted(kept, key=lambda offer: (offer.price is None, offer.price or 0, offer.texts)))
 

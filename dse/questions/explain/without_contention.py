@@ -70,7 +70,11 @@ class Uncontended:
             return True
 
     def conflicts(self, *, every: bool, limit: int) -> Conflicts:
-        """The conflicts of a question that is refuted, as `find_conflicts` finds them."""
+        """The conflicts of a question that is refuted, as `find_conflicts` finds them.
+
+        `every` asks for all of them, at most `limit`. Each response time counts as what the job takes when no thread
+        waits.
+        """
         return find_conflicts(self.oracle, every=every, limit=limit)
 
     def overloaded(self, conflict: Iterable[int]) -> frozenset[int]:
@@ -107,12 +111,20 @@ class Uncontended:
         )
 
     def whole(self, design: Design) -> Design:
-        """A design that `oracle` has found as one of the question, its threads evenly on the cores that are open."""
+        """A design that `oracle` has found as one of the question, its threads evenly on the cores that are open.
+
+        The result has an option for each decision of the space, decisions about cores included, and is canonical. Where
+        threads cannot be spread, each open core takes its first option.
+        """
         made = (*design, *[0] * (len(self.space.decisions) - len(design)))
         return canonical(self.space, evenly(self.space, made, decided_cores(self.space)) or made)
 
     def evened(self, design: Design) -> Design:
-        """A design of the question with the threads of overloaded processors evenly on the cores that are open."""
+        """A design of the question with the threads of overloaded processors evenly on the cores that are open.
+
+        Only threads on processors whose use a conflict limits are moved; every other choice stays. The example of a
+        conflict then shows the lowest possible load of the fullest core.
+        """
         view, components = View(design), self.space.components
         moved = [
             item
@@ -123,5 +135,8 @@ class Uncontended:
 
 
 def limits_use(member: Member) -> bool:
-    """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that."""
+    """Whether a member limits the use of a processor or core: deadlines that nothing keeps may follow from that.
+
+    Only upper limits count. Such a conflict is reported first, because late threads may be nothing but its consequence.
+    """
     return isinstance(member, Requirement) and member.metric.kind in KINDS and member.is_upper

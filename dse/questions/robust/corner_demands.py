@@ -33,7 +33,11 @@ Demand = tuple[int, Corner]
 
 
 class RobustQuestion:
-    """A problem as it is asked, its uncertainties, and what is demanded at corners so far."""
+    """A problem as it is asked, its uncertainties, and what is demanded at corners so far.
+
+    Requirements are demanded at single corners of the box of uncertain inputs, added as designs are found that break
+    them; a design that passes is then proved for the whole box (docs/sweeps-and-sensitivity.md).
+    """
 
     def __init__(self, problem: Problem, ask: Callable[[Problem], Problem] | None = None) -> None:
         """The question of `problem`; `ask` makes it from the problem file, where its changes do not say all of it.
@@ -66,12 +70,19 @@ class RobustQuestion:
 
     @property
     def space(self) -> Space:
-        """The space at the nominal figures."""
+        """The space at the nominal figures.
+
+        The design space with every uncertain input at the value that the file states. Decisions and options do not
+        depend on the inputs.
+        """
         return self.inputs.problem.space
 
     @property
     def words(self) -> dict[str, str]:
-        """What may vary, by path."""
+        """What may vary, by path.
+
+        Paths of inputs, such as ``threads.ekf.compute_execution_time``, to their distribution or range in words.
+        """
         return {item.path: item.robust_words for item in self.box.uncertain}
 
     def nominal(self) -> Evaluator:
@@ -79,11 +90,18 @@ class RobustQuestion:
         return self._nominal
 
     def evaluator(self) -> Evaluator:
-        """The evaluator of the nominal figures with what is demanded at corners so far."""
+        """The evaluator of the nominal figures with what is demanded at corners so far.
+
+        A new `Evaluator` on each call: its limits grow with the demands. A design that it rejects is not robust; one
+        that it accepts may still break elsewhere.
+        """
         return Evaluator(self.space, further=self.demands.values())
 
     def is_judged(self, design: Design) -> bool:
-        """Whether it is known if a design is robust."""
+        """Whether it is known if a design is robust.
+
+        True once the worst corners of the design were computed; the answer is kept for the life of the question.
+        """
         return design in self._worsts
 
     def is_robust(self, design: Design) -> bool:
@@ -97,19 +115,32 @@ class RobustQuestion:
         return not self._broken(design)
 
     def expect(self, design: Design) -> None:
-        """Demand each requirement where it is worst for a design."""
+        """Demand each requirement where it is worst for a design.
+
+        Each requirement is added as a limit at the corner where its margin is least. Designs like this one are then
+        excluded by the solver instead of one by one.
+        """
         for bound, worst in self.worst(design):
             self._demand(bound.requirement, worst.corner)
 
     def learn(self, design: Design) -> bool:
-        """Demand what a design breaks where it breaks it; False when it is robust."""
+        """Demand what a design breaks where it breaks it; False when it is robust.
+
+        The demands are added to those of `evaluator`. True where at least one requirement is violated at some corner.
+        """
         broken = self._broken(design)
         for number, corner in broken:
             self._demand(number, corner)
         return bool(broken)
 
     def worst(self, design: Design) -> list[tuple[OutputComparison, Worst]]:
-        """The worst corner of each comparison, for a design."""
+        """The worst corner of each comparison, for a design.
+
+        Pairs of a comparison and its `Worst`: the corner with the least margin, and both sides there, exact. Computed
+        once for each design.
+
+        Raises `NotProvedError` where no corner is proved to be the worst.
+        """
         if design not in self._worsts:
             self._worsts[design] = self._worsts_of(design)
         return self._worsts[design]
@@ -184,7 +215,12 @@ class RobustQuestion:
         )
 
     def failures(self, point: int, design: Design) -> list[Failure]:
-        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst."""
+        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst.
+
+        At most one `Failure` for each requirement, at the corner where it is missed most, with both sides in the unit
+        of the metric and the values of the uncertain inputs there. `point` is the id of the design on the nominal
+        front.
+        """
         found: dict[int, Failure] = {}
         requirements = self.space.requirements
         for bound, worst in self.worst(design):

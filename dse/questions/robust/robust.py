@@ -34,7 +34,10 @@ from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 @dataclass(frozen=True)
 class RobustWatcher:
-    """Who is told how a robust search goes: `progress` after every solver call, `checkpoint` with the result so far."""
+    """Who is told how a robust search goes: `progress` after every solver call, `checkpoint` with the result so far.
+
+    Both are called from the process that searches; None where nobody listens.
+    """
 
     progress: Callable[[Progress], None] | None = None
     checkpoint: Callable[[RobustResult], None] | None = None
@@ -42,7 +45,10 @@ class RobustWatcher:
 
 @dataclass(frozen=True)
 class RobustSearch:
-    """Where a robust search stands: what is known of the nominal front, and of the robust one."""
+    """Where a robust search stands: what is known of the nominal front, and of the robust one.
+
+    Written to a result file when a search stops, and read by `resume`.
+    """
 
     nominal: FrontSearch
     robust: FrontSearch
@@ -101,14 +107,22 @@ def solve_robust(
 
 
 def robust_asked(problem: Problem, budget: SearchLimits, watcher: RobustWatcher | None = None) -> RobustResult:
-    """Both fronts of the question of a problem as it stands; errors as for `solve_robust`."""
+    """Both fronts of the question of a problem as it stands; errors as for `solve_robust`.
+
+    A `RobustResult` with both fronts, and what robustness costs in each objective. `budget` limits time, seed and
+    workers of both searches together.
+    """
     return solve_question(RobustQuestion(problem), budget, watcher or RobustWatcher())
 
 
 def solve_question(
     question: RobustQuestion, budget: SearchLimits, watcher: RobustWatcher, earlier: RobustSearch | None = None
 ) -> RobustResult:
-    """Search the robust front of a question, or go on with an earlier search of it; see `solve_robust`."""
+    """Search the robust front of a question, or go on with an earlier search of it; see `solve_robust`.
+
+    With `earlier` nothing that was proved is proved again. The nominal front is searched first; its designs are the
+    first candidates of the robust one.
+    """
     return _RobustRun(question, budget, watcher).run(earlier)
 
 

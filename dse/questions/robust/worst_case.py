@@ -41,7 +41,11 @@ Corner = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Worst:
-    """The worst corner of a comparison: both sides there."""
+    """The worst corner of a comparison: both sides there.
+
+    `corner` has 0 (low end) or 1 (high end) for each uncertain input; `value` and `limit` are exact, in the base unit
+    of the metric.
+    """
 
     corner: Corner
     value: Fraction
@@ -49,7 +53,11 @@ class Worst:
 
 
 class Box:
-    """The stated bounds of uncertain inputs."""
+    """The stated bounds of uncertain inputs.
+
+    A product of closed intervals, one for each uncertain input, in the order of the file. Inputs may move several
+    variables together (a factor on all execution times, say).
+    """
 
     def __init__(self, uncertain: Sequence[Uncertain]) -> None:
         self.uncertain = tuple(uncertain)
@@ -57,7 +65,10 @@ class Box:
         self._last: tuple[DesignFunction | None, Corner, list[Fraction]] = (None, (), [])
 
     def values(self, nominal: Sequence[Fraction], corner: Corner) -> list[Fraction]:
-        """The values of all variables at a corner."""
+        """The values of all variables at a corner.
+
+        A new list in the order of the variables: `nominal`, with uncertain inputs at their low or high end. Base units.
+        """
         values = list(nominal)
         for item, ends, end in zip(self.uncertain, self.ends, corner, strict=True):
             item.set(values, ends[end])
@@ -182,7 +193,10 @@ class Box:
         return found
 
     def ranges(self, nominal: Sequence[Fraction]) -> list[Interval]:
-        """Which values each variable has."""
+        """Which values each variable has.
+
+        A pair (low, high) for each variable, in base units; both ends are the nominal value for what is not uncertain.
+        """
         ranges = [(value, value) for value in nominal]
         for item in self.uncertain:
             for variable in item.variables:

@@ -61,7 +61,11 @@ class OutputComparison:
 
 @dataclass(frozen=True)
 class Outputs:
-    """What a design's function gives: the metrics by number, then both sides of each comparison."""
+    """What a design's function gives: the metrics by number, then both sides of each comparison.
+
+    `names` and `units` belong to the metrics; `texts` and `operators` to the requirements, whose comparisons in
+    `bounds` refer to outputs by number.
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -74,7 +78,10 @@ class Outputs:
 
 @dataclass(frozen=True)
 class NearbyProgram:
-    """A program, the value of each of its steps at the values of the file, and the step of each output by number."""
+    """A program, the value of each of its steps at the values of the file, and the step of each output by number.
+
+    The program holds near the values of the file: guards say which comparisons it took for granted.
+    """
 
     program: Program
     steps: Sequence[Fraction]
@@ -95,7 +102,7 @@ class DesignFunction:
         listed = [item for item in all_metrics(space) if item.kind not in EXACT_KINDS]  # no functions: jobs
         named = {item.name: item for item in (*listed, *(objective.metric for objective in space.objectives))}
         self.metrics = tuple(named.values())
-        """Those of the problem as stated: with other numbers of cores there are others of single cores."""
+        """The metrics of the problem as stated: with other numbers of cores there are others of single cores."""
         self.partitions: dict[int, deque[Mapping[int, int]]] = {}
         """The last partitions of threads on cores that were found to keep a requirement, by its number."""
         self.further: tuple[Further, ...] = ()
@@ -105,11 +112,19 @@ class DesignFunction:
         self.applies = self._agrees()
 
     def inputs_of(self, values: Values) -> Values:
-        """What the programs are functions of, from the values of the inputs."""
+        """What the programs are functions of, from the values of the inputs.
+
+        Here the values themselves, in base units; a design with response times adds these as further variables
+        (`ScheduledFunction`).
+        """
         return values
 
     def view_of(self, values: Values, *, traced: bool) -> View:
-        """The design as the formulas see it."""
+        """The design as the formulas see it.
+
+        `traced` asks for numbers that remember their expression (`Traced`), which a subclass gives to what it computes
+        itself.
+        """
         return View(self.design)
 
     def _formulas(
@@ -150,7 +165,11 @@ class DesignFunction:
         return outputs, results, list(guards)
 
     def analysed(self, values: Values) -> list[Fraction]:
-        """The outputs by the analysis itself, without expressions."""
+        """The outputs by the analysis itself, without expressions.
+
+        Exact, in the order of `outputs`: metrics, then both sides of each comparison. Slower than the program, and
+        right for any values.
+        """
         return [item if is_unbounded(item) else Fraction(item) for item in self._formulas(values)[1]]
 
     def _agrees(self) -> bool:
@@ -212,7 +231,11 @@ class DesignFunction:
         return found, list(guards)
 
     def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
-        """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core."""
+        """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core.
+
+        Requirement numbers to (load, limit, core in words), exact. Threads may change cores with the inputs, which an
+        expression cannot follow.
+        """
         view = View(self.design)
         found = {}
         numbers = range(len(self.inputs.problem.space.requirements)) if only is None else (only,)
@@ -227,9 +250,13 @@ class DesignFunction:
 
     @cached_property
     def around_cores(self) -> NearbyProgram:
-        """The outputs but for the load of the fullest core: which threads share one decides nothing in it."""
+        """The outputs but for the load of the fullest core: which threads share one decides nothing in it.
+
+        The program's outputs keep the numbers of `outputs`; the comparison of the fullest core is missing. Its guards
+        do not depend on the assignment of threads to cores.
+        """
         if not self.outputs.about_cores:
-            return NearbyProgram(self.programs[0], self.steps_as_stated, dict(enumerate(self.programs[0].outputs)))
+            return NearbyProgram(self.programs[0], self._steps_as_stated, dict(enumerate(self.programs[0].outputs)))
         outputs, results, guards = self._formulas(self.inputs.nominal, traced=True, cores=False)
         program = Program(results, guards)
         numbers = {number: program.outputs[number] for number in range(len(outputs.names))}
@@ -240,20 +267,30 @@ class DesignFunction:
         return NearbyProgram(program, program.run(self.inputs_of(self.inputs.nominal)), numbers)
 
     def bounds_of(self, requirement: int) -> list[OutputComparison]:
-        """The comparisons of a requirement: the sum, then each thread of limited cores and the fullest core."""
+        """The comparisons of a requirement: the sum, then each thread of limited cores and the fullest core.
+
+        In the order of `outputs.bounds`; one entry for a requirement that is a single sum.
+        """
         return [bound for bound in self.outputs.bounds if bound.requirement == requirement]
 
     def core_bound(self, requirement: int) -> OutputComparison | None:
-        """The comparison of the fullest core, where a requirement has one."""
+        """The comparison of the fullest core, where a requirement has one.
+
+        It is the last comparison of its requirement; None where the requirement is not about whole cores.
+        """
         return self.bounds_of(requirement)[-1] if requirement in self.outputs.about_cores else None
 
     @cached_property
-    def steps_as_stated(self) -> list[Fraction]:
+    def _steps_as_stated(self) -> list[Fraction]:
         """The value of each step of the first program at the values of the file."""
         return self.programs[0].run(self.inputs.nominal)
 
     def exact(self, values: Values) -> list[Fraction]:
-        """The outputs at exact inputs."""
+        """The outputs at exact inputs.
+
+        Exact fractions in the order of `outputs`, by the program where it applies (its guards hold at these values),
+        else by the analysis.
+        """
         if not self.applies:
             return self.analysed(values)
         try:
@@ -279,7 +316,7 @@ class DesignFunction:
         if not self.applies:
             return self._one_by_one(inputs, size)
         program = self.programs[0]
-        nominal = self.steps_as_stated
+        nominal = self._steps_as_stated
         steps = program.run(inputs)
         varying = frozenset(columns)
         found = [
@@ -334,7 +371,11 @@ class DesignFunction:
     def broken(
         self, outputs: Sequence[Fraction] | Mapping[int, Fraction], bounds: Sequence[OutputComparison] | None = None
     ) -> list[OutputComparison]:
-        """The comparisons, of some or of all, that do not hold."""
+        """The comparisons, of some or of all, that do not hold.
+
+        `outputs` are values by number of output; a comparison holds when its requirement's operator is true of both
+        sides. An empty list means that every requirement is met.
+        """
         operators = self.outputs.operators
         return [
             bound
@@ -364,7 +405,10 @@ def _comparisons(limit: Limit, view: View, *, cores: bool) -> Iterator[tuple[Fra
 
 
 def steps_or_none(program: Program, values: Values) -> list[Fraction] | None:
-    """The value of each step; None where a formula divides by 0, which a guard would have kept it from."""
+    """The value of each step; None where a formula divides by 0, which a guard would have kept it from.
+
+    `values` are the inputs of the program, exact or arrays of floats.
+    """
     try:
         return program.run(values)
     except ZeroDivisionError:

@@ -21,10 +21,10 @@ from dse.questions.sensitivity.traced_numbers import COMPARISONS, OPERATIONS, Pr
 from dse.spec.schema.fields import COUNT
 
 WORTH_IT = 3
-"""So often the analysis is run where the known expressions do not apply, before new ones are made."""
+"""The number of runs of the analysis where known expressions do not apply, before new ones are made."""
 
 MOST_PARTITIONS = 8
-"""So many partitions of threads on cores are tried again before another is looked for."""
+"""The number of known partitions of threads on cores that are tried before another is looked for."""
 
 TOO_LONG = 12
 """After figures that are too long to remember, so many places are analysed before it is tried again."""
@@ -48,18 +48,29 @@ class LineComparisons:
         self._known: dict[Fraction, dict[int, Fraction]] = {}
 
     def values(self, place: Fraction) -> list[Fraction]:
-        """All inputs at a place."""
+        """All inputs at a place.
+
+        Exact values in base units, in the order of the variables: `scale · place` for those that move, the file's value
+        for the others.
+        """
         values = list(self.function.inputs.nominal)
         for index, scale in self.moving.items():
             values[index] = scale * place
         return values
 
     def broken(self, place: Fraction) -> list[OutputComparison]:
-        """The comparisons that do not hold at a place."""
+        """The comparisons that do not hold at a place.
+
+        `place` is the number with which the inputs move, 1 for the values of the file. Empty where every comparison
+        holds.
+        """
         return self.function.broken(self._at(place), self.bounds)
 
     def gap(self, place: Fraction, bound: OutputComparison) -> Fraction:
-        """Limit less value of a comparison at a place."""
+        """Limit less value of a comparison at a place.
+
+        Positive where an upper limit is kept with a margin; in the base unit of the metric.
+        """
         found = self._at(place)
         return found[bound.limit] - found[bound.value]
 
@@ -126,7 +137,11 @@ class FullestCores:
         self._known = function.partitions.setdefault(bound.requirement, deque(maxlen=MOST_PARTITIONS))
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
-        """Both sides by the number of their output, where all inputs are `values` at a place."""
+        """Both sides by the number of their output, where all inputs are `values` at a place.
+
+        Numbers of outputs to values: the load of the fullest core and its limit. By expressions where they hold at that
+        place, else by the analysis.
+        """
         if self._is_analysed or self._loads is None or not self.function.applies:
             found = self.function.compared(values, [self.bound])[0]
             return {number: found[number] for number in (self.bound.value, self.bound.limit)}
@@ -172,12 +187,19 @@ def _peak(used: Mapping[int, Fraction], cores: Mapping[int, int]) -> Fraction:
 
 
 def reached_steps(nearby: NearbyProgram, moving: frozenset[int], numbers: Iterable[int]) -> ReachedSteps:
-    """What is to be computed of some outputs where only some inputs move."""
+    """What is to be computed of some outputs where only some inputs move.
+
+    `moving` are indices of variables, `numbers` the wanted outputs. Bisection along a line evaluates only these steps.
+    """
     return ReachedSteps(nearby.program, nearby.steps, moving, {number: nearby.outputs[number] for number in numbers})
 
 
 class ReachedSteps:
-    """What is to be computed of a program where only some inputs move: the steps that they reach and that matter."""
+    """What is to be computed of a program where only some inputs move: the steps that they reach and that matter.
+
+    Steps that no moving input reaches keep their value at the file's inputs, which saves most of the work on large
+    problems.
+    """
 
     def __init__(
         self, program: Program, stated: Sequence[Fraction] | None, moving: frozenset[int], outputs: Mapping[int, int]
@@ -192,7 +214,11 @@ class ReachedSteps:
         self.steps = [number for number in program.needed(ends) if reached[number]] if self.applies else []
 
     def run(self, moved: Mapping[int, Fraction]) -> dict[int, Fraction] | None:
-        """The outputs by number; None where the program does not apply."""
+        """The outputs by number; None where the program does not apply.
+
+        `moved` are the values of the moving variables by index. None, too, where a guard has another outcome there or a
+        formula divides by 0; then the analysis must be asked.
+        """
         if not self.applies or self.stated is None:
             return None
         values = list(self.stated)

@@ -25,7 +25,10 @@ KEPT_SPACES = 64
 
 @dataclass(frozen=True)
 class Variable(Figure):
-    """An input: a figure of the file, with its number."""
+    """An input: a figure of the file, with its number.
+
+    `index` is its position among the inputs, in the order of the file; the value is exact, in base units.
+    """
 
     index: int = 0
 
@@ -51,7 +54,11 @@ def _traced(spec: Spec) -> tuple[Spec, tuple[Variable, ...]]:
 
 
 class InputSpace:
-    """The space of a problem as a function of its inputs: the same decisions and options whatever the inputs are."""
+    """The space of a problem as a function of its inputs: the same decisions and options whatever the inputs are.
+
+    A figure that is changed is put into the problem data and the space is built again, so that every rule about figures
+    is checked as on loading.
+    """
 
     def __init__(self, problem: Problem, ask: Callable[[Problem], Problem] | None = None) -> None:
         """`ask` makes the question of `problem` from the problem as its file states it, where its changes do not."""
@@ -67,7 +74,10 @@ class InputSpace:
 
     @cached_property
     def nominal(self) -> tuple[Fraction, ...]:
-        """The values of the file."""
+        """The values of the file.
+
+        Exact fractions in base units (ns, B, Hz, hundredths of the currency, ...), in the order of `variables`.
+        """
         return tuple(variable.nominal for variable in self.variables)
 
     def at(self, values: Values, *, traced: bool = False) -> Space:
@@ -79,7 +89,11 @@ class InputSpace:
         return self._made(values, traced=True) if traced else self._kept(values).space
 
     def limits(self, values: Values, numbers: Iterable[int]) -> dict[int, Limit]:
-        """The limits of some requirements for other values; only exact values may be asked of them (`build_limit`)."""
+        """The limits of some requirements for other values; only exact values may be asked of them (`build_limit`).
+
+        `Limit` objects by number of the requirement, kept for each set of values. Their measures are without integer
+        tables, for exact evaluation only.
+        """
         kept = self._kept(values)
         for number in numbers:
             if number not in kept.limits:
@@ -146,7 +160,11 @@ class InputSpace:
         }
 
     def matching(self, path: str) -> list[Variable]:
-        """The variables that a path stands for: its own, or all below it."""
+        """The variables that a path stands for: its own, or all below it.
+
+        The variable whose path is `path`, else all whose path continues it with a dot or a bracket, in the order of the
+        file.
+        """
         return matching(self.variables, path)
 
 

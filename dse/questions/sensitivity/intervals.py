@@ -21,20 +21,32 @@ EXTREMES: dict[str, Callable[..., Fraction]] = {"max": max, "min": min}
 
 @dataclass(frozen=True)
 class Further:
-    """A variable that follows from the inputs: its values over the box, and its slopes in each uncertain input."""
+    """A variable that follows from the inputs: its values over the box, and its slopes in each uncertain input.
+
+    A response time is such a variable: bounded at both ends of the box and known to be monotonic, but without an
+    expression of its own.
+    """
 
     range: Interval
     slopes: tuple[Interval, ...]
 
 
 class NotProvedError(UsageError):
-    """Nothing certain can be said of a requirement over the whole box."""
+    """Nothing certain can be said of a requirement over the whole box.
+
+    Raised where interval arithmetic is too coarse or a formula leaves its domain; the message names the reason. The
+    robust front then refuses the input.
+    """
 
 
 def seeds_of(
     uncertain: Sequence[Uncertain], first: int = 0, further: Sequence[Further] = ()
 ) -> list[dict[int, Interval]]:
-    """For each uncertain input the slopes of what moves with it; `further` variables have numbers from `first` on."""
+    """For each uncertain input the slopes of what moves with it; `further` variables have numbers from `first` on.
+
+    One mapping for each uncertain input: variable index to the interval of its derivative (1 for the input itself, the
+    nominal value for a factor).
+    """
     found: list[dict[int, Interval]] = []
     for number, item in enumerate(uncertain):
         slopes = {variable.index: variable.nominal if item.is_factor else Fraction(1) for variable in item.variables}
@@ -50,7 +62,11 @@ def is_zero_test(program: Program, number: int) -> bool:
 
 
 def undecided_over(program: Program, ranges: Sequence[Interval]) -> list[tuple[int, int, str, bool]]:
-    """The guards that do not hold in the whole box: both sides' numbers, operation, outcome."""
+    """The guards that do not hold in the whole box: both sides' numbers, operation, outcome.
+
+    The program is exact in the whole box only if the list is empty. An outcome is decided when both intervals lie on
+    one side of the comparison, or of the whole number that a rounding gave.
+    """
     values = values_over(program, ranges)
     found = []
     for operation, left, right, outcome in program.guards:
@@ -71,7 +87,13 @@ def undecided_over(program: Program, ranges: Sequence[Interval]) -> list[tuple[i
 
 
 def values_over(program: Program, ranges: Sequence[Interval]) -> list[Interval]:
-    """The interval of each step."""
+    """The interval of each step.
+
+    Pairs (low, high) in the order of the steps, by interval arithmetic: the true range is inside, and may be narrower
+    (Moore 1966).
+
+    Raises `NotProvedError` for a division by an interval that contains 0.
+    """
     values: list[Interval] = []
     for operation, left, right in program.steps:
         if operation == "var":
@@ -84,7 +106,13 @@ def values_over(program: Program, ranges: Sequence[Interval]) -> list[Interval]:
 
 
 def combined(operation: str, one: Interval, other: Interval) -> Interval:
-    """An operation on two intervals."""
+    """An operation on two intervals.
+
+    Exact ends of ``one operation other`` for ``+ - * / //``, ``min`` and ``max``.
+
+    Raises `NotProvedError` when the divisor's interval contains 0, or a whole division has a divisor that is not
+    constant.
+    """
     if operation == "+":
         return one[0] + other[0], one[1] + other[1]
     if operation == "-":
@@ -111,7 +139,11 @@ def _times(one: Fraction, other: Fraction) -> Fraction:
 
 
 def slopes_over(program: Program, values: Sequence[Interval], seeds: Mapping[int, Interval]) -> list[Interval]:
-    """The derivative of each step over the box, by interval arithmetic: infinite where it jumps."""
+    """The derivative of each step over the box, by interval arithmetic: infinite where it jumps.
+
+    Forward differentiation: `seeds` are the derivatives of the variables in one uncertain input, `values` the steps'
+    intervals from `values_over`. A step whose interval has one sign is monotonic over the box.
+    """
     slopes: list[Interval] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):
@@ -134,7 +166,7 @@ def slopes_over(program: Program, values: Sequence[Interval], seeds: Mapping[int
 
 
 def _slope_of_extreme(operation: str, values: tuple[Interval, Interval], slopes: tuple[Interval, Interval]) -> Interval:
-    """That of the number that counts, where it is decided which that is; else anything that both slopes span."""
+    """The slope of the number that counts, where it is decided which that is; else the hull of both slopes."""
     for this, that in ((0, 1), (1, 0)):
         low, high = values[this], values[that]
         if (low[0] >= high[1]) if operation == "max" else (low[1] <= high[0]):
@@ -150,7 +182,11 @@ def _slope_of_steps(values: Interval, slope: Interval) -> Interval:
 
 
 def degrees_over(program: Program, values: Sequence[Interval], seeds: Mapping[int, Interval]) -> list[int]:
-    """The degree of each step in an input; 2 stands for anything that is not linear."""
+    """The degree of each step in an input; 2 stands for anything that is not linear.
+
+    0 for a constant, 1 for an affine step, 2 for anything else; from the rules of sums and products. Extremes of a step
+    of degree 1 are at ends of the box, whatever the other inputs are.
+    """
     degrees: list[int] = []
     for operation, left, right in program.steps:
         if operation in ("var", "const"):

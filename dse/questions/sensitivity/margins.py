@@ -32,7 +32,10 @@ EXECUTION = ("compute_execution_time", "callback_execution_time")
 
 
 def broken_texts(function: DesignFunction) -> list[str]:
-    """The requirements that the design breaks as it is."""
+    """The requirements that the design breaks as it is.
+
+    Texts of requirements, each once, evaluated exactly at the values of the file; empty for a feasible design.
+    """
     broken = function.broken(function.exact(function.inputs.nominal))
     return list(dict.fromkeys(function.outputs.texts[bound.requirement] for bound in broken))
 
@@ -44,12 +47,20 @@ def _held(function: DesignFunction) -> tuple[OutputComparison, ...]:
 
 
 def margins(function: DesignFunction) -> tuple[Margin, ...]:
-    """The margin of every input that reaches a requirement of the design, in the order of the file."""
+    """The margin of every input that reaches a requirement of the design, in the order of the file.
+
+    One `Margin` for each input: how far it can go down and up, in base units, while every other input keeps the value
+    of the file.
+    """
     return tuple(each_margin(function))
 
 
 def each_margin(function: DesignFunction) -> Iterator[Margin]:
-    """The margin of each input that reaches a requirement of the design, one by one, in the order of the file."""
+    """The margin of each input that reaches a requirement of the design, one by one, in the order of the file.
+
+    Yields as margins are computed, so that progress can be shown. Only requirements that hold at the file's values can
+    break, so that only these are looked at.
+    """
     of = reaches(function, _held(function))
     for variable in function.inputs.variables:
         bounds = of(variable)
@@ -60,7 +71,11 @@ def each_margin(function: DesignFunction) -> Iterator[Margin]:
 def reaches(
     function: DesignFunction, bounds: Sequence[OutputComparison]
 ) -> Callable[[Variable], tuple[OutputComparison, ...]]:
-    """What tells for an input the comparisons that it has a part in."""
+    """What tells for an input the comparisons that it has a part in.
+
+    The function that is returned takes a variable and gives the comparisons whose expression contains it; all of them
+    where the variable decides a guard or the program does not apply.
+    """
     nearby = function.around_cores
     inside = [
         frozenset().union(*(nearby.program.variables(nearby.outputs[side]) for side in _sides(function, bound)))
@@ -91,7 +106,11 @@ def _margin(function: DesignFunction, variable: Variable, bounds: tuple[OutputCo
 
 
 def domain(function: DesignFunction, variable: Variable) -> tuple[Fraction, Fraction]:
-    """The values that an input can take while the others stay: an end of a range stops at the other end."""
+    """The values that an input can take while the others stay: an end of a range stops at the other end.
+
+    A pair (least, most) in base units, at most `FARTHEST` times the file's value away. A number of items is at most
+    `MOST_ITEMS` times the file's.
+    """
     least, most = Fraction(variable.least), max(variable.nominal, Fraction(1000)) * FARTHEST
     if not variable.is_whole:
         least = variable.nominal / FARTHEST
@@ -207,7 +226,12 @@ def _solved(way: LineComparisons, bound: OutputComparison, good: Fraction, bad: 
 
 
 def scaling(function: DesignFunction) -> Scaling:
-    """The largest factor on all execution times with which every requirement holds, and what breaks beyond it."""
+    """The largest factor on all execution times with which every requirement holds, and what breaks beyond it.
+
+    A `Scaling` with the factor (None when nothing breaks up to `FARTHEST`), the requirement and thread that break
+    first, and the utilisation at the factor. The classic *critical scaling factor* (Lehoczky, Sha and Ding 1989), here
+    over every requirement.
+    """
     moving = {item.index: item.nominal for item in function.inputs.variables if _is_execution(item)}
     held = _held(function)
     breaks: dict[str, Break | None] = {}
@@ -256,7 +280,7 @@ def bars(
         ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
             continue
-        outputs = metrics_at(function, variable, ends)
+        outputs = _metrics_at(function, variable, ends)
         for number, name in enumerate(function.outputs.names):
             values = (outputs[0][number], outputs[1][number])
             if all(map(is_unbounded, (*values, nominal[number]))):
@@ -268,7 +292,7 @@ def bars(
     return tuple(sorted(found, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
 
 
-def metrics_at(
+def _metrics_at(
     function: DesignFunction, variable: Variable, values: Iterable[Fraction]
 ) -> list[Sequence[Fraction] | Mapping[int, Fraction]]:
     """The metrics by number at some values of one input: what it does not reach is as stated."""

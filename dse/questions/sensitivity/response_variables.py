@@ -58,7 +58,11 @@ Responses = Mapping[TaskKey, Any]
 
 
 class ScheduledFunction(DesignFunction):
-    """A design's figures as functions of the inputs and of its response times, which follow from the inputs."""
+    """A design's figures as functions of the inputs and of its response times, which follow from the inputs.
+
+    Response times are solutions of a fixed point and have no expression; they enter as further variables whose ranges
+    and directions are known.
+    """
 
     def __init__(self, inputs: InputSpace, design: Design, motion: Motion, box: Box) -> None:
         self._known: tuple[Values, Responses] = ((), {})
@@ -74,12 +78,19 @@ class ScheduledFunction(DesignFunction):
         self.further = tuple(motion.response(key, ends[key]) for key in self.keys)
 
     def inputs_of(self, values: Values) -> Values:
-        """The values of the inputs with the response times that follow from them."""
+        """The values of the inputs with the response times that follow from them.
+
+        The inputs first, then a response time in ns for each task in the order of `keys`; `UNBOUNDED_NS` stands for one
+        without a bound.
+        """
         found = self._responses(values)
         return (*values, *(_counted(found[key]) for key in self.keys))
 
     def view_of(self, values: Values, *, traced: bool) -> View:
-        """A view of the design that knows its response times, traced as variables of their own."""
+        """A view of the design that knows its response times, traced as variables of their own.
+
+        The response times are put into the view's memo, so that formulas of latency do not compute them again.
+        """
         view = super().view_of(values, traced=traced)
         found = self._responses(values)
         if traced:
@@ -94,7 +105,11 @@ class ScheduledFunction(DesignFunction):
         return self._known[1]
 
     def broken_without_bound(self, box: Box) -> list[tuple[OutputComparison, Worst]]:
-        """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing."""
+        """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing.
+
+        An unbounded response time breaks every limit that contains it, at the corner where all times are longest. The
+        list is empty when all response times are bounded in the box.
+        """
         if self.top is None:
             return []
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
@@ -125,7 +140,11 @@ class Motion:
     """The slopes of each task's longest execution time in each of them."""
 
     def response(self, key: TaskKey, ends: Interval) -> Further:
-        """The response time of a task as a variable, from its ends: it moves at least as its execution time does."""
+        """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
+
+        `ends` are the shortest and longest response time in ns. The slope in an input has a known sign, and at least
+        the slope of the execution time; its other end is infinite.
+        """
         slopes = tuple(
             ZERO
             if ends[0] == ends[1] or not sign

@@ -141,7 +141,7 @@ def sensitivity_asked(
         raise UsageError(f"{settings.samples:,} samples of {len(uncertain)} uncertain inputs: at most {most:,} of them")
     function = DesignFunction(inputs, design)
     tell("margins")
-    metrics = watched_metrics(space)
+    metrics = _watched_metrics(space)
     part = _Parts()
     found = SensitivityResult(
         problem={
@@ -185,7 +185,7 @@ class _Parts:
             return None
 
     def collected(self, what: str, items: Iterator[T]) -> tuple[T, ...]:
-        """As many of some items as there was time for."""
+        """The items for which there was time."""
         found: list[T] = []
         with suppress(OutOfTime):
             look_at_the_clock()
@@ -211,7 +211,7 @@ def chosen_design(space: Space, texts: Sequence[str]) -> Design:
     return evaluation.design
 
 
-def watched_metrics(space: Space) -> list[str]:
+def _watched_metrics(space: Space) -> list[str]:
     """The metrics that are asked about: objectives, then requirements."""
     names = [item.metric.name for item in space.objectives] + [item.metric.name for item in space.requirements]
     return list(dict.fromkeys(names))
@@ -230,7 +230,7 @@ def _uncertain(
     tell("design")
     design_chance = chance(function, uncertain, shares)
     tell("indices")
-    metrics = watched_metrics(space)
+    metrics = _watched_metrics(space)
     measured = part.made("what moves each metric", lambda: indices(function, uncertain, metrics, settings.seed))
     found, endless = measured if measured is not None else ((), ())
 

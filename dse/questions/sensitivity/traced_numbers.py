@@ -37,7 +37,10 @@ def _extreme(kind: str, one: Number, other: Number) -> Number:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ExpressionNode:
-    """An expression: ``var`` (`value` is its index), ``const`` (`value`), or an operation on other nodes."""
+    """An expression: ``var`` (`value` is its index), ``const`` (`value`), or an operation on other nodes.
+
+    A directed acyclic graph: nodes are shared, and `Program` numbers each once.
+    """
 
     operation: str
     parts: tuple[ExpressionNode, ...] = ()
@@ -46,7 +49,11 @@ class ExpressionNode:
 
 @dataclass(frozen=True, slots=True)
 class TracedComparison:
-    """A comparison that was made: `operation` of left and right had `outcome`."""
+    """A comparison that was made: `operation` of left and right had `outcome`.
+
+    It becomes a guard of the program: the expressions of all outputs are only right where each guard has the outcome
+    that was noted.
+    """
 
     operation: str
     left: ExpressionNode
@@ -79,7 +86,11 @@ MOST_GUARDS = 5_000
 
 
 class Guards(list[TracedComparison]):
-    """The comparisons that were made; more than `most` (where it is set) are an error."""
+    """The comparisons that were made; more than `most` (where it is set) are an error.
+
+    A list in the order in which the formulas compared; `TooManyGuardsError` stops a formula that compares without end,
+    such as a loop over many periods.
+    """
 
     most: int | None = None
 
@@ -88,7 +99,10 @@ _guards: list[Guards] = []
 
 
 class TooManyGuardsError(Exception):
-    """A figure takes more comparisons than are worth remembering."""
+    """A figure takes more comparisons than are worth remembering.
+
+    The caller then evaluates the analysis itself at each value, without a program.
+    """
 
 
 @contextmanager
@@ -115,7 +129,10 @@ def _node(number: Any) -> ExpressionNode:
 
 
 def untraced(number: Any) -> Any:
-    """A number without its expression."""
+    """A number without its expression.
+
+    The plain `Fraction` of a `Traced`; any other number is returned as it is.
+    """
     return number.plain if isinstance(number, Traced) else number
 
 
@@ -193,7 +210,11 @@ def _whole(value: Fraction) -> int:
 
 
 class Traced(Fraction):
-    """An exact fraction with the expression that made it; equal to, and hashed like, the plain number."""
+    """An exact fraction with the expression that made it; equal to, and hashed like, the plain number.
+
+    Arithmetic gives `Traced` numbers, comparisons give plain booleans and note a guard. The formulas of the analysis
+    run on them unchanged.
+    """
 
     __slots__ = ("node", "plain")
     node: ExpressionNode
@@ -208,13 +229,21 @@ class Traced(Fraction):
 
     @property
     def numerator(self) -> int:
-        """Asked for by whoever takes the number apart: what is made of that is known for this very number only."""
+        """Asked for by whoever takes the number apart: what is made of that is known for this very number only.
+
+        A guard ``== value`` is noted, because whoever reads the integer may use it in ways that no expression can
+        follow.
+        """
         _noted("==", self, self.plain, True)
         return self.plain.numerator
 
     @property
     def denominator(self) -> int:
-        """See `numerator`."""
+        """The denominator of the plain number.
+
+        A guard ``== value`` is noted, because whoever reads the integer may use it in ways that no expression can
+        follow.
+        """
         _noted("==", self, self.plain, True)
         return self.plain.denominator
 
@@ -232,12 +261,19 @@ class Traced(Fraction):
     __hash__ = Fraction.__hash__
 
     def picked(self, kind: str, other: Any) -> Traced:
-        """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard."""
+        """The greater (`kind` ``max``) or the less (``min``) of two numbers: an expression, no guard.
+
+        A node ``max`` or ``min`` over both expressions; no guard is needed, because the expression is right whichever
+        number is the greater.
+        """
         value = _extreme(kind, self.plain, untraced(other))
         return Traced(value, ExpressionNode(kind, (self.node, _node(other))))
 
     def whole_steps(self, step: Any) -> Traced:
-        """How many whole steps are in a number: an expression that jumps, no guard."""
+        """How many whole steps are in a number: an expression that jumps, no guard.
+
+        The floor of the quotient as a node ``//``; right for every value, unlike a rounding that is noted as a guard.
+        """
         value = self.plain // untraced(step)
         return Traced(value, ExpressionNode("//", (self.node, _node(step))))
 
@@ -274,7 +310,11 @@ class Traced(Fraction):
 
 
 class Program:
-    """Expressions in the order of evaluation, each once, with their outputs and guards by number."""
+    """Expressions in the order of evaluation, each once, with their outputs and guards by number.
+
+    A step is (operation, left, right): numbers of earlier steps, a variable's index, or a constant. Guards are
+    (operation, left, right, outcome).
+    """
 
     def __init__(self, outputs: Sequence[Fraction], guards: Sequence[TracedComparison]) -> None:
         self.steps: list[tuple[str, Any, int]] = []
@@ -321,7 +361,10 @@ class Program:
         return self._numbers[id(node)]
 
     def reached(self, moving: frozenset[int]) -> list[bool]:
-        """For each step whether it depends on some of these variables."""
+        """For each step whether it depends on some of these variables.
+
+        A list of booleans as long as `steps`; `moving` are indices of variables.
+        """
         found: list[bool] = []
         for operation, left, right in self.steps:
             if operation in ("var", "const"):
@@ -331,7 +374,10 @@ class Program:
         return found
 
     def needed(self, ends: Sequence[int]) -> list[int]:
-        """The steps that some steps are made of, themselves among them, in the order of evaluation."""
+        """The steps that some steps are made of, themselves among them, in the order of evaluation.
+
+        Ascending numbers of steps: the transitive operands of `ends`. What is not in the list need not be evaluated.
+        """
         found: set[int] = set()
         stack = list(ends)
         while stack:
@@ -345,19 +391,28 @@ class Program:
         return sorted(found)
 
     def variables(self, number: int) -> frozenset[int]:
-        """The variables that a step depends on."""
+        """The variables that a step depends on.
+
+        Indices of variables among all operands of step `number`.
+        """
         steps = (self.steps[at] for at in self.needed([number]))
         return frozenset(value for operation, value, _ in steps if operation == "var")
 
     @cached_property
     def deciding(self) -> frozenset[int]:
-        """The variables that the guards depend on."""
+        """The variables that the guards depend on.
+
+        Indices of variables. Inputs outside the set cannot invalidate the program, however far they move.
+        """
         sides = [side for _, left, right, _ in self.guards for side in (left, right)]
         steps = (self.steps[at] for at in self.needed(sides))
         return frozenset(value for operation, value, _ in steps if operation == "var")
 
     def run(self, inputs: Sequence[Number]) -> list[Number]:
-        """The value of every step: exact for fractions; arrays of floats go through as arrays."""
+        """The value of every step: exact for fractions; arrays of floats go through as arrays.
+
+        `inputs` by index of variable. A long program looks at the time limit now and then (`OutOfTime`).
+        """
         values: list[Number] = []
         vectors = any(isinstance(item, numpy.ndarray) for item in inputs)
         for number, (operation, left, right) in enumerate(self.steps):

@@ -45,46 +45,75 @@ class Uncertain:
     near: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
 
     def ppf(self, share: Any) -> Any:
-        """`quantile`, by the name that scipy looks for."""
+        """`quantile`, by the name that scipy looks for.
+
+        The inverse of the distribution function: shares in [0, 1], an array of any shape, to values of the input in
+        base units.
+        """
         return self.quantile(numpy.asarray(share, dtype=float))
 
     def columns(self, values: Any) -> dict[int, Any]:
-        """The variables' samples for samples of the input."""
+        """The variables' samples for samples of the input.
+
+        Variable index to an array of floats as long as `values`. A factor multiplies each variable's nominal value; no
+        sample is below the least value that the variable can have.
+        """
         if not self.is_factor:
             return {item.index: _settled(item, numpy.maximum(values, item.least)) for item in self.variables}
         return {item.index: _settled(item, numpy.maximum(values * float(item.nominal), 0.0)) for item in self.variables}
 
     def ends(self) -> tuple[Fraction, Fraction]:
-        """Both bounds, or between what most values lie where there are none (`robust_words` says so)."""
+        """Both bounds, or between what most values lie where there are none (`robust_words` says so).
+
+        A pair (low, high), exact and in base units, or factors. A normal distribution has no bounds; `DEVIATIONS`
+        deviations on each side are taken instead.
+        """
         return self.near if self.low is None or self.high is None else (self.low, self.high)
 
     @property
     def sampled_words(self) -> str:
-        """What is stated, and how it is drawn where that says nothing of it."""
+        """What is stated, and how it is drawn where that says nothing of it.
+
+        A range without a distribution is sampled uniformly, and the text says so.
+        """
         return self.words.replace("anything in ", "anything (sampled uniformly) in ")
 
     @property
     def robust_words(self) -> str:
-        """What it is, and which of its values a robust front holds for."""
+        """What it is, and which of its values a robust front holds for.
+
+        For an input with bounds the words of the file; for a normal distribution the interval that is taken, with its
+        probability.
+        """
         if self.low is not None:
             return self.words
         share = normal_share(DEVIATIONS) - normal_share(-DEVIATIONS)
         return f"{self.words}, within {DEVIATIONS} deviations of its mean ({share:.2%} of its values)"
 
     def main_range(self) -> tuple[float, float]:
-        """The bounds; where there are none, the middle `MIDDLE` of all values."""
+        """The bounds; where there are none, the middle `MIDDLE` of all values.
+
+        A pair of floats (low, high) in base units, for the axis of a plot and the ends of a local effect.
+        """
         if self.low is not None and self.high is not None:
             return float(self.low), float(self.high)
         low, high = self.ppf([(1 - MIDDLE) / 2, (1 + MIDDLE) / 2])
         return float(low), float(high)
 
     def set(self, values: list[Fraction], place: Fraction) -> None:
-        """Put a value of the input into a list of all variables' values."""
+        """Put a value of the input into a list of all variables' values.
+
+        `values` is changed in place: every variable that moves with the input gets its value at `place`, which is a
+        value in base units or a factor.
+        """
         for variable in self.variables:
             values[variable.index] = self._value(variable, place)
 
     def range_of(self, variable: Variable) -> tuple[Fraction, Fraction]:
-        """`ends` of one of its variables."""
+        """`ends` of one of its variables.
+
+        A pair (low, high), exact and in base units of the variable: a factor is multiplied with its nominal value.
+        """
         low, high = self.ends()
         return self._value(variable, low), self._value(variable, high)
 
@@ -128,7 +157,11 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
 
 
 def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
-    """The cores that the file states of a thread, its executors or its reservation: one, or a list of options."""
+    """The cores that the file states of a thread, its executors or its reservation: one, or a list of options.
+
+    Core numbers, in the order of the file; other values (such as ``any``) are left out. Used to see that a number of
+    cores cannot fall below what is stated.
+    """
     spec, owners = problem.loaded.spec, problem.space.core_owners(component)
     found = [getattr(spec, section)[name] for name in owners for section in OWNERS if name in getattr(spec, section)]
     return tuple(item for one in found for item in one.core or () if isinstance(item, int))
@@ -202,7 +235,10 @@ def _quantile_of_samples(item: UncertainInput) -> Quantile:
 
 
 def stated_ends(uncertain: Sequence[Uncertain]) -> Mapping[int, tuple[Fraction, Fraction]]:
-    """The bounds of each variable that has some: the last values that it can have there."""
+    """The bounds of each variable that has some: the last values that it can have there.
+
+    Variable index to (low, high), exact and in base units; inputs without bounds are left out.
+    """
     found: dict[int, tuple[Fraction, Fraction]] = {}
     for item in uncertain:
         if item.low is None or item.high is None:
@@ -231,7 +267,11 @@ def columns_of(uncertain: Sequence[Uncertain], shares: Any) -> dict[int, Any]:
 
 
 def ordered_columns(uncertain: Sequence[Uncertain], values: Sequence[Any]) -> dict[int, Any]:
-    """Samples of every variable for samples of the inputs."""
+    """Samples of every variable for samples of the inputs.
+
+    Variable index to an array of floats. The maximum of a range is raised to its sampled minimum where both are
+    uncertain and would cross.
+    """
     columns: dict[int, Any] = {}
     variables: dict[int, Variable] = {}
     for item, row in zip(uncertain, values, strict=True):

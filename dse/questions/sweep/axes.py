@@ -53,23 +53,38 @@ class LimitAxis:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Every limit that there may be."""
+        """Every limit that there may be.
+
+        The limits for the low end, the high end and each value. Building all of them at the start reports a mistake
+        before the first run.
+        """
         return (*self.low, *self.high, *(item for one in self.values for item in one))
 
     @property
     def is_exact(self) -> bool:
-        """Whether every break-point in an interval is asked for, rather than the front for each of some values."""
+        """Whether every break-point in an interval is asked for, rather than the front for each of some values.
+
+        True for an interval such as ``5ms..100ms`` without a step: the sweep then returns the exact limits at which the
+        front changes.
+        """
         return not self.values
 
     def shipped(self, number: int | None) -> tuple[str, str]:
-        """Metric and values as a run has them: value `number`, or the whole interval."""
+        """Metric and values as a run has them: value `number`, or the whole interval.
+
+        A pair of texts that `read_limit_axis` reads in the process that solves the run, for example ``("latency of f",
+        "<= 20 ms")``.
+        """
         values = self.interval if number is None else self.labels[number]
         return self.name, f"{self.operator} {values}"
 
 
 @dataclass(frozen=True)
 class InputAxis:
-    """A quantity of the problem file that varies: absolute values as text, or factors."""
+    """A quantity of the problem file that varies: absolute values as text, or factors.
+
+    Exactly one of `texts` and `factors` has entries, as many as `labels`.
+    """
 
     name: str
     labels: tuple[str, ...]
@@ -77,7 +92,10 @@ class InputAxis:
     factors: tuple[Fraction, ...] = ()
 
     def write(self, inputs: Inputs, data: dict[str, Any], number: int) -> None:
-        """Put value `number` into `data`."""
+        """Put value `number` into `data`.
+
+        `data` is the plain data of the problem file, changed in place.
+        """
         if self.factors:
             inputs.scale(data, self.name, self.factors[number])
         else:
@@ -88,7 +106,11 @@ Axis = LimitAxis | InputAxis
 
 
 def limited(space: Space, requirements: Sequence[Requirement]) -> Space:
-    """The space with these limits in the place of all limits of the same direction on the same metrics."""
+    """The space with these limits in the place of all limits of the same direction on the same metrics.
+
+    A new space: limits of the file that compare the swept metrics in the same direction are dropped, those that are
+    implied and open cores are computed again.
+    """
     given = {(item.metric, item.operator[0]) for item in requirements}
     kept = [item for item in space.requirements if (item.metric, item.operator[0]) not in given]
     return with_open_cores(with_implied(replace(space, requirements=(*kept, *requirements))))
@@ -141,7 +163,10 @@ def _names_metric(space: Space, name: str) -> bool:
 
 
 def read_limit_axis(space: Space, name: str, values: str) -> LimitAxis:
-    """A limit on a metric as a run has it: ``<= 5ms..100ms`` or ``<= 20ms``."""
+    """A limit on a metric as a run has it: ``<= 5ms..100ms`` or ``<= 20ms``.
+
+    The inverse of `LimitAxis.shipped`. Raises `UsageError` for an unknown metric or a value with a wrong unit.
+    """
     return _limit_axis(space, name, "<=" if values.startswith("<=") else ">=", values[2:].strip())
 
 
@@ -175,7 +200,10 @@ def _limited(name: str, found: Sequence[Requirement]) -> tuple[str, tuple[Metric
 
 
 def limit_requirements(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> tuple[Requirement, ...]:
-    """The axis' metrics against a limit, strictly or not."""
+    """The axis' metrics against a limit, strictly or not.
+
+    A `Requirement` for each metric of the axis; `operator` is one of ``<= < >= >``, `text` what reports show.
+    """
     return tuple(Requirement(text, metric, operator, limit, ORIGIN) for metric in axis.metrics)
 
 

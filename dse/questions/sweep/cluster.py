@@ -29,7 +29,10 @@ LOGGERS = ("distributed", "tornado", "bokeh", "asyncio")
 
 
 class ClusterError(DseError):
-    """The cluster went away, or cannot do the work; what was finished is in the store."""
+    """The cluster went away, or cannot do the work; what was finished is in the store.
+
+    A `DseError` with one sentence; `dse sweep` with the same store goes on with the runs that are missing.
+    """
 
 
 def run_on_cluster(

@@ -37,12 +37,18 @@ class MetricReader:
 
     @property
     def units(self) -> dict[str, str]:
-        """The base unit of each metric and objective."""
+        """The base unit of each metric and objective.
+
+        Names of metrics to units such as ``ns``, ``B/s`` or ``ppm``; `metrics` gives values in them.
+        """
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
         return {measure.metric.name: measure.unit for measure in measures}
 
     def metrics(self, design: Design) -> dict[str, Fraction]:
-        """Every metric of a design, in its base unit."""
+        """Every metric of a design, in its base unit.
+
+        Names to exact fractions, objectives included.
+        """
         view = View(design)
         measures = (*self.evaluator.metrics, *self.evaluator.objectives)
         return {measure.metric.name: measure.value(view) for measure in measures}
@@ -60,7 +66,10 @@ class MetricReader:
 
 
 def search_space(evaluator: Evaluator, seed: int) -> FrontSearch:
-    """The front of an evaluator's space on one solver, within the limit in force: a study runs several side by side."""
+    """The front of an evaluator's space on one solver, within the limit in force: a study runs several side by side.
+
+    A `FrontSearch` by one worker, with the time limit in force (`in_force`): studies run one search for each core.
+    """
     return search_front(evaluator, SearchLimits(in_force(), seed, 1))
 
 
@@ -79,7 +88,10 @@ def check_objectives(space: Space) -> None:
 
 
 def senses(space: Space) -> list[str]:
-    """The sense of each objective."""
+    """The sense of each objective.
+
+    ``minimise`` or ``maximise`` for each objective, in the order of the question.
+    """
     return [objective.sense for objective in space.objectives]
 
 
@@ -104,7 +116,11 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
 
 
 def objective_infos(evaluator: Evaluator) -> list[dict[str, str]]:
-    """Name, sense and base unit of each objective."""
+    """Name, sense and base unit of each objective.
+
+    Mappings with the keys ``name``, ``sense`` and ``unit``, in the order of the question, as results of studies store
+    them.
+    """
     return [
         {"name": measure.metric.name, "sense": objective.sense, "unit": measure.unit}
         for measure, objective in zip(evaluator.objectives, evaluator.space.objectives, strict=True)
@@ -112,7 +128,10 @@ def objective_infos(evaluator: Evaluator) -> list[dict[str, str]]:
 
 
 def minimised(vector: Sequence[Any], directions: Sequence[str]) -> tuple[Any, ...]:
-    """A vector with every entry to be minimised."""
+    """A vector with every entry to be minimised.
+
+    Entries of objectives to be maximised change their sign; `directions` has the sense of each.
+    """
     return tuple(-value if sense == "maximise" else value for value, sense in zip(vector, directions, strict=True))
 
 
@@ -141,7 +160,11 @@ def _covers(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
 
 
 class Jury:
-    """Says of each design of a front what it keeps with contention; nothing where the front counts all of that."""
+    """Says of each design of a front what it keeps with contention; nothing where the front counts all of that.
+
+    A sweep of a question without response times still reports which designs keep every requirement when threads wait
+    for each other.
+    """
 
     def __init__(self, space: Space, limited: Metric | None = None) -> None:
         """Judge designs of `space`; `limited` is a metric whose limit varies: it is told as it is with contention."""

@@ -84,7 +84,10 @@ def _of_open_decisions(space: Space, baseline: Mapping[str, Mapping[str, Any]]) 
 
 
 def effective_text(data: Mapping[str, Any]) -> str:
-    """Plain data as the text of a problem file: JSON, which is YAML."""
+    """Plain data as the text of a problem file: JSON, which is YAML.
+
+    One line of JSON, with keys in the order of `data`; loading it gives an equal problem.
+    """
     return json.dumps(data, ensure_ascii=False, separators=(", ", ": "))
 
 
@@ -160,9 +163,13 @@ class Inputs:
         self._write(data, items[0], text)
 
     def scale(self, data: dict[str, Any], path: str, factor: Fraction) -> None:
-        """Multiply every value at a path of `data`, in place."""
+        """Multiply every value at a path of `data`, in place.
+
+        Ranges and lists of options are multiplied entry by entry, each written with its own unit. `data` is the plain
+        data of the problem file.
+        """
         for item in self.at(path):
-            self._write(data, item, scaled_text(item, factor))
+            self._write(data, item, _scaled_text(item, factor))
 
     def _write(self, data: dict[str, Any], item: InputValue, text: str | int) -> None:
         holder: Any = data
@@ -179,7 +186,10 @@ class Inputs:
 
 
 def copied(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Data to change."""
+    """Data to change.
+
+    A deep copy as a plain `dict`, so that changing one run does not change another.
+    """
     return copy.deepcopy(dict(data))
 
 
@@ -243,7 +253,7 @@ def _ends(text: str) -> tuple[str, str]:
     return range_ends(text) or (text.strip(), text.strip())
 
 
-def scaled_text(item: InputValue, factor: Fraction) -> str | int:
+def _scaled_text(item: InputValue, factor: Fraction) -> str | int:
     """The item's text with its numbers multiplied."""
     if item.kind is COUNT:
         count = int(item.text) * factor

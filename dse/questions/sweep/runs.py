@@ -30,14 +30,20 @@ OTHER_VERSION = "other version"
 
 @dataclass(frozen=True)
 class SweepPoint:
-    """One point of a sweep: where it stands, what to solve, and the key of the outcome."""
+    """One point of a sweep: where it stands, what to solve, and the key of the outcome.
+
+    `point` has the number of the value on each axis; `payload` is what a worker process gets.
+    """
 
     point: tuple[int, ...]
     payload: str
 
     @property
     def key(self) -> str:
-        """Where the store keeps the outcome."""
+        """Where the store keeps the outcome.
+
+        SHA-256 of payload and version of the semantics, in hexadecimal (`run_key`).
+        """
         return run_key(self.payload)
 
 
@@ -48,7 +54,10 @@ def make_payload(
     exact: tuple[str, str] | None,
     seed: int,
 ) -> str:
-    """A run as text: effective problem, changes, limits and an interval of a limit as (metric, ``OP VALUES``)."""
+    """A run as text: effective problem, changes, limits and an interval of a limit as (metric, ``OP VALUES``).
+
+    JSON with sorted keys, so that equal runs have equal texts and one key in the store.
+    """
     content = {
         "problem": effective_text(data),
         "changes": {name: _plain(value) for name, value in asdict(changes).items()},
@@ -80,7 +89,7 @@ def solve_payload(payload: str, semantics: str) -> str:
         return _failure(OTHER_VERSION, f"this machine has {semantics_version()}")
     content = json.loads(payload)
     try:
-        space = effective_space(content)
+        space = _effective_space(content)
         if content["exact"] is not None:
             metric, values = content["exact"]
             axis = read_limit_axis(space, metric, values)
@@ -98,7 +107,7 @@ def solve_payload(payload: str, semantics: str) -> str:
         return _failure("invalid", str(error))
 
 
-def effective_space(content: Mapping[str, Any]) -> Space:
+def _effective_space(content: Mapping[str, Any]) -> Space:
     """The space that a run is about."""
     given = content["changes"]
     changes = Changes(**{**given, "limits": [tuple(item) for item in given["limits"]]})
@@ -134,7 +143,10 @@ def _text(outcome: Mapping[str, Any]) -> str:
 
 
 class OutcomeError(ValueError):
-    """A text that is no outcome of a run."""
+    """A text that is no outcome of a run.
+
+    Raised by reading what a worker or a store returned; the run counts as not solved.
+    """
 
 
 def read_outcome(text: str) -> dict[str, Any]:

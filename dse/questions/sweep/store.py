@@ -45,7 +45,10 @@ def semantics_version() -> str:
 
 
 def run_key(payload: str) -> str:
-    """The key of a run: the hash of its effective problem and of the version of the semantics."""
+    """The key of a run: the hash of its effective problem and of the version of the semantics.
+
+    SHA-256 in hexadecimal. A release that changes figures changes `semantics_version`, and then solves every run again.
+    """
     return hashlib.sha256(f"{semantics_version()}\n{payload}".encode()).hexdigest()
 
 
@@ -66,7 +69,11 @@ def _check_beginning(path: Path) -> None:
 
 
 class Store:
-    """Outcomes by key. Only the process that opened it writes, one transaction for each run."""
+    """Outcomes by key. Only the process that opened it writes, one transaction for each run.
+
+    An SQLite file; processes that solve send their outcomes to the one that writes. A digest with each outcome detects
+    a damaged file.
+    """
 
     def __init__(self, path: Path) -> None:
         """Open a store, or begin one where there is no file.
@@ -158,7 +165,11 @@ class Store:
         return found
 
     def keep(self, key: str, outcome: str) -> None:
-        """Keep the outcome of a run that was just solved."""
+        """Keep the outcome of a run that was just solved.
+
+        One transaction, so that a kill loses at most the run in progress. Raises `UsageError` where the file cannot be
+        written.
+        """
         try:
             self._connection.execute("BEGIN IMMEDIATE")
             entry = (key, semantics_version(), outcome, _digest(key, outcome))
@@ -169,7 +180,10 @@ class Store:
             raise UsageError(f"{self.path}: the store cannot be written: {error}") from error
 
     def solved(self) -> int:
-        """How many runs were really solved since the store began; a run that was found again does not count."""
+        """How many runs were really solved since the store began; a run that was found again does not count.
+
+        It counts solves, not outcomes: a run that was solved twice counts twice.
+        """
         return self._number("SELECT count(*) FROM solves")
 
     def kept(self) -> int:

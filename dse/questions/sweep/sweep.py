@@ -43,14 +43,21 @@ class SweepProgress:
 
     @property
     def left_s(self) -> float | None:
-        """The seconds that the rest will take, as far as one can tell; None before the first run is solved."""
+        """The seconds that the rest will take, as far as one can tell; None before the first run is solved.
+
+        Elapsed time over runs solved, times runs left; runs that the store already had do not count as solved.
+        """
         solved = self.done - self.found
         return self.elapsed_s / solved * (self.total - self.done) if solved else None
 
 
 @dataclass(frozen=True)
 class Means:
-    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept."""
+    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept.
+
+    `workers` is a number of processes; with `scheduler`, such as ``tcp://host:8786``, runs go to a Dask cluster
+    instead. `store` is an SQLite file, None to keep nothing.
+    """
 
     workers: int = 1
     scheduler: str | None = None
@@ -139,13 +146,19 @@ def sweep_asked(
     means: Means,
     progress: Callable[[SweepProgress], None] | None = None,
 ) -> SweepResult:
-    """Sweep the question of a problem as it stands; see `sweep`."""
+    """Sweep the question of a problem as it stands; see `sweep`.
+
+    Axes are read from `vary`, runs already in the store are taken from it, the rest is solved. `progress` is called
+    after each run.
+
+    Raises `UsageError` for an axis that cannot be read or a question without objectives.
+    """
     check_workers(means.workers)
     refuse_unchecked(asked.space)
     check_objectives(asked.space)
     inputs = Inputs(merged_data(asked))
     axes = read_axes(asked, inputs, vary)
-    runs = plan(axes, inputs, asked, seed)
+    runs = _plan(axes, inputs, asked, seed)
     done, found = _solved(runs, means, progress)
     limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
     outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
@@ -208,7 +221,7 @@ def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axi
     return axes
 
 
-def plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
+def _plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
     """The runs of a sweep, in order."""
     exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]

@@ -27,7 +27,10 @@ Task = Callable[[str], str]
 
 
 class LostRunError(DseError):
-    """A run took several workers with it: most likely it needs more memory than there is."""
+    """A run took several workers with it: most likely it needs more memory than there is.
+
+    The message names the run; runs that were finished are in the store.
+    """
 
 
 def run_all(
@@ -191,7 +194,11 @@ def _follow_parent() -> None:
 
 
 def usable_cores() -> int:
-    """The cores that this process may use."""
+    """The cores that this process may use.
+
+    The size of the CPU affinity mask where the system has one (cpusets of containers count, quotas do not), else all
+    cores.
+    """
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -97,16 +97,25 @@ class Description(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 3 where `dse solve` refuses the problem."""
+        """What the command line answers with: 3 where `dse solve` refuses the problem.
+
+        0 for a problem that `dse solve` accepts; 3 where the space is too large or a requirement cannot be checked.
+        """
         return EXIT_INVALID if self.too_large or self.space.unchecked else EXIT_COMPLETE
 
     @property
     def unread(self) -> Annotated[tuple[UnreadFlow, ...], Json(default=[])]:
-        """The flows of the model that its import could not follow; `dse solve` refuses a problem that limits one."""
+        """The flows of the model that its import could not follow; `dse solve` refuses a problem that limits one.
+
+        `UnreadFlow` entries with the flow's name and the reason; empty for problem files that were not imported.
+        """
         return self.space.unread
 
     def frame(self) -> pandas.DataFrame:
-        """The open decisions; columns ``decision`` and ``options``, one text."""
+        """The open decisions; columns ``decision`` and ``options``, one text.
+
+        One row for each open decision, in the order of the file; options are separated by ", ".
+        """
         import pandas
 
         rows = [[item.name, ", ".join(item.options)] for item in self.decisions]
@@ -114,12 +123,18 @@ class Description(Answer):
 
     @property
     def valid(self) -> Literal[True]:
-        """A problem with mistakes has no description."""
+        """A problem with mistakes has no description.
+
+        Always true in the JSON of `dse check`: mistakes are reported as a list of diagnostics instead of a description.
+        """
         return True
 
     @property
     def options(self) -> Mapping[str, Sequence[str]]:
-        """The options of each open decision, in the order of the file."""
+        """The options of each open decision, in the order of the file.
+
+        Names of decisions to names of options; decisions with one option are not open and left out.
+        """
         return {decision.name: decision.options for decision in self.decisions}
 
     @property
@@ -129,12 +144,18 @@ class Description(Answer):
 
     @property
     def requirements(self) -> list[str]:
-        """The requirements in words."""
+        """The requirements in words.
+
+        Requirements as texts such as ``latency of chain <= 20 ms``, without those that are implied.
+        """
         return [item.text for item in self.space.requirements if not item.implied]
 
     @property
     def implied(self) -> list[str]:
-        """The limits that nobody states: 100 % of cores, bandwidths and exclusive buses."""
+        """The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.
+
+        Texts in the form of `requirements`.
+        """
         return [item.text for item in self.space.requirements if item.implied]
 
     @property
@@ -144,12 +165,19 @@ class Description(Answer):
 
     @property
     def objectives(self) -> list[str]:
-        """The objectives with their senses."""
+        """The objectives with their senses.
+
+        Texts such as ``minimise price``, in the order of the question.
+        """
         return [f"{item.sense} {item.metric.name}" for item in self.space.objectives]
 
     @property
     def out_of_reach(self) -> Annotated[list[Mapping[str, str]], Json(kind=list[OutOfReach])]:
-        """Requirements that no design meets, as bounds alone show."""
+        """Requirements that no design meets, as bounds alone show.
+
+        Mappings with ``requirement``, ``origin``, ``limit``, ``unit`` and ``least`` or ``most``, exact numbers as text.
+        The bounds come from `dse.analysis.bounds`, without a search.
+        """
         return [
             {
                 "requirement": item.requirement.text,

@@ -104,13 +104,13 @@ def compare_measured(
     if not files:
         raise UsageError("name a file of measurements")
     paths = [Path(item) for item in files]
-    observed, unused = read_observed([path for path in paths if not is_recording(path)])
+    observed, unused = read_observed([path for path in paths if not _is_recording(path)])
     texts = decisions_as_texts(design)
     asked = with_stated_cores(load(problem).ask(**question), texts)
     chosen = chosen_design(asked.space, list(texts))
     bench = _Bench(asked, chosen, share)
-    for path in filter(is_recording, paths):
-        shown, others = read_recording(path, asked.loaded.spec)
+    for path in filter(_is_recording, paths):
+        shown, others = _read_recording(path, asked.loaded.spec)
         if not shown:
             raise UsageError(f"{path}: nothing in it is of this problem ({'; '.join(others)})")
         observed += shown
@@ -375,7 +375,7 @@ BAGS = (".mcap", ".db3", ".bag")
 NS = 10**9
 
 
-def is_recording(path: Path) -> bool:
+def _is_recording(path: Path) -> bool:
     """Whether it is a trace or a bag, rather than a table."""
     return _is_trace(path) or path.suffix.lower() in BAGS or (path.is_dir() and (path / "metadata.yaml").is_file())
 
@@ -385,7 +385,7 @@ def _is_trace(path: Path) -> bool:
     return importer is not None and importer.name == "trace"
 
 
-def read_recording(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
+def _read_recording(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
     """What a trace or bag shows of the threads and connections of a problem, and what it has besides.
 
     Callbacks are found by their node (the process of the thread, or its name in `ros2`) and their period or topic;

@@ -107,7 +107,7 @@ def export(
     if form == "graphml":
         return graphml(result.space, chosen.design)
     if form == "aadl":
-        return aadl_text(result, chosen.design, title, response_times=response_times)
+        return _aadl_text(result, chosen.design, title, response_times=response_times)
     return _problem(result, chosen.design, title, Path(folder))
 
 
@@ -143,7 +143,7 @@ def _problem(result: Result, design: Design, title: str, folder: Path) -> str:
     path = source.parent / "exported.yaml"
     for _ in range(TRIALS):
         try:
-            check_same(result, design, load_carried(path, {**result.problem.texts, path.name: texts[1]}).space)
+            _check_same(result, design, load_carried(path, {**result.problem.texts, path.name: texts[1]}).space)
         except ProblemError as error:
             cleaned = [without(text, error) for text in texts]
             if None in cleaned:
@@ -175,7 +175,7 @@ def _original(result: Result, folder: Path) -> str:
     return text.removeprefix("\ufeff")
 
 
-def check_same(result: Result, design: Design, space: Space) -> None:
+def _check_same(result: Result, design: Design, space: Space) -> None:
     """The exported problem must have the design as its baseline, with the very figures; from there nothing changes."""
     there = complete_design(space, space.baseline)
     mine, theirs = figures(result.space, design), figures(space, there)
@@ -185,7 +185,11 @@ def check_same(result: Result, design: Design, space: Space) -> None:
 
 
 def figures(space: Space, design: Design) -> dict[str, Fraction]:
-    """Every metric of a design but how much it changes, exact, by name."""
+    """Every metric of a design but how much it changes, exact, by name.
+
+    Names of metrics to exact values in base units. An export is read back and must give equal figures before it is
+    written.
+    """
     view = View(design)
     metrics = Evaluator(space).metrics
     return {item.metric.name: item.value(view) for item in metrics if not counts_changes(space, item.metric)}
@@ -200,7 +204,7 @@ INSTEAD = "--format problem writes it as a problem file"
 Responses: TypeAlias = Mapping[str, tuple[Exact, Exact]]
 
 
-def aadl_text(result: Result, design: Design, title: str, *, response_times: bool = False) -> str:
+def _aadl_text(result: Result, design: Design, title: str, *, response_times: bool = False) -> str:
     """A design as AADL, with the response times of its threads where they are asked for.
 
     Raises
@@ -225,7 +229,7 @@ def aadl_text(result: Result, design: Design, title: str, *, response_times: boo
             text = WholeModel(document, result.space, design, title).text(left_out)
             path.write_text(text, encoding="utf-8")
             try:
-                check_same(result, design, load(path).space)
+                _check_same(result, design, load(path).space)
             except AssertionError as error:
                 raise UsageError(f"AADL cannot say all of this design: {error} ({INSTEAD})") from error
             except ProblemError as error:

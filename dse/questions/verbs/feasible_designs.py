@@ -12,17 +12,21 @@ from dse.verification.exhaustion import TooMany, exhaust
 from dse.verification.tables import build_tables
 
 MOST_DESIGNS = 100_000
-"""Up to so many designs, by their options alone, it takes a fraction of a second to look at all of them."""
+"""The greatest number of combinations of options that are looked at."""
 MOST_ROWS = 200_000
 MOST_JUDGED = 500
-"""The same where the analysis has to judge each design."""
+"""The greatest number of designs where the analysis has to judge each: a fraction of a second."""
 MOST_VECTORS = 5_000
 """More are no points in a plot but a surface, and too much to carry in a page."""
 
 
 @dataclass(frozen=True)
 class Feasible:
-    """All feasible designs of a question: how many, and their objectives in the units of the front, each once."""
+    """All feasible designs of a question: how many, and their objectives in the units of the front, each once.
+
+    The vectors are in counting units of the objectives; several designs may share one, so that there can be fewer
+    vectors than designs.
+    """
 
     count: int
     vectors: tuple[tuple[int, ...], ...]

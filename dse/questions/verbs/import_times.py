@@ -111,7 +111,10 @@ def with_bag(document: Mapping[str, Any], path: Path) -> tuple[dict[str, Any], t
 
 
 def is_trace(path: Path) -> bool:
-    """Whether a file of measurements is a trace."""
+    """Whether a file of measurements is a trace.
+
+    The importer is chosen by the file's suffix, for a folder by what is in it (`importer_of`).
+    """
     importer = importer_of(path)
     return importer is not None and importer.name == TRACE
 

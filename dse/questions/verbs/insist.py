@@ -31,7 +31,11 @@ Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
 
 @dataclass(frozen=True)
 class Machines:
-    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler."""
+    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler.
+
+    `workers` is a number of processes; `scheduler` an address such as ``tcp://host:8786``, None to stay on this
+    machine.
+    """
 
     workers: int = 1
     scheduler: str | None = None
@@ -94,7 +98,11 @@ def insist(
 def insisted(
     result: Result, machines: Machines, limit: TimeLimit, tell: Callable[[int, int], None] = lambda done, whole: None
 ) -> Result:
-    """`insist` until a limit of time, or Ctrl-C."""
+    """`insist` until a limit of time, or Ctrl-C.
+
+    The result with `insisting`: for each option of each open decision the front with that option fixed, and its status.
+    `tell` is called with the options done and their number.
+    """
     space = result.space
     wanted = open_options(space)
     found: Fronts = {}
@@ -143,20 +151,20 @@ def _search(
 
 def _outcomes(payloads: Sequence[str], machines: Machines, limit: TimeLimit) -> Iterator[tuple[int, str]]:
     if machines.scheduler is not None:
-        yield from run_on_cluster(search_payload, payloads, machines.scheduler, limit)
+        yield from run_on_cluster(_search_payload, payloads, machines.scheduler, limit)
         return
     begun, done = monotonic(), 0
     if machines.workers > 1:  # processes take seconds to start: most problems are through by then
-        for number, outcome in run_all(search_payload, payloads, 1, limit):
+        for number, outcome in run_all(_search_payload, payloads, 1, limit):
             done = number + 1
             yield number, outcome
             if monotonic() - begun > ALONE_S:
                 break
-    for number, outcome in run_all(search_payload, payloads[done:], machines.workers, limit):
+    for number, outcome in run_all(_search_payload, payloads[done:], machines.workers, limit):
         yield done + number, outcome
 
 
-def search_payload(payload: str) -> str:
+def _search_payload(payload: str) -> str:
     """The front with an option, as text: the status and the designs."""
     content = json.loads(payload)
     insistence = _prepared(content["result"])

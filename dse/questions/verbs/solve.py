@@ -98,7 +98,13 @@ class Watcher:
 
 
 def solve_asked(asked: Problem, budget: SearchLimits, watcher: Watcher, earlier: FrontSearch | None = None) -> Result:
-    """Solve the question of a problem as it stands, or go on with an earlier search of it."""
+    """Solve the question of a problem as it stands, or go on with an earlier search of it.
+
+    A `Result` with status *complete*, *incomplete* (budget used up) or *infeasible*, then with conflicts. `watcher`
+    gets progress and, where asked for, the result so far.
+
+    Raises `UsageError` for a question without objectives.
+    """
     started = time.monotonic()
     space = asked.space
     if not space.objectives:
@@ -127,7 +133,11 @@ def solve_asked(asked: Problem, budget: SearchLimits, watcher: Watcher, earlier:
 def result_of(
     asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: SearchLimits, *, under_way: bool = False
 ) -> Result:
-    """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be."""
+    """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be.
+
+    Points are evaluated by the analysis and ranked, regions are stated in counting units. One that is `under_way` is
+    the checkpoint of a search and leaves out what takes long to compute.
+    """
     space = evaluator.space
     status: Literal["complete", "incomplete", "infeasible"] = "complete" if search.is_complete else "incomplete"
     return Result(

@@ -35,7 +35,11 @@ class _Group:
 
 
 def check_others(bench: Bench, method: Method, deadline: float | None) -> None:
-    """What was asked for is there, in its order; each design is what is said of it; there are more where it says so."""
+    """What was asked for is there, in its order; each design is what is said of it; there are more where it says so.
+
+    Findings are noted in `bench`. With `method` (the second proof) it is checked that a group said to be whole has no
+    further design; `deadline` is a reading of `time.monotonic()`.
+    """
     listed, asked = bench.data.get("others", []), bench.data.get("others_asked")
     if not listed and asked is None:
         return
@@ -136,7 +140,7 @@ def _check_more(
 def _check_rest(
     bench: Bench, prover: Prover, group: _Group, known: Sequence[Design], count: int, cores: set[int]
 ) -> None:
-    """That there is another design near the point, or none, as the entry says.
+    """Check that there is another design near the point, or none, as the entry says.
 
     Designs that differ in the cores of their threads only may count as one where nothing that is shown depends on it.
     """

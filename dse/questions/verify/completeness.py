@@ -21,7 +21,11 @@ MOST_NAMED = 6
 
 
 def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design."""
+    """Points, refuted and unexplored regions together leave nothing out; refuted regions hold no design.
+
+    Each refuted region is proved empty by the second proof, each place outside of points and regions must be covered.
+    What cannot be proved in time is noted in ``bench.left_open``, a contradiction as a finding.
+    """
     data = bench.data
     refuted = [bench.minimised(region, f"refuted[{at}]") for at, region in enumerate(data["refuted"])]
     open_ = [bench.minimised(region, f"unexplored[{at}]") for at, region in enumerate(data["unexplored"])]
@@ -95,12 +99,12 @@ class _Refining:
 
     @property
     def words(self) -> str:
-        """How it knows."""
+        """How the prover knows, for the report."""
         return self.prover.words
 
     @property
     def left_aside(self) -> str:
-        """See `Prover`."""
+        """The decisions that are not compared where designs have one objective vector, in words."""
         return self.prover.left_aside
 
     def in_region(
@@ -109,19 +113,19 @@ class _Refining:
         from_on: Sequence[int | None] | None = None,
         given: tuple[int, int] | None = None,
     ) -> Reply:
-        """See `Prover`."""
+        """A design of a region that the witness of a robust question confirms, or a proof of none."""
         return self._true(lambda: self.prover.in_region(below, from_on, given))
 
     def earlier_design(self, vector: Sequence[int], design: Design) -> Reply:
-        """See `Prover`."""
+        """A confirmed design with these objectives that comes earlier in the order of the file, or a proof of none."""
         return self._true(lambda: self.prover.earlier_design(vector, design))
 
     def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """See `Prover`."""
+        """Whether it is easily proved that no design comes earlier than any of the claimed ones."""
         return self.prover.none_is_earlier(claims)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
-        """See `Prover`."""
+        """A confirmed design below `below` that differs from each known one in `among`, or a proof of none."""
         return self._true(lambda: self.prover.another_design(below, known, among))
 
     def _true(self, ask: Callable[[], Reply]) -> Reply:

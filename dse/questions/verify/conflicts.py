@@ -36,7 +36,11 @@ from dse.verification.solver_calls import Reply
 
 @dataclass(frozen=True)
 class FixedDecision:
-    """A decision that was fixed beyond the file."""
+    """A decision that was fixed beyond the file.
+
+    `decision` and `option` are numbers of the space, `text` is ``DECISION=OPTION``. It is a member of a conflict next
+    to requirements and rules.
+    """
 
     decision: int
     option: int
@@ -48,7 +52,11 @@ Demand: TypeAlias = Requirement | Rule | FixedDecision
 
 
 def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Each set that is listed has no design, each of its members left out leaves one, and each limit is exact."""
+    """Each set that is listed has no design, each of its members left out leaves one, and each limit is exact.
+
+    Each claim is decided by the second proof, without the solver's conflict search. Findings go to `bench`, what was
+    not decided before `deadline` to ``bench.left_open``.
+    """
     listed = bench.data["conflicts"]
     if bench.data["status"] != "infeasible":
         if listed:
@@ -225,7 +233,7 @@ class _Court:
     def _check_unbounded(
         self, place: str, members: Sequence[Requirement], others: Sequence[Demand], alone: Reply | None
     ) -> None:
-        """That giving it up leaves a design, and that none of those has a bound.
+        """Check that giving it up leaves a design, and that no such design has a bound.
 
         Which threads are named for that depends on the design that was found, and is not checked.
         """

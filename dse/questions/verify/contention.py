@@ -48,7 +48,7 @@ def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result
 
 
 def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit) -> dict[str, Contended]:
-    """As many as time suffices for, in their order; Ctrl-C ends it, and keeps what was found until then."""
+    """Verdicts for which there is time, in the order of the designs; Ctrl-C ends it, and keeps what was found."""
     found: dict[str, Contended] = {}
     if not designs:
         return found
@@ -91,7 +91,11 @@ def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -
 
 
 def check_contention(bench: Bench, deadline: float | None) -> None:
-    """The core of each thread of each listed design, and what the design keeps when response times count."""
+    """The core of each thread of each listed design, and what the design keeps when response times count.
+
+    Each design is placed on cores and judged again (`ContentionReferee`); a verdict that differs from the stated one is
+    a finding. Nothing is stated where the question already counts response times.
+    """
     counted = with_contention(bench.space)
     referee = None if counted is None else ContentionReferee(counted)
     listed = _listed(bench.data)

@@ -17,7 +17,10 @@ from dse.verification.prover import Method, Prover, make_prover, outer_bound
 
 
 def open_options(space: Space) -> list[tuple[int, int]]:
-    """Every option of every open decision that is not fixed, by number, in the order of the problem."""
+    """Every option of every open decision that is not fixed, by number, in the order of the problem.
+
+    Pairs (decision, option). A decision is open when it has more than one option.
+    """
     return [
         (number, option)
         for number, decision in enumerate(space.decisions)
@@ -27,7 +30,11 @@ def open_options(space: Space) -> list[tuple[int, int]]:
 
 
 def stated_insisting(data: Mapping[str, Any], points: Sequence[InsistedPoint]) -> Insisting:
-    """What a result file says, with its points recomputed."""
+    """What a result file says, with its points recomputed.
+
+    An `Insisting` of points and of a status with ids for each option; the names of decisions and options are taken from
+    the file as they are.
+    """
     options = [
         InsistedOption(item["decision"], item["option"], item["status"], tuple(item["front"]))
         for item in data["options"]
@@ -46,7 +53,11 @@ class _Known:
 
 
 def check_insisting(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Every option is there; each of its points has it, none dominates another, and none is missing."""
+    """Every option is there; each of its points has it, none dominates another, and none is missing.
+
+    Every front with one option fixed is proved again by the second proof, as long as `deadline` allows; findings go to
+    `bench`.
+    """
     stated = bench.data.get("insisting")
     if stated is None or len(bench.designs) != len(bench.data["front"]):
         return

@@ -33,22 +33,37 @@ MOST_FINDINGS = 50
 
 
 class Witness(Protocol):
-    """Knows of designs whether every requirement holds for all values that are stated of uncertain inputs."""
+    """Knows of designs whether every requirement holds for all values that are stated of uncertain inputs.
+
+    Implemented by `RobustWitness`; a result that is not robust has no witness.
+    """
 
     def evaluator(self) -> Evaluator:
-        """The evaluator of designs that may be robust, as far as is known."""
+        """The evaluator of designs that may be robust, as far as is known.
+
+        Its limits include demands at corners. What it rejects is not robust.
+        """
         ...
 
     def learn(self, design: Design) -> bool:
-        """Whether a design is not robust, which `evaluator` knows from now on."""
+        """Whether a design is not robust, which `evaluator` knows from now on.
+
+        False where the design is proved to be robust.
+        """
         ...
 
     def broken(self, design: Design) -> list[str]:
-        """What a design breaks for some stated values, in words."""
+        """What a design breaks for some stated values, in words.
+
+        One sentence for each requirement; empty for a robust design.
+        """
         ...
 
     def check(self, bench: Bench, method: Method, deadline: float | None) -> None:
-        """What else a robust result states."""
+        """What else a robust result states.
+
+        Nominal front, lost designs and the price of robustness; findings are noted in `bench`.
+        """
         ...
 
 
@@ -76,7 +91,10 @@ class Bench:
     has_moved: bool = False
 
     def find(self, place: str, text: str) -> None:
-        """Note that something is wrong."""
+        """Note that something is wrong.
+
+        `place` is a path such as ``front[3].metrics``. Findings beyond `MOST_FINDINGS` are dropped.
+        """
         if len(self.findings) < MOST_FINDINGS:
             self.findings.append(Finding(place, text))
 
@@ -97,7 +115,11 @@ class Bench:
             raise
 
     def compare(self, place: str, expected: Any, stated: Any) -> None:
-        """Note every difference between what should be stated and what is."""
+        """Note every difference between what should be stated and what is.
+
+        Mappings are compared key by key, lists entry by entry, other values by type and value; the place of each
+        finding is the path to the difference.
+        """
         if isinstance(expected, dict) and isinstance(stated, dict):
             for key in [*expected, *(key for key in stated if key not in expected)]:
                 where = f"{place}.{key}" if str(key).isidentifier() else f'{place}["{key}"]'
@@ -115,7 +137,10 @@ class Bench:
 
     @property
     def under_way(self) -> bool:
-        """Whether the result was written while its search went on: it has what that needs, and no more."""
+        """Whether the result was written while its search went on: it has what that needs, and no more.
+
+        Checkpoints of a search state neither metrics nor variants.
+        """
         return self.data.get("under_way") is True
 
     @property
@@ -131,7 +156,10 @@ class Bench:
 
     @property
     def signs(self) -> list[int]:
-        """-1 for objectives to be maximised."""
+        """-1 for objectives to be maximised.
+
+        1 or -1 for each objective, to turn a vector into one that is minimised in every entry.
+        """
         return [1 if item.sense == "minimise" else -1 for item in self.space.objectives]
 
     def minimised(self, region: Mapping[str, Any], place: str) -> tuple[int, ...]:
@@ -147,16 +175,25 @@ class Bench:
         return tuple(sign * region[name] for sign, name in zip(self.signs, self.names, strict=True))
 
     def vector_of(self, evaluation: Evaluation) -> tuple[int, ...]:
-        """The objectives of a design as a vector to be minimised, with what stands for an unbounded one."""
+        """The objectives of a design as a vector to be minimised, with what stands for an unbounded one.
+
+        Whole numbers in the counting units of the objectives, entries to be maximised with a negative sign.
+        """
         pairs = zip(self.signs, evaluation.objectives, strict=True)
         return tuple(sign * int(value) for sign, value in pairs)
 
     def words(self, vector: Sequence[int]) -> str:
-        """A vector in the objectives' own sense, in the units in which they are counted."""
+        """A vector in the objectives' own sense, in the units in which they are counted.
+
+        For example ``price 29000, latency of chain 6934000``.
+        """
         return self.figures(sign * value for sign, value in zip(self.signs, vector, strict=True))
 
     def figures(self, values: Iterable[int]) -> str:
-        """Objectives with their names; what stands for an unbounded one is said to be that."""
+        """Objectives with their names; what stands for an unbounded one is said to be that.
+
+        `values` are in the objectives' own sense, in counting units.
+        """
         said = []
         for info, objective, value in zip(self.data["objectives"], self.space.objectives, values, strict=True):
             shown = without_stand_in(self.space, objective.metric, info["unit"], value)
@@ -165,7 +202,10 @@ class Bench:
 
 
 def check_statements(bench: Bench) -> None:
-    """Objectives and units, the size of the space, and whether the status fits what is listed."""
+    """Objectives and units, the size of the space, and whether the status fits what is listed.
+
+    Everything that can be compared without looking at a single point; differences are findings of `bench`.
+    """
     data, space = bench.data, bench.space
     evaluator = Evaluator(space)
     objectives = [
@@ -190,7 +230,11 @@ def check_statements(bench: Bench) -> None:
 
 
 def check_front(bench: Bench) -> None:
-    """Each point again from its decisions; no point as good as another everywhere; ids and ranks."""
+    """Each point again from its decisions; no point as good as another everywhere; ids and ranks.
+
+    Every point is evaluated anew, its metrics are compared exactly, and pairs of points are tested for dominance.
+    Designs and vectors are kept in `bench` for the second proof.
+    """
     evaluator = Evaluator(bench.space)
     ids = []
     for position, point in enumerate(bench.data["front"]):
@@ -217,7 +261,11 @@ def check_front(bench: Bench) -> None:
 def recomputed(
     bench: Bench, evaluator: Evaluator, point: Mapping[str, Any], place: str, called: str
 ) -> Evaluation | None:
-    """The evaluation of a listed design, or None where it is none or is not feasible; every difference is noted."""
+    """The evaluation of a listed design, or None where it is none or is not feasible; every difference is noted.
+
+    `point` is the mapping of the result, `place` its path, `called` its name in findings. Structure, requirements,
+    objectives and metrics are evaluated by the analysis.
+    """
     design = _design(bench, point["decisions"], place)
     if design is None:
         return None
@@ -285,7 +333,10 @@ def _design(bench: Bench, decisions: Mapping[str, Any], place: str) -> Design | 
 
 
 def check_ranks(bench: Bench) -> None:
-    """Ids in the order of the default ranking, ranks by the stated method, from all `designs` and `vectors`."""
+    """Ids in the order of the default ranking, ranks by the stated method, from all `designs` and `vectors`.
+
+    Ids, ranks, scores, variants and unused choices are computed anew and compared with what the result states.
+    """
     data = bench.data
     vectors = [_own(bench, vector, point) for vector, point in zip(bench.vectors, data["front"], strict=True)]
     senses = [item.sense for item in bench.space.objectives]

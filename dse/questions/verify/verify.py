@@ -41,7 +41,7 @@ from dse.support.units.text import count_words
 from dse.verification.prover import Method
 
 
-def verify_with(
+def _verify_with(
     result: Result | Mapping[str, Any] | str | Path,
     robust: Callable[[Problem, Mapping[str, Any]], Witness],
     *,
@@ -89,7 +89,10 @@ def _claim(data: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class ProofMeans:
-    """By what a result is checked: the witness of a robust question, the method of the second proof, until when."""
+    """By what a result is checked: the witness of a robust question, the method of the second proof, until when.
+
+    `robust` makes a witness from a problem and the data of a robust result; `method` is the one of `dse.verify`.
+    """
 
     robust: Callable[[Problem, Mapping[str, Any]], Witness]
     method: Method
@@ -149,7 +152,7 @@ def _check_costs(bench: Bench, means: ProofMeans) -> None:
 
 
 def _check_problem(bench: Bench, found: Belonging, name: str) -> None:
-    """That the problem means what the one that was solved meant, and what the result says of its files is true."""
+    """Check that the problem means what the solved one meant, and that what the result says of its files is true."""
     stated = bench.data["problem"]
     for text in found.differs:
         bench.find("problem.identity", f"{bench.problem.loaded.path} is not the problem that was solved: {text}")
@@ -272,28 +275,42 @@ def verify(
     'verified'
     """
     data = result.to_dict() if isinstance(result, RobustResult) else result
-    return verify_with(
+    return _verify_with(
         data, RobustWitness, problem=problem, method=method, time_limit_s=arguments.time_limit(time_limit_s).seconds
     )
 
 
 class RobustWitness:
-    """Knows of designs whether they are robust, and of a robust result what else it states."""
+    """Knows of designs whether they are robust, and of a robust result what else it states.
+
+    It uses the proofs over boxes of `dse.questions.robust`, and looks at corners and inside points by the analysis
+    alone.
+    """
 
     def __init__(self, problem: Problem, effective: Mapping[str, Any]) -> None:
         self.problem = problem
         self.question = RobustQuestion(restated(problem, effective), partial(restated, effective=effective))
 
     def evaluator(self) -> Evaluator:
-        """The evaluator of designs that meet what is demanded so far: all robust ones, and fewer and fewer others."""
+        """The evaluator of designs that meet what is demanded so far: all robust ones, and fewer and fewer others.
+
+        A new evaluator of the question with all demands at corners that were learnt so far.
+        """
         return self.question.evaluator()
 
     def learn(self, design: Design) -> bool:
-        """Whether a design is not robust; then what it breaks is demanded from now on."""
+        """Whether a design is not robust; then what it breaks is demanded from now on.
+
+        Demands are added to the question at the corners where the design breaks them.
+        """
         return self.question.learn(design)
 
     def broken(self, design: Design) -> list[str]:
-        """What a design breaks for some of the stated values: by the proof, and at places that are looked at."""
+        """What a design breaks for some of the stated values: by the proof, and at places that are looked at.
+
+        Sentences with requirement, value and unit. An empty list means: proved over the whole ranges, and no sampled
+        place contradicts the proof.
+        """
         found = self.question.failures(0, design)
         if found:
             return [f"violates {item.requirement!r} for some stated values: {item.value} {item.unit}" for item in found]
@@ -318,7 +335,11 @@ class RobustWitness:
         return []
 
     def check(self, bench: Bench, method: Method, deadline: float | None) -> None:
-        """What a robust result says of its inputs, of the nominal front, and of what robustness costs."""
+        """What a robust result says of its inputs, of the nominal front, and of what robustness costs.
+
+        The nominal front is verified as a result of its own, without robustness; lost and kept designs and the price
+        are recomputed and compared.
+        """
         nominal = self._check_nominal(bench, method, deadline)
         stated = bench.data["robust"]
         unjudged = stated.get("unjudged", [])

@@ -58,27 +58,31 @@ USAGE = (
 
 
 def analysis_page(analysis: Analysis) -> Page:
-    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics."""
-    lead = f"{analysis.space.name} ({basis_words(settings_of(analysis.space))})"
+    """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
+
+    A `Page` with the sections *design* (verdict, and what is counted), *overview*, *flows* and *responses*; an invalid
+    design has its breaches only.
+    """
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
     blocks = [*(design if chosen else []), *listing(analysis.breaches, "not a valid design", 0, "wrong")]
     if not analysis.breaches:
         blocks += texts(_verdict_words(analysis), tone="strong")
         blocks += listing([f"{item.reason} ({item.origin})" for item in analysis.unread], "not analysed", 0, "wrong")
+        blocks.append(_counted(analysis))
     sections = [Section("design", "The design", tuple(blocks))]
     if not analysis.breaches:
         sections += [
             Section("overview", "Where it stands", tuple(_overview(analysis))),
             Section("flows", "Latencies", tuple(_flows(analysis))),
             Section("responses", "Response times", tuple(_responses(analysis))),
-            Section("notes", "What is counted", tuple(_notes(analysis))),
             Section("latency", "Latency, contribution by contribution", tuple(_latency(analysis)), is_detail=True),
             Section("clocks", "Timers on one clock", tuple(boundary_blocks(analysis.boundaries)), is_detail=True),
             Section("usage", "Who uses processors and buses", tuple(_usage(analysis)), is_detail=True),
             Section("metrics", "Every metric", tuple(_every_figure(analysis)), is_detail=True),
         ]
-    return Page(f"{analysis.space.name}: analysis", lead, tuple(section for section in sections if section.blocks))
+    name = analysis.space.name
+    return Page(f"{name}: analysis", name, tuple(section for section in sections if section.blocks))
 
 
 def _every_figure(analysis: Analysis) -> Iterator[Block]:
@@ -105,7 +109,7 @@ def _verdict_words(analysis: Analysis) -> str:
 def _overview(analysis: Analysis) -> Iterator[Block]:
     """What is asked of the design, and how full processors and buses are."""
     if analysis.verdicts:
-        yield margin_table(analysis)
+        yield _margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
     used += [(_fullness(usage), _bus_words(usage)) for usage in analysis.buses if _is_used(usage)]
     if used:
@@ -192,8 +196,8 @@ def _responses(analysis: Analysis) -> Iterator[Block]:
     yield from message_tables(analysis.messages, FEW_THREADS)
 
 
-def _notes(analysis: Analysis) -> Iterator[Block]:
-    """What the figures leave out, in one paragraph."""
+def _counted(analysis: Analysis) -> Text:
+    """What the figures count and leave out, in one paragraph; doubtful where a requirement fails with waiting."""
     settings = settings_of(analysis.space)
     processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
     if analysis.contended is not None:
@@ -201,7 +205,14 @@ def _notes(analysis: Analysis) -> Iterator[Block]:
         kept = f"With response times, {core_words(analysis.space)}: {said}"
     waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
     brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
-    yield Text(" ".join(filter(None, (processing, kept, buses))), brief=" ".join(filter(None, brief)))
+    is_broken = analysis.contended is not None and bool(analysis.contended.broken)
+    begin = f"Counted  {basis_words(settings)}."
+    return Text(
+        " ".join(filter(None, (begin, processing, kept, buses))),
+        "doubtful" if is_broken else "plain",
+        " ".join(filter(None, (begin, *brief))),
+        hang=9,
+    )
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:
@@ -230,7 +241,11 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
 
 
 def flow_table(flow: FlowTable) -> Table:
-    """What adds up to the least and the greatest latency of a flow."""
+    """What adds up to the least and the greatest latency of a flow.
+
+    One row for each contributor, with the method by which minimum and maximum count, and a total with the jitter; times
+    in ms.
+    """
     rows: list[tuple[str, ...]] = [
         (
             f"{row.category} {row.contributor}" + (f" on {row.medium}" if row.medium else ""),
@@ -260,7 +275,10 @@ def _specified_words(range_ns: tuple[Exact, Exact] | None) -> str:
 
 
 def usage_tables(analysis: Analysis) -> list[Table]:
-    """Who uses the processors and buses, as far as somebody does."""
+    """Who uses the processors and buses, as far as somebody does.
+
+    One table for each processor and each bus with shares; empty slots are left out.
+    """
     found = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
     return found + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
 
@@ -306,12 +324,15 @@ def _share(share: Fraction, usage: Usage) -> str:
 
 
 def verdict_table(analysis: Analysis) -> Table:
-    """How the design meets each requirement, in the order of the file."""
+    """How the design meets each requirement, in the order of the file.
+
+    Columns: requirement, value, limit, slack and verdict, in the units that engineers read.
+    """
     rows = tuple(_verdict_row(analysis, verdict) for verdict in analysis.verdicts)
     return Table("Requirements", ("requirement", "value", "limit", "slack", "verdict"), rows, (1, 2, 3))
 
 
-def margin_table(analysis: Analysis) -> Table:
+def _margin_table(analysis: Analysis) -> Table:
     """What each requirement leaves, as a share of its limit: what is violated and what is nearest first.
 
     Where each core has a limit the row is about the fullest one, of threads without a core in the partition shown.
@@ -404,7 +425,10 @@ def _shared_bandwidth(analysis: Analysis, verdict: Verdict) -> Fraction | None:
 
 
 def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
-    """Every metric; with `base`, the analysis of today's design, that one's beside it, and the difference."""
+    """Every metric; with `base`, the analysis of today's design, that one's beside it, and the difference.
+
+    Two columns without `base`, four with it: metric, baseline, here and the signed difference.
+    """
     rows: list[tuple[str, ...]] = []
     currency = analysis.space.currency
     for name, value in analysis.metrics.items():
@@ -430,7 +454,10 @@ def _of_cores(analysis: Analysis, name: str) -> str:
 
 
 def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
-    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity."""
+    """The smallest upper limit of each processor, core (by ``core 2 of computer``) and bus, as a share of capacity.
+
+    Names to fractions of the capacity, 1 for 100 %; drawn as the mark across a bar of the usage chart.
+    """
     slots = {"utilisation": analysis.processors, "load": analysis.buses}
     found: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:

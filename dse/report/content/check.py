@@ -12,42 +12,67 @@ from dse.support.units.text import count_words
 FEW = 3
 """More requirements, rules or objectives than this have a line each."""
 SCREEN = 3
-"""The greatest number of such lines on a terminal; twice as many decisions are told."""
+"""The greatest number of such lines on a terminal, which shows twice as many decisions."""
 MANY = 12
 """The greatest number of flows."""
+HANG = 10
+"""Where the text behind a label begins."""
 
 
 def description_page(description: Description) -> Page:
-    """The decisions of a problem, the size of its space, and remarks."""
+    """The decisions of a problem, the size of its space, what is asked, and remarks.
+
+    A `Page` with the counts, impossible requirements, a table of open decisions, objectives, limits and rules; a
+    terminal shows the first ones.
+    """
     space = description.space
     impossible = [impossible_words(item, space.currency) for item in description.impossible]
-    blocks: list[Block] = [*listing(impossible, "impossible", 0, "wrong")]
+    blocks: list[Block] = [*_counts(description), *listing(impossible, "impossible", 0, "wrong")]
     if description.decisions:
         rows = tuple((decision.name, ", ".join(decision.options)) for decision in description.decisions)
-        count = count_words(len(rows), "decision")
-        begin = f"{count}, at most {count_words(description.size, 'design')}"
-        said = (
-            f"{begin}: combinations of options, before rules, bindings and requirements (a decision that is not in "
-            "use counts once where one other decides on that, else in full)."
-        )
-        blocks.append(Text(said, brief=f"{begin}, before rules, bindings and requirements."))
         rest = "and {} more decisions (--all)"
         blocks.append(Table("", ("decision", "options"), rows, brief=2 * SCREEN, rest=rest))
-    else:
-        blocks += texts("No decision is open: the file states a single design.")
-    flows = [flow.name for flow in space.flows]
-    blocks.append(Text(f"Flows: {', '.join(flows) or 'none'}", brief=f"Flows: {few(flows, MANY, 'flows') or 'none'}"))
-    for title, found in (
-        ("Requirements", [item.shown for item in space.requirements]),
-        ("Rules", [item.text for item in space.rules]),
-        ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
-    ):
-        if len(found) > FEW:
-            blocks += [*texts(f"{title} ({len(found)}):"), *listing(found, brief=SCREEN)]
-        else:
-            blocks += texts(f"{title}: {'; '.join(found) or 'none'}")
+    blocks += _asked(description)
     blocks += texts(scale_words(space))
     blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
-    verdict = "too large to search exactly" if description.too_large else "valid"
-    lead = f"{space.name}: {verdict} ({basis_words(settings_of(space))})"
+    blocks.append(Text(f"{'Counted':<{HANG}} {basis_words(settings_of(space))}", hang=HANG + 1))
+    lead = f"{space.name}: {'too large to search exactly' if description.too_large else 'valid'}"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))
+
+
+def _counts(description: Description) -> list[Block]:
+    """How many decisions, designs, requirements, rules and objectives there are."""
+    space = description.space
+    parts = [(len(space.requirements), "requirement"), (len(space.rules), "rule"), (len(space.objectives), "objective")]
+    asked = ", ".join(count_words(count, noun) for count, noun in parts if count)
+    asked = f"; {asked}" if asked else ""
+    if not description.decisions:
+        return texts(f"No decision is open: the file states a single design{asked}.")
+    begin = f"{count_words(len(description.decisions), 'decision')}, at most {count_words(description.size, 'design')}"
+    return [
+        Text(
+            f"{begin}{asked}. Designs are combinations of options, before rules, bindings and requirements (a decision "
+            "that is not in use counts once where one other decides on that, else in full).",
+            brief=f"{begin}{asked}",
+        )
+    ]
+
+
+def _asked(description: Description) -> list[Block]:
+    """Objectives, limits, rules and flows: a line for each kind, or for each entry where there are many."""
+    space = description.space
+    found: list[Block] = []
+    for title, entries in (
+        ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
+        ("Limits", [item.shown for item in space.requirements]),
+        ("Rules", [item.text for item in space.rules]),
+    ):
+        if len(entries) > FEW:
+            found += [*texts(f"{title} ({len(entries)}):"), *listing(entries, brief=SCREEN)]
+        elif entries:
+            found.append(Text(f"{title:<{HANG}} {'; '.join(entries)}", hang=HANG + 1))
+    flows = [flow.name for flow in space.flows]
+    if flows:
+        brief = f"{'Flows':<{HANG}} {few(flows, MANY, 'flows')}"
+        found.append(Text(f"{'Flows':<{HANG}} {', '.join(flows)}", brief=brief, hang=HANG + 1))
+    return found

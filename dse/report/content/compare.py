@@ -19,7 +19,10 @@ IN_BOTH = "Points in both"
 
 
 def comparison_page(found: DesignComparison | ResultComparison) -> Page:
-    """Two designs, or two results, side by side: what differs, and for files and those who ask for it what does not."""
+    """Two designs, or two results, side by side: what differs, and for files and those who ask for it what does not.
+
+    A `Page` titled "A against B". Sections without content are left out.
+    """
     sections = _designs(found) if isinstance(found, DesignComparison) else _results(found)
     name = " against ".join(found.names)
     return Page(name, "", tuple(section for section in sections if section.blocks))

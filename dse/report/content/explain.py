@@ -113,7 +113,7 @@ class _Teller:
 
 def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
     count = len(explanation.conflicts)
-    bounds = bounds_of(explanation.impossible)
+    bounds = _bounds_of(explanation.impossible)
     tells_apart = explanation.without_waiting and any(item.by_waiting for item in explanation.conflicts)
     for number, conflict in enumerate(explanation.conflicts, start=1):
         title = f"Conflict {number}" if count > 1 else "Conflict"
@@ -125,7 +125,7 @@ def _tell_conflict_sets(say: _Teller, explanation: Explanation) -> None:
             say.item(_demand(demand))
             bound = bounds.get((demand.text, demand.origin))
             if bound is not None:
-                say.item(bound_words(bound, explanation.currency), 2)
+                say.item(_bound_words(bound, explanation.currency), 2)
             say.item(_without(say, demand, example, alone=alone), 2)
     if explanation.reduced:
         count = len(explanation.reduced)
@@ -156,7 +156,7 @@ def _tell_relaxations(say: _Teller, explanation: Explanation) -> None:
         _tell_give_up(say, explanation.give_up, currency)
     several = any(len(item.members) > 1 for item in explanation.conflicts)
     if explanation.least is not None and (several or len(explanation.least.members) > 1):
-        _tell_least(say, explanation.least, bounds_of(explanation.impossible), currency)
+        _tell_least(say, explanation.least, _bounds_of(explanation.impossible), currency)
 
 
 def _tell_least(say: _Teller, least: GiveUp, bounds: Bounds, currency: str) -> None:
@@ -170,7 +170,7 @@ def _least(item: Relaxation, currency: str, bounds: Bounds) -> str:
     """How far a demand must move at the least, where that was looked for, or is known."""
     bound = bounds.get((item.demand.text, item.demand.origin))
     if item.closest is None or item.limit is None:
-        return f": {bound_words(bound, currency)}" if bound is not None else ""
+        return f": {_bound_words(bound, currency)}" if bound is not None else ""
     if item.text.startswith(f"{item.demand.text} + "):
         return f": {readable(item.closest, item.unit, currency, DIGITS)} after its deadline{_deadline(item)}"
     closest = readable(item.closest, item.unit, currency, DIGITS)
@@ -186,7 +186,7 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
     )
     for item in give_up.members:
         if item.closest is None:  # a design without it alone is none without the others
-            said = f": {no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
+            said = f": {_no_limit(item.unbounded)}{_because(item)}" if item.unbounded else ""
             say.item(f"{_demand(item.demand)}{said}")
         else:
             say.item(f"{_demand(item.demand)}: {_moved(say, item, currency)}")
@@ -195,7 +195,7 @@ def _tell_give_up(say: _Teller, give_up: GiveUp, currency: str) -> None:
 def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
     if item.closest is None or item.limit is None:
         named = f"feasible without it, for example {say.example(item.example)}"
-        return f"{no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
+        return f"{_no_limit(item.unbounded)}{_because(item)}; {named}" if item.unbounded else named
     closest = readable(item.closest, item.unit, currency, DIGITS)
     if item.text.startswith(f"{item.demand.text} + "):
         return (
@@ -208,7 +208,7 @@ def _moved(say: _Teller, item: Relaxation, currency: str) -> str:
         miss = amount_words(abs(item.closest - item.limit), item.unit, currency, DIGITS)
         said.append(f"{'+' if item.closest > item.limit else MINUS}{miss}")
     if item.thread:
-        said.append(f"{item.thread} alone needs that much{of_core(item.thread)}")
+        said.append(f"{item.thread} alone needs that much{_of_core(item.thread)}")
     aside = f" ({'; '.join(said)})" if said else ""
     lifted = f"`overload: allowed` for {item.overload}" if item.overload else ""
     written = " with ".join(part for part in (f"`{item.text}`" if item.text else "", lifted) if part)
@@ -248,10 +248,10 @@ def _offer(say: _Teller, offer: Offer, currency: str) -> str:
 
 def _demand(demand: Demand) -> str:
     kind = "" if demand.kind == "requirement" else f"{demand.kind} "
-    return f"{kind}{demand.text}{origin_words(demand.origin)}"
+    return f"{kind}{demand.text}{_origin_words(demand.origin)}"
 
 
-def origin_words(origin: str) -> str:
+def _origin_words(origin: str) -> str:
     """Where a demand stands, in brackets."""
     return f" ({origin})" if origin else ""
 
@@ -266,14 +266,14 @@ def _without(say: _Teller, demand: Demand, example: Example, *, alone: bool) -> 
     return f"without it {named} meets the others listed here, but violates further requirements"
 
 
-def no_limit(threads: Sequence[str]) -> str:
+def _no_limit(threads: Sequence[str]) -> str:
     """Why no limit of a requirement helps."""
     times = f"response time of {threads[0]} is" if len(threads) == 1 else f"response times of {', '.join(threads)} are"
     return f"no limit helps: at best the {times} unbounded"
 
 
 def _because(item: Relaxation) -> str:
-    """That the threads without a bound have none because of others."""
+    """The remark that the threads without a bound have none because of others."""
     late = [one for one in item.example.late if one.thread in item.unbounded]
     causes = list(dict.fromkeys(name for one in late for name in one.endless if name not in item.unbounded))
     if not causes or not all(one.endless for one in late):
@@ -335,7 +335,7 @@ def _letters(number: int) -> str:
     return (_letters(head - 1) if head else "") + chr(ord("A") + last)
 
 
-def of_core(who: str) -> str:
+def _of_core(who: str) -> str:
     """Of what a thread needs so much; a core needs it of itself."""
     return "" if who == FULLEST or who.startswith("core ") else " of one core"
 
@@ -349,19 +349,22 @@ MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
 
 
-def bounds_of(found: Iterable[Impossible]) -> Bounds:
+def _bounds_of(found: Iterable[Impossible]) -> Bounds:
     """Bounds by the text and the place of their requirements."""
     return {(item.requirement.text, item.requirement.origin): item for item in found}
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
-    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms, the limit is 5 ms``."""
+    """``no design meets latency of f <= 5 ms (p.yaml:12): it is at least 7 ms, the limit is 5 ms``.
+
+    One sentence with the requirement, its place, the bound that no design passes, and the limit.
+    """
     requirement = item.requirement
     where = f" ({requirement.origin})" if requirement.origin else ""
-    return f"no design meets {requirement.text}{where}: {bound_words(item, currency)}"
+    return f"no design meets {requirement.text}{where}: {_bound_words(item, currency)}"
 
 
-def bound_words(item: Impossible, currency: str) -> str:
+def _bound_words(item: Impossible, currency: str) -> str:
     """``it is at least 7 ms, the limit is 5 ms``; for a deadline, what executes; of a sum also what it is made of."""
     value, limit = (_figure(figure, item.unit, currency) for figure in (item.value, item.limit))
     if item.requirement.metric.key == "deadline":
@@ -450,7 +453,7 @@ def _bounds(result: Result) -> Bounds:
     """What no design can have less (or more) of, of those requirements that are a conflict by themselves."""
     alone = [(item.members[0].text, item.members[0].origin) for item in result.conflicts if len(item.members) == 1]
     named = [item for item in result.space.requirements if (item.text, item.origin) in alone]
-    return bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))
+    return _bounds_of(impossible([build_limit(result.space, item) for item in named], Ends(result.space)))
 
 
 def _is_deferred(conflict: Conflict, full: Collection[str]) -> bool:
@@ -464,19 +467,19 @@ def _is_deferred(conflict: Conflict, full: Collection[str]) -> bool:
 
 
 def _clash(clash: Clash, currency: str, bounds: Bounds) -> str:
-    text = f"{clash.text}{origin_words(clash.origin)}"
+    text = f"{clash.text}{_origin_words(clash.origin)}"
     bound = bounds.get((clash.text, clash.origin))
     if bound is not None and not clash.is_sought:
-        return f"{text}: {bound_words(bound, currency)}"
+        return f"{text}: {_bound_words(bound, currency)}"
     if clash.unbounded:
-        return f"{text}: {no_limit(clash.unbounded)}"
+        return f"{text}: {_no_limit(clash.unbounded)}"
     if clash.closest is None or clash.limit is None or clash.miss is None:
         return text if clash.is_sought else f"{text}: the distance to its limit was not searched"
     closest = readable(clash.closest, clash.unit, currency, DIGITS)
     if clash.text.endswith("<= its deadline"):
         return f"{text}: at best {closest} after it"
     miss = amount_words(clash.miss, clash.unit, currency, DIGITS)
-    by_thread = f"; {clash.thread} alone needs that much{of_core(clash.thread)}" if clash.thread else ""
+    by_thread = f"; {clash.thread} alone needs that much{_of_core(clash.thread)}" if clash.thread else ""
     if clash.overload:
         by_thread += f"; it takes `overload: allowed` for {clash.overload}"
     if not clash.miss:

@@ -40,7 +40,11 @@ MOST_UNUSED = 8
 
 
 def fit_page(fit: Fit) -> Page:
-    """Figures, how well they fit, every remark, and plots."""
+    """Figures, how well they fit, every remark, and plots.
+
+    Sections for transmission times and execution times, where the fit has them, then what to know before the figures
+    are used.
+    """
     sections = []
     if fit.transports:
         sections.append(Section("transmission", "Transmission times", tuple(_transports(fit))))

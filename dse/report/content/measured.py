@@ -24,7 +24,10 @@ REST = "and {} more (--all)"
 
 
 def measured_page(found: MeasuredComparison) -> Page:
-    """Metrics first, then figures of the file that have drifted, then what becomes of the requirements."""
+    """Metrics first, then figures of the file that have drifted, then what becomes of the requirements.
+
+    `Page.is_amiss` is set where a prediction or a requirement fails.
+    """
     section = Section("measured", "Predicted and measured", tuple(_blocks(found)))
     files = ", ".join(found.files)
     lead = f"{found.problem}, a design of it against {files}"

@@ -32,7 +32,11 @@ INDICES = (
 
 
 def sensitivity_sections(data: Data) -> Iterator[Section]:
-    """The sections of what ``dse-sensitivity/1`` holds."""
+    """The sections of what ``dse-sensitivity/1`` holds.
+
+    `data` is the JSON form of the answer, so that a saved study gives an equal page. Sections: margins, tornado charts,
+    uncertain inputs.
+    """
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
     broken = (f"{text}; it has no margin below" for text in data["broken"])
@@ -42,7 +46,7 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
-    margins += texts(left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
+    margins += texts(_left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
     margins += texts(study_waiting_words(data), scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
@@ -82,19 +86,19 @@ def _free_words(data: Data) -> str:
     )
 
 
-def left_out_words(parts: Sequence[str]) -> str:
+def _left_out_words(parts: Sequence[str]) -> str:
     """What there was no time for.
 
-    >>> left_out_words(["margins of further inputs", "uncertain inputs"])
+    >>> _left_out_words(["margins of further inputs", "uncertain inputs"])
     'Stopped by the time limit; not computed: margins of further inputs, uncertain inputs.'
     """
     return f"Stopped by the time limit; not computed: {', '.join(parts)}."
 
 
-def unbounded_words(metrics: Sequence[str]) -> str:
+def _unbounded_words(metrics: Sequence[str]) -> str:
     """Of which metrics nothing is told.
 
-    >>> unbounded_words(["latency of f"])
+    >>> _unbounded_words(["latency of f"])
     'Unbounded for some of the stated values, so that nothing explains their variation: latency of f.'
     """
     named = ", ".join(metrics)
@@ -102,7 +106,11 @@ def unbounded_words(metrics: Sequence[str]) -> str:
 
 
 def scaling_words(found: Data) -> str:
-    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data."""
+    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data.
+
+    The factor as a decimal number, exact where it is short, and the utilisation of each processor at it in % of one
+    core.
+    """
     if found["factor"] is None:
         return f"All execution times together: no requirement is violated up to {found['searched_to']} times."
     factor = Fraction(found["factor"])
@@ -207,7 +215,7 @@ def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
     if found["alternatives"]:
         names = varying([item["decisions"] for item in found["alternatives"]])
         chances = [
-            (f"{item['all_met']:.2%}", weakest(item), decisions_text(item["decisions"], names))
+            (f"{item['all_met']:.2%}", _weakest(item), decisions_text(item["decisions"], names))
             for item in found["alternatives"]
         ]
         yield Table(
@@ -219,7 +227,7 @@ def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
             rest="and {} less sure ones (--all shows them)",
             most=MOST_ROWS,
         )
-    yield from texts(unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
+    yield from texts(_unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
 
 
 def _index_blocks(found: Data, currency: str) -> Iterator[Block]:
@@ -252,7 +260,7 @@ def _variance_chart(index: Data, paths: Sequence[str], words: str) -> Spec:
     return shares(records, "share of the variance", words)
 
 
-def weakest(item: Data) -> str:
+def _weakest(item: Data) -> str:
     """The requirement that most samples break; nothing where none does."""
     shares_held: Mapping[str, float] = item["by_requirement"]
     name = min(shares_held, key=lambda text: shares_held[text], default="")

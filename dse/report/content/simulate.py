@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 
+from dse.analysis.terms import PPM
 from dse.answers.simulation import CONTENTION, LATENCY, FlowObservation, Simulation, TaskObservation
 from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
@@ -27,8 +28,11 @@ HISTOGRAM = (
 
 
 def simulation_page(simulation: Simulation) -> Page:
-    """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes."""
-    lead = f"{simulation.space.name}: simulated ({basis_words(settings_of(simulation.space))})"
+    """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes.
+
+    Two sections: observations against bounds, and histograms (a detail that a terminal leaves out).
+    """
+    lead = f"{simulation.space.name}: simulated"
     sections = (
         Section("simulation", "What was observed", tuple(_blocks(simulation))),
         Section("histograms", "Each latency as a histogram", tuple(_histograms(simulation)), is_detail=True),
@@ -43,6 +47,9 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     said = said if simulation.runs else "Nothing was observed."
     yield Text(said, "strong", brief if simulation.is_anything_observed else "")
     yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
+    lost = [f"{count} arrivals lost at {name}" for name, count in simulation.lost.items()]
+    yield from listing(lost, "WARNING", 0, "doubtful", brief=FEW)
+    yield Text(f"Counted  {basis_words(settings_of(simulation.space))}.", hang=9)
     if simulation.is_stopped:
         yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
     yield _flow_table(simulation)
@@ -52,7 +59,6 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
         yield _task_table(simulation.messages, "message", "Response times of messages")
     if simulation.disparities:
         yield _disparity_table(simulation)
-    yield from listing((f"{count} at {name}" for name, count in simulation.lost.items()), "lost", 0, brief=FEW)
     yield from listing(simulation.notes, "note", 0, brief=FEW)
     yield Text(LATENCY, brief="Latencies are reduced reaction times.")
     yield from texts(
@@ -178,12 +184,13 @@ def _disparity_table(simulation: Simulation) -> Table:
 def _task_table(tasks: Sequence[TaskObservation], what: str = "thread", title: str = "Response times") -> Table:
     rows = []
     for task in sorted(tasks, key=_closeness):
-        bound = "unbounded" if task.bound_ns is None else _ms(task.bound_ns)
-        said = _of_task(task)
-        rows.append((task.name, _ms(task.observed_ns), bound, said))
-    headings = (what, "observed", "bound", "verdict")
+        bound = "unbounded" if task.bound_ns is None else _in_ms(task.bound_ns)
+        share = Fraction(task.observed_ns) / task.bound_ns * PPM if task.bound_ns else None
+        used = NOTHING if share is None else readable(share, "ppm", digits=1)
+        rows.append((task.name, _in_ms(task.observed_ns), bound, used, _of_task(task)))
+    headings = (what, "observed [ms]", "bound [ms]", "used", "verdict")
     rest = f"and {{}} more {what}s (--all)"
-    return Table(f"{title}, the nearest to its bound first", headings, tuple(rows), (1, 2), brief=MANY, rest=rest)
+    return Table(f"{title}, the nearest to its bound first", headings, tuple(rows), (1, 2, 3), brief=MANY, rest=rest)
 
 
 def _of_task(task: TaskObservation) -> str:

@@ -11,7 +11,10 @@ RULE = "rule: each array is one element, a string 8 bytes, a header 24 (the repo
 
 
 def sizes_page(found: Sizes) -> Page:
-    """Types, then topics."""
+    """Types, then topics.
+
+    A table of message types with their sizes in bytes, and one of topics, each where the answer has some.
+    """
     sections = []
     if found.types:
         sections.append(Section("types", "Types of messages", tuple(_types(found))))

@@ -39,7 +39,10 @@ def sections_of(data: Data) -> list[Section]:
 
 
 def study_page(data: Data) -> Page:
-    """The whole page of a study."""
+    """The whole page of a study.
+
+    `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which.
+    """
     problem, settings = data["problem"], _settings(data)
     kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
     kind = kinds.get(data["format"], "robustness")

@@ -32,7 +32,10 @@ UNSOLVED = {"invalid": "made no valid problem", "open": "not solved", "incomplet
 
 
 def sweep_sections(data: Data) -> Iterator[Section]:
-    """The section of what ``dse-sweep/1`` holds."""
+    """The section of what ``dse-sweep/1`` holds.
+
+    `data` is the JSON form of the answer. Intervals of a limit are drawn as steps, grids of values as tables.
+    """
     currency = data["problem"].get("currency", "EUR")
     breaks = [run for run in data["runs"] if run["kind"] == "breaks"]
     designs: list[Block] = []

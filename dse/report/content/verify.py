@@ -14,7 +14,10 @@ NOT_COVERED = "Not covered by the proof: execution times, sizes and prices in th
 
 
 def verification_page(found: Verification) -> Page:
-    """The verdict on a result: what is wrong with it first, then what was checked and how."""
+    """The verdict on a result: what is wrong with it first, then what was checked and how.
+
+    Findings, what was left open, what was checked and how, remarks. `Page.is_amiss` is set for a rejected result.
+    """
     blocks = [
         *listing(map(str, found.findings), tone="wrong"),
         *listing(found.left_open, "left open"),

@@ -56,7 +56,10 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
 
 
 def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Spec:
-    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones stand out."""
+    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones stand out.
+
+    A Vega-Lite specification; the axis is in % of the deadline, so that threads with different deadlines compare.
+    """
     axis = {"labels": False, "ticks": False, "domain": False, "grid": False}
     scale = {"paddingInner": 0.6, "paddingOuter": 0.5}
     row = {"field": "row", "type": "ordinal", "title": None, "axis": axis, "scale": scale}
@@ -88,6 +91,9 @@ def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Spec:
 
 
 def deadline_plot(responses: Mapping[str, Sequence[Response]]) -> list[Plot]:
-    """The plot of an answer about one design; none where no thread has a deadline."""
+    """The plot of an answer about one design; none where no thread has a deadline.
+
+    A list of one `Plot` or of none; `responses` are response times by thread.
+    """
     records = deadline_records(responses)
     return [Plot("deadlines", partial(deadline_chart, records), CAPTION)] if records else []

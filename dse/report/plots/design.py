@@ -71,7 +71,10 @@ def _name_beside(name: str, figures: str) -> str:
 
 
 def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """The records with their bars, in ms, each from the worst case of the one before it (report.js does the same)."""
+    """The records with their bars, in ms, each from the worst case of the one before it (report.js does the same).
+
+    Each record gets ``start``, ``best`` and ``end`` in ms: bars of a waterfall from the first contributor to the last.
+    """
     found = []
     start: float = 0
     for record in records:
@@ -82,7 +85,10 @@ def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
-    """Worst-case latency of a flow, contribution by contribution; the solid part of a bar is its minimum."""
+    """Worst-case latency of a flow, contribution by contribution; the solid part of a bar is its minimum.
+
+    A Vega-Lite specification with times in ms; colours stand for the method by which a contribution counts.
+    """
     used = [method for method in METHODS if any(record["method"] == method for record in records)]
     colour = {
         "field": "method",
@@ -184,7 +190,7 @@ def usage_records(
     return records
 
 
-def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The records with their place in the bar (report.js does the same)."""
     found: list[dict[str, Any]] = []
     for record in records:
@@ -195,8 +201,11 @@ def stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]
 
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar."""
-    records = stacked_shares(shares)
+    """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar.
+
+    A Vega-Lite specification with stacked bars, in % of one core or of the bandwidth.
+    """
+    records = _stacked_shares(shares)
     names = list(dict.fromkeys(record["name"] for record in records))
     row = {
         "field": "name",

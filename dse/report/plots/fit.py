@@ -20,7 +20,10 @@ HUES = {"samples": "var(--line)", "maximum": "var(--c2)", "mean": "var(--soft)",
 
 
 def transport_plots(item: Transport) -> Iterator[Plot]:
-    """A plot of a transport on a platform, and its residuals."""
+    """A plot of a transport on a platform, and its residuals.
+
+    Transmission times in ms over message sizes in bytes.
+    """
     words = f"Transmission times of {item.where}: what was measured, and the lines."
     yield Plot(item.where, partial(_lines, item), words)
     yield Plot(
@@ -29,7 +32,10 @@ def transport_plots(item: Transport) -> Iterator[Plot]:
 
 
 def execution_plot(found: tuple[Execution, ...]) -> Plot:
-    """A plot of all execution times."""
+    """A plot of all execution times.
+
+    One row for each thread or callback, from the shortest to the longest sample.
+    """
     return Plot("execution times", partial(_ranges, found), "Execution times: least to greatest, and the mean.")
 
 

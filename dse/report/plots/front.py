@@ -103,7 +103,7 @@ def _classes(values: Sequence[int], info: ObjectiveInfo, currency: str) -> dict[
     return found
 
 
-def class_order(result: Result, axis: int) -> list[str]:
+def _class_order(result: Result, axis: int) -> list[str]:
     """The classes of an objective, smallest values first."""
     info = result.objectives[axis]
     values = [point.objectives[info.name] for point in result.front]
@@ -112,7 +112,10 @@ def class_order(result: Result, axis: int) -> list[str]:
 
 
 def axis_title(result: Result, axis: int) -> list[str]:
-    """``price [EUR]``, in lines."""
+    """``price [EUR]``, in lines.
+
+    Name and unit of an objective, wrapped at `TITLE_WIDTH` letters.
+    """
     info = result.objectives[axis]
     return wrap(titled(info.name, display_unit(info.unit, result.space.currency)[1]), TITLE_WIDTH)
 
@@ -155,10 +158,10 @@ def scatter(
         },
     }
     if len(result.objectives) > 2:
-        points["encoding"]["color"] = colour_by(result, 2)
+        points["encoding"]["color"] = _colour_by(result, 2)
     layers = [points]
     if baseline is not None:
-        baseline, word_of_it, side = at_the_edge(records, baseline, len(axes))
+        baseline, word_of_it, side = _at_the_edge(records, baseline, len(axes))
         layers.append(
             {
                 "data": {"values": [dict(baseline)], "name": "baseline"},
@@ -175,7 +178,7 @@ def scatter(
         )
         word = {"type": "text", "dy": -13, "color": "var(--ink)", "fontSize": 11, "align": side}
         named = {**position, "text": {"value": word_of_it}}
-        layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in readable_text(word, named)]
+        layers += [{"data": {"values": [dict(baseline)]}, **layer} for layer in _readable_text(word, named)]
     layers += _chosen_point(position, tooltip)
     values = [{**record, "label": f"#{record['id']}"} for record in records]
     height = 340 if len(axes) > 1 else 90
@@ -188,7 +191,7 @@ def scatter(
     )
 
 
-def at_the_edge(
+def _at_the_edge(
     records: Sequence[Mapping[str, Any]], baseline: Mapping[str, Any], axes: int
 ) -> tuple[dict[str, Any], str, str]:
     """The baseline as it is drawn, its name, and how that is aligned: `axes` are as many as are drawn.
@@ -225,27 +228,31 @@ def _chosen_point(position: Mapping[str, Any], tooltip: Sequence[Mapping[str, An
     named = {**position, "text": {"field": "label"}}
     layers: list[Spec] = [
         {"mark": ring, "encoding": {**position, "tooltip": list(tooltip)}},
-        *readable_text(word, named),
+        *_readable_text(word, named),
     ]
     return [{"transform": only, **layer} for layer in layers]
 
 
-def readable_text(mark: Mapping[str, Any], encoding: Mapping[str, Any]) -> list[Spec]:
+def _readable_text(mark: Mapping[str, Any], encoding: Mapping[str, Any]) -> list[Spec]:
     """Text on a rim in the colour of the paper, so that it can be read on top of points and lines."""
     rim = {**mark, "color": "var(--paper)", "stroke": "var(--paper)", "strokeWidth": 4, "strokeJoin": "round"}
     return [{"mark": dict(layer), "encoding": dict(encoding)} for layer in (rim, mark)]
 
 
-def colour_by(result: Result, axis: int) -> Spec:
+def _colour_by(result: Result, axis: int) -> Spec:
     """Colour by the class of an objective."""
-    domain = class_order(result, axis)
+    domain = _class_order(result, axis)
     steps = STEPS if len(domain) > 2 else (STEPS[1], STEPS[3])
     scale = {"domain": domain, "range": list(steps[: len(domain)])}
     return {"field": f"q{axis}", "type": "ordinal", "scale": scale, "title": axis_title(result, axis)}
 
 
 def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None) -> Spec:
-    """Every objective as an axis with its best value on top, every alternative as a line."""
+    """Every objective as an axis with its best value on top, every alternative as a line.
+
+    A Vega-Lite specification; places are normalised to 0 (worst on the front) .. 1 (best). `chosen` is the id of the
+    highlighted point.
+    """
     names = [info.name for info in result.objectives]
     values = [
         {"id": record["id"], "axis": axis, "name": names[axis], "place": record[f"n{axis}"], "text": record[f"t{axis}"]}
@@ -312,7 +319,7 @@ def parallel(result: Result, records: Sequence[Mapping[str, Any]], chosen: int |
     ]
     word = {"type": "text", "dx": 6, "align": "left", "fontSize": 11, "color": "var(--ink)"}
     named = {"x": across, "y": up, "text": {"field": "text"}}
-    layers += [{"data": {"values": ends}, **layer} for layer in readable_text(word, named)]
+    layers += [{"data": {"values": ends}, **layer} for layer in _readable_text(word, named)]
     layers.append(
         {
             "data": {"name": "bands", "values": []},  # stretches of axes that a reader draws, two ends each

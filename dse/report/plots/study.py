@@ -51,7 +51,11 @@ def lines_chart(
 
 
 def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) -> Spec:
-    """Bars from ``low`` to ``high`` about ``nominal``, with ``label`` above each; in the given order."""
+    """Bars from ``low`` to ``high`` about ``nominal``, with ``label`` above each; in the given order.
+
+    A Vega-Lite specification; `across` is the title of the axis with its unit, `description` the text for screen
+    readers.
+    """
     records = [{**bar, "row": number} for number, bar in enumerate(bars)]
     row = {
         "field": "row",
@@ -83,7 +87,10 @@ def tornado(bars: Sequence[Mapping[str, Any]], across: str, description: str) ->
 
 
 def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) -> Spec:
-    """Bars from 0 to ``total``, of which ``first`` is solid, with ``label`` above each; in the given order."""
+    """Bars from 0 to ``total``, of which ``first`` is solid, with ``label`` above each; in the given order.
+
+    A Vega-Lite specification on a scale from 0 to 1: first-order indices inside total ones.
+    """
     values = [{**record, "row": number} for number, record in enumerate(records)]
     row = {
         "field": "row",
@@ -108,7 +115,10 @@ def shares(records: Sequence[Mapping[str, Any]], across: str, description: str) 
 def histogram(
     bars: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]], across: str, description: str
 ) -> Spec:
-    """Counts from ``low`` to ``high``, and `marks`: lines ``at`` a place, each of a ``kind``; ``text`` has figures."""
+    """Counts from ``low`` to ``high``, and `marks`: lines ``at`` a place, each of a ``kind``; ``text`` has figures.
+
+    A Vega-Lite specification; `across` is the title of the axis with its unit. Marks are bounds and observed extremes.
+    """
     place = {"type": "quantitative", "title": across, "scale": {"zero": False}}
     kinds = list(dict.fromkeys(mark["kind"] for mark in marks))
     scale = {"domain": kinds, "range": ["var(--accent)", "var(--c2)"][: len(kinds)]}

@@ -45,11 +45,17 @@ def basis_words(settings: Mapping[str, Any]) -> str:
 
 
 def scale_words(space: Space) -> str:
-    """What 100 % of utilisation is; "" where every processor has one core."""
+    """What 100 % of utilisation is; "" where every processor has one core.
+
+    A remark, because 150 % is a valid utilisation of a processor with two cores.
+    """
     several = any(count > 1 for slot in space.processors for count in leaves(slot.cores))
     return PER_CORE if several else ""
 
 
 def scale_of(names: Iterable[str]) -> str:
-    """What 100 % of utilisation is, for studies, whose data do not hold the number of cores; "" if none is named."""
+    """What 100 % of utilisation is, for studies, whose data do not hold the number of cores; "" if none is named.
+
+    `names` are metrics and requirements of the study.
+    """
     return PER_CORE if any("utilisation" in name for name in names) else ""

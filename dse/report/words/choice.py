@@ -44,7 +44,11 @@ class Names:
         self._slots_of = Counter(option for options in types for option in options)
 
     def option(self, name: str, option: str | None) -> str:
-        """``Spectra``, ``can_125k``, ``main_loop.period 5 ms``; a slot without a type is left empty."""
+        """``Spectra``, ``can_125k``, ``main_loop.period 5 ms``; a slot without a type is left empty.
+
+        Short where that is clear: the type alone if only one slot offers it, else with the name of the slot or
+        decision.
+        """
         if option is None:
             return f"no {self.short[name]}"
         if name.endswith(".type"):
@@ -54,11 +58,17 @@ class Names:
         return f"{self.short[name]} {option}"
 
     def kind(self, point: Point) -> str:
-        """The decisions that tell the kind of a design from others; "" where all are of one kind."""
+        """The decisions that tell the kind of a design from others; "" where all are of one kind.
+
+        Options joined by commas, such as ``Spectra, can_125k``.
+        """
         return ", ".join(self.option(name, point.decisions.get(name)) for name in self.naming)
 
     def design(self, point: Point) -> str:
-        """What a design is: its computers where they are open, and the decisions that differ on the front."""
+        """What a design is: its computers where they are open, and the decisions that differ on the front.
+
+        Options joined by commas, each once; at most `MOST_SHARING` computers.
+        """
         types = [name for name in self.types if name in point.decisions][:MOST_SHARING]
         names = [*types, *(name for name in self.told if name not in types)]
         found = [self.option(name, point.decisions.get(name)) for name in names if name in point.decisions]
@@ -66,7 +76,10 @@ class Names:
 
 
 def near_scores(kinds: Sequence[Kind]) -> list[Kind]:
-    """The kinds whose best designs score within `CLOSE` of the first; that one alone where none does."""
+    """The kinds whose best designs score within `CLOSE` of the first; that one alone where none does.
+
+    In the order of rank, the first one included; more than one means a tie.
+    """
     first = kinds[0].points[0]
     return [kind for kind in kinds if _is_near(first, kind.points[0])]
 
@@ -83,7 +96,10 @@ def _number(score: str) -> Fraction | None:
 
 
 def recommended_words(result: Result, kind: Kind, names: Names, label: str) -> str:
-    """The first design, what it is, and which designs of its kind score as well."""
+    """The first design, what it is, and which designs of its kind score as well.
+
+    One line that begins with `label`, such as "Recommended"; another ranking than the default is named.
+    """
     point = kind.point
     also = [other for other in kind.points if other.id != point.id and _is_near(result.front[0], other)]
     said = f"{label}  #{point.id} {names.design(point)}".rstrip()
@@ -106,7 +122,10 @@ def _also(names: Names, point: Point, other: Point) -> str:
 
 
 def tie_words(result: Result, tied: Sequence[Kind], names: Names) -> Iterator[str]:
-    """Why no design is recommended, and what the first two exchange."""
+    """Why no design is recommended, and what the first two exchange.
+
+    Two lines: the ids and scores that tie, and the differences of the first two in each objective.
+    """
     one, other = tied[0].point, tied[1].point
     who = listed([f"#{kind.point.id}" for kind in tied])
     scores = listed(list(dict.fromkeys(kind.points[0].score for kind in tied))) if one.score else ""
@@ -147,7 +166,10 @@ def _points(text: str) -> str:
 
 
 def cost_words(result: Result, point: Point) -> str:
-    """Where a design is the best in an objective, and what the best costs where it is not."""
+    """Where a design is the best in an objective, and what the best costs where it is not.
+
+    Phrases joined by commas, one for each objective, for the line below the recommendation.
+    """
     found = []
     short = short_metrics(info.name for info in result.objectives)
     for info in result.objectives:
@@ -172,7 +194,10 @@ def cost_words(result: Result, point: Point) -> str:
 
 
 def nearest_words(margins: Sequence[Margin], currency: str, most: int = MOST_LIMITS) -> str:
-    """The limits with the least slack as a share: ``core 2 of computer 50.890 of 70 % (27.3 % slack)``."""
+    """The limits with the least slack as a share: ``core 2 of computer 50.890 of 70 % (27.3 % slack)``.
+
+    At most `most` limits; unbounded ones are left out, because warnings name them.
+    """
     return ", ".join(_margin_words(item, currency) for item in margins[:most] if not is_unbounded(item.slack))
 
 
@@ -202,7 +227,10 @@ def margin_parts(item: Margin, currency: str) -> tuple[str, float, str, str]:
 
 
 def minor_words(result: Result, kinds: Kinds, names: Names) -> Iterator[str]:
-    """What each minor decision changes within a kind, against the design that stands for it."""
+    """What each minor decision changes within a kind, against the design that stands for it.
+
+    One line for each of at most `MOST_MINOR` decisions, with the range of the change in each objective.
+    """
     for name in kinds.minor[:MOST_MINOR]:
         others = {key for key in kinds.minor if key != name}
         moved: dict[str, list[Delta]] = {}

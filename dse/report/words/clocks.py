@@ -25,7 +25,10 @@ UNKNOWN = "unknown"
 
 
 def boundary_blocks(boundaries: Sequence[Boundary]) -> Iterator[Block]:
-    """What is said of timers on one clock, flow by flow; nothing where there are none."""
+    """What is said of timers on one clock, flow by flow; nothing where there are none.
+
+    A table for each flow, a plot of the timeline where times are known, and advice on offsets.
+    """
     for flow, here in by_flow(boundaries).items():
         yield boundary_table(flow, here)
         records = timeline_records(here)
@@ -35,7 +38,10 @@ def boundary_blocks(boundaries: Sequence[Boundary]) -> Iterator[Block]:
 
 
 def by_flow(boundaries: Sequence[Boundary]) -> dict[str, list[Boundary]]:
-    """The readers of each flow that has some."""
+    """The readers of each flow that has some.
+
+    Names of flows to boundaries, in the order in which they were found.
+    """
     found: dict[str, list[Boundary]] = {}
     for item in boundaries:
         found.setdefault(item.flow, []).append(item)
@@ -43,7 +49,10 @@ def by_flow(boundaries: Sequence[Boundary]) -> dict[str, list[Boundary]]:
 
 
 def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
-    """Who reads whose data, when these are there, and how long they wait."""
+    """Who reads whose data, when these are there, and how long they wait.
+
+    Offsets, ages and waits as ranges of time; the last column has an offset that would shorten the wait.
+    """
     rows = tuple(
         (
             f"{item.receiver} reads {item.sender}",
@@ -60,7 +69,10 @@ def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
 
 
 def boundary_words(boundaries: Sequence[Boundary]) -> list[str]:
-    """What to change where data just miss a reader, or meet a read that others miss, each with its flows."""
+    """What to change where data just miss a reader, or meet a read that others miss, each with its flows.
+
+    Sentences that begin with the names of the flows concerned.
+    """
     found: dict[str, list[str]] = {}
     for item in boundaries:
         if said := _said(item):
@@ -180,7 +192,10 @@ def _at(time_ns: Exact) -> str:
 
 
 def timeline(records: Sequence[Mapping[str, Any]]) -> Spec:
-    """A row for each timer: its releases, when their data are there, and lines to where they are read."""
+    """A row for each timer: its releases, when their data are there, and lines to where they are read.
+
+    A Vega-Lite specification with times in ms on the clock that the timers share.
+    """
     axis = {"labels": False, "ticks": False, "domain": False, "grid": False}
     scale = {"paddingInner": 0.5, "paddingOuter": 0.5}
     row = {"field": "row", "type": "ordinal", "title": None, "axis": axis, "scale": scale}

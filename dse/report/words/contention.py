@@ -53,23 +53,35 @@ MOST_BROKEN = 3
 
 
 def processing_words(settings: Mapping[str, str]) -> str:
-    """Whether contention for the CPU is in the latencies, from the settings by name."""
+    """Whether contention for the CPU is in the latencies, from the settings by name.
+
+    One sentence. `settings` are those of the question; the profile ``osate-2.2`` never counts response times.
+    """
     return UNCOUNTED if settings["profile"] == "osate-2.2" else PROCESSING[settings["processing"]]
 
 
 def uncounted_words(space: Space) -> str:
-    """That the profile counts no response times at all, where something asked is about a flow."""
+    """The remark that the profile counts no response times at all, where something asked is about a flow.
+
+    Empty where nothing is asked of a flow, or the profile counts response times.
+    """
     asks = space.profile == "osate-2.2" and any(flows_in(space, metric) for metric in _asked(space))
     return UNCOUNTED if asks else ""
 
 
 def waiting_words(space: Space) -> str:
-    """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front."""
+    """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front.
+
+    Empty where no flow is asked about, or waiting for every bus is counted.
+    """
     return waiting_left_words(space) if any(flows_in(space, metric) for metric in _asked(space)) else ""
 
 
 def waiting_left_words(space: Space) -> str:
-    """That messages do not wait for a bus that may carry them, in short."""
+    """The remark that messages do not wait for a bus that may carry them, in short.
+
+    Empty where waiting for every such bus is counted. See docs/semantics.md on arbitration.
+    """
     return (_left_out_words(space) or WAITING) if leaves_out_buses(space) else ""
 
 
@@ -91,7 +103,10 @@ KINDS = {
 
 
 def arbitration_words(space: Space) -> str:
-    """For which buses messages wait, and in which order they go; "" where waiting for no bus is counted."""
+    """For which buses messages wait, and in which order they go; "" where waiting for no bus is counted.
+
+    One sentence with the kind of arbitration of each bus.
+    """
     said = []
     for bus in (space.buses[number] for number in counted_buses(space)):
         kinds = dict.fromkeys(KINDS[leaf] for leaf in leaves(bus.arbitration) if leaf is not None)
@@ -100,7 +115,10 @@ def arbitration_words(space: Space) -> str:
 
 
 def study_waiting_words(data: Mapping[str, Any]) -> str:
-    """That bus arbitration is not counted, from the data of a study; "" where it is, or no flow is asked about."""
+    """The remark that bus arbitration is not counted, from the data of a study; "" where it is, or no flow counts.
+
+    One sentence; `data` is the JSON form of a sweep or sensitivity study.
+    """
     return WAITING if data.get("bus_waiting") else ""
 
 
@@ -109,7 +127,10 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def bus_words(space: Space) -> str:
-    """For which buses messages wait in latencies, and for which that may carry them they do not."""
+    """For which buses messages wait in latencies, and for which that may carry them they do not.
+
+    One or two sentences; both are needed where a system mixes buses with and without arbitration.
+    """
     told = "Waiting for a bus is not in the latencies: each message counts as if alone on it."
     left = (_left_out_words(space) or told) if leaves_out_buses(space) else ""
     return " ".join(filter(None, (arbitration_words(space), left)))
@@ -156,7 +177,7 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
     if found is None or not found.broken:
         return ""
     more = len(found.broken) - 1
-    said = f"But with response times it violates {broken_words(found.broken[0], result.space.currency)}"
+    said = f"But with response times it violates {_broken_words(found.broken[0], result.space.currency)}"
     said += f" and {more} more" if more else ""
     verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
     kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
@@ -164,7 +185,10 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
-    """How many designs of a sweep meet the requirements with waiting for the CPU; "" where waiting is counted."""
+    """How many designs of a sweep meet the requirements with waiting for the CPU; "" where waiting is counted.
+
+    One sentence with the number of designs of all fronts; `data` is the JSON form of a sweep.
+    """
     basis = data.get("contention")
     judged = [
         item["contention"]
@@ -180,18 +204,25 @@ def study_contention_words(data: Mapping[str, Any]) -> str:
     count = count if len(judged) > 1 else "the"
     verb = ("keep" if kept > 1 else "keeps") if kept or len(judged) > 1 else "does not keep"
     varied = " (a limit that varies counts apart)" if any(run["kind"] == "breaks" for run in data["runs"]) else ""
-    cores = cores_of_origins(basis["cores"])
+    cores = _cores_of_origins(basis["cores"])
     said = f"{CONTENTION_OUT}, {cores}, {count} {designs} {verb} every requirement{varied}."
     return said if kept == len(judged) else said + COUNTED_BY
 
 
 def asks_for_responses(space: Space) -> bool:
-    """Whether a requirement or an objective looks at response times."""
+    """Whether a requirement or an objective looks at response times.
+
+    True also where response times enter through the latency of a flow.
+    """
     return any(is_scheduled(space, metric) for metric in _asked(space))
 
 
 def overhead_words(space: Space, design: Design | None = None) -> str:
-    """What response times count beside execution times, and what they do not: in any design, or in one."""
+    """What response times count beside execution times, and what they do not: in any design, or in one.
+
+    One sentence about blocking, context switches, interrupts and throttling; `design` limits it to what that design
+    chooses.
+    """
     stated = stated_overheads(space, design)
     counted = [
         f"{BLOCKING if kind == 'blocking' else kind} ({_some(names)})" for kind, names in stated.items() if names
@@ -208,7 +239,11 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
 
 
 def bound_words(space: Space, design: Design | None = None) -> str:
-    """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is."""
+    """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is.
+
+    One sentence with the cores on which a response time need not be reached, and why; with `design` for that design
+    only.
+    """
     told = _safe(safe_bounds(space, design))
     return f"They are {told}." if told else ""
 
@@ -228,11 +263,14 @@ def _safe(found: Mapping[str, Sequence[str]]) -> str:
 
 
 def core_words(space: Space) -> str:
-    """Which cores response times are counted on."""
-    return cores_of_origins(core_origins(space))
+    """Which cores response times are counted on.
+
+    One sentence: stated cores, decided ones, first-fit, or several of these.
+    """
+    return _cores_of_origins(core_origins(space))
 
 
-def cores_of_origins(origins: Collection[str]) -> str:
+def _cores_of_origins(origins: Collection[str]) -> str:
     """The cores on which response times are counted, in words, from who chooses them."""
     given = " or ".join(word for word in ("stated", "decided") if word in origins)
     if not origins:
@@ -243,7 +281,10 @@ def cores_of_origins(origins: Collection[str]) -> str:
 
 
 def cores_origin(space: Space) -> str:
-    """That first-fit chooses the cores of a design, in brackets, as far as it does."""
+    """The remark that first-fit chooses the cores of a design, in brackets, as far as it does.
+
+    Empty where no core is chosen by first-fit.
+    """
     origins = core_origins(space)
     if "first-fit" not in origins:
         return ""
@@ -261,17 +302,20 @@ def _ids(numbers: list[int]) -> str:
 
 
 def contended_words(found: Contended | None, currency: str) -> str:
-    """What a design keeps or breaks when response times count."""
+    """What a design keeps or breaks when response times count.
+
+    One sentence with at most `MOST_BROKEN` violated requirements.
+    """
     if found is None:
         return "Not checked: the time was up."
     if not found.broken:
         return "Meets every requirement."
-    shown = "; ".join(broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
+    shown = "; ".join(_broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
     return f"Violates {shown}" + (f"; and {more} more" if more > 0 else "") + "."
 
 
-def broken_words(item: Broken, currency: str) -> str:
+def _broken_words(item: Broken, currency: str) -> str:
     """``jitter of f <= 20 ms (29.294 ms)``; who has no bound, where one has none."""
     if item.value is None:
         return f"{item.requirement} (unbounded: {', '.join(item.unbounded)})"
@@ -280,7 +324,10 @@ def broken_words(item: Broken, currency: str) -> str:
 
 
 def placed_words(space: Space, design: Design) -> list[str]:
-    """For each processor with several cores what runs on each, and how much of it: ``computer: core 1 (70 %) a; …``."""
+    """For each processor with several cores what runs on each, and how much of it: ``computer: core 1 (70 %) a; …``.
+
+    One line for each processor; loads in % of one core. Many threads are counted instead of named.
+    """
     view = View(design)
     lines = []
     for number, found in placements_of(space, design).items():

@@ -32,13 +32,19 @@ MOST_IDS = 6
 
 
 def title_words(result: Result) -> str:
-    """The problem's name and the limits that were asked for, in a line of a terminal."""
+    """The problem's name and the limits that were asked for, in a line of a terminal.
+
+    At most `LINE` characters.
+    """
     limits = limits_words(result, LINE - len(result.problem.name) - 2)
     return f"{result.problem.name}: {limits}" if limits else result.problem.name
 
 
 def limits_words(result: Result, room: int) -> str:
-    """The limits that were asked for, as far as there is room: the caller's, else those of the file; else how many."""
+    """The limits that were asked for, as far as there is room: the caller's, else those of the file; else how many.
+
+    At most `room` characters; empty where nothing is limited.
+    """
     stated = [item for item in result.space.requirements if not item.implied]
     asked = [item for item in stated if item.origin == ORIGIN] or stated
     limits = list(dict.fromkeys(_limit_words(item) for item in asked))
@@ -67,7 +73,10 @@ def _limit_words(item: Requirement) -> str:
 
 
 def found_words(result: Result, kinds: Kinds) -> tuple[str, str, Tone]:
-    """The status as a word, what it means, and the tone in which it is said."""
+    """The status as a word, what it means, and the tone in which it is said.
+
+    For example ``("Front", "complete, proved: 15 designs", "good")``.
+    """
     count = count_words(len(result.front), "design")
     if 1 < len(kinds.kinds) < len(result.front):
         count += f" of {len(kinds.kinds)} kinds"
@@ -90,7 +99,10 @@ def _stopped(result: Result) -> str:
 
 
 def counted_parts(result: Result) -> tuple[list[str], list[str]]:
-    """What latencies and response times count, and what they leave out; two empty lists where none is asked for."""
+    """What latencies and response times count, and what they leave out; two empty lists where none is asked for.
+
+    Lists of nouns such as *execution* and *waiting for the CPU*, to be joined in a sentence.
+    """
     space = result.space
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
@@ -106,7 +118,10 @@ def counted_parts(result: Result) -> tuple[list[str], list[str]]:
 
 
 def counted_words(result: Result) -> tuple[str, str]:
-    """What latencies count and leave out, with unusual rules; a remark on the profile; both "" where none is asked."""
+    """What latencies count and leave out, with unusual rules; a remark on the profile; both "" where none is asked.
+
+    Two sentences, the second one about profiles that count no response times.
+    """
     counted, left = counted_parts(result)
     if not counted:
         return "", ""
@@ -118,7 +133,10 @@ def counted_words(result: Result) -> tuple[str, str]:
 
 
 class Waiting:
-    """What the designs of a front keep when threads wait for the CPU, where the search left that out."""
+    """What the designs of a front keep when threads wait for the CPU, where the search left that out.
+
+    Verdicts of designs come from the result; nothing is analysed again.
+    """
 
     def __init__(self, result: Result) -> None:
         self.result = result
@@ -133,7 +151,7 @@ class Waiting:
 
     @cached_property
     def warning(self) -> str:
-        """That designs violate limits with waiting: all that were checked, or the first; "" where it need not be said.
+        """The warning that designs violate limits with waiting: all that were checked, or the first; else "".
 
         How many of them do, the limit, and the least excess.
         """
@@ -178,7 +196,10 @@ class Waiting:
         return f"{text}; {word}{readable(value, broken.unit, self.result.space.currency)}{who}"
 
     def note(self) -> str:
-        """What designs keep with waiting, where no warning says so."""
+        """What designs keep with waiting, where no warning says so.
+
+        One sentence; empty where waiting is counted or a warning is shown.
+        """
         if not self.result.leaves_out_contention or not self.result.front or self.warning:
             return ""
         if not self.is_asked:
@@ -197,7 +218,10 @@ class Waiting:
 
 
 def overload_words(analysis: Analysis) -> list[str]:
-    """Which processors, cores and buses a design uses beyond what they have."""
+    """Which processors, cores and buses a design uses beyond what they have.
+
+    One sentence for each overloaded resource, with its load in %.
+    """
     said = []
     for usage in analysis.processors:
         if not usage.capacity:
@@ -219,7 +243,10 @@ def overload_words(analysis: Analysis) -> list[str]:
 
 
 def unbounded_words(result: Result) -> list[str]:
-    """Which objectives of the first design have no bound."""
+    """Which objectives of the first design have no bound.
+
+    One sentence for each objective; empty where all are finite.
+    """
     first = result.front[0].objectives
     found = [info.name for info in result.objectives if is_unbounded(first[info.name])]
     return [f"{name[:1].upper()}{name[1:]} is unbounded." for name in found]

@@ -10,7 +10,7 @@ from dse.support.errors import Diagnostic
 
 MOST_NAMED = 6
 MOST_ALIKE = 3
-"""So many warnings that differ in names alone are shown; more of them are counted."""
+"""The greatest number of warnings that differ in names alone; more of them are counted."""
 MOST_LINES = 12
 MOST_COMPARED = 300
 _GUESS = re.compile(

@@ -53,7 +53,7 @@ def _work(late: Late) -> str:
 
 def _behind(late: Late) -> str:
     """What it waits for, place by place."""
-    found = list(wait_words(late.waits, told=bool(late.has_segments)))
+    found = list(_wait_words(late.waits, told=bool(late.has_segments)))
     return f", behind {'; '.join(found)}" if found else ""
 
 
@@ -94,7 +94,7 @@ def _place(processor: str, core: int, *, is_served: bool) -> str:
     return f"on {_named(processor, core, is_served=is_served)}"
 
 
-def wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
+def _wait_words(waits: Sequence[Wait], *, told: bool) -> Iterator[str]:
     """What goes before jobs, place by place, where something does; where it does so is `told`.
 
     ``1 x a (2 ms), 3 x b (6 ms) on g``.
@@ -153,7 +153,7 @@ def delayed_words(delayed: Delayed) -> str:
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
     told = [
-        f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(wait_words(item.waits, told=True))}"
+        f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(_wait_words(item.waits, told=True))}"
         for item in delayed.waiting[:MOST_WAITING]
     ]
     left = delayed.waiting[MOST_WAITING:]
@@ -196,7 +196,10 @@ def _share(share_ppm: Exact) -> str:
 
 
 def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:
-    """Cuts of which each is enough: those of the thread itself first, of others the smallest."""
+    """Cuts of which each is enough: those of the thread itself first, of others the smallest.
+
+    At most `MOST_SHORTER` cuts, with times as text; the number of further ones is said.
+    """
     mine = [item for item in shorter if item.name == own or item.name.startswith(f"{own} (")]
     others = sorted((item for item in shorter if item not in mine), key=lambda item: item.by_ns)
     told = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)

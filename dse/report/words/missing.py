@@ -17,7 +17,10 @@ TITLE = "Proved of every design that may be missing"
 
 
 def missing_words(result: Result) -> list[str]:
-    """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished."""
+    """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished.
+
+    Phrases with the bound on missing designs and the gap in each objective.
+    """
     currency, outlooks = result.space.currency, outlooks_of(result)
     pairs = zip(outlooks, result.space.objectives, strict=bool(outlooks))
     outlooks = tuple(_without_stand_ins(item, objective, result.space) for item, objective in pairs)
@@ -55,7 +58,10 @@ def _outlook(item: Outlook, currency: str) -> str:
 
 
 def outlook_table(result: Result) -> list[Block]:
-    """For each objective of a stopped search the best value found, the bound on missing designs, and the gap."""
+    """For each objective of a stopped search the best value found, the bound on missing designs, and the gap.
+
+    At most one `Table`; gaps are in the unit of the objective, a dash where a bound is infinite.
+    """
     outlooks = outlooks_of(result)
     if not outlooks:
         return []

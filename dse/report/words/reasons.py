@@ -42,21 +42,27 @@ GAPS = (
 
 @dataclass(frozen=True)
 class Sentence:
-    """A statement about an alternative, under a short label."""
+    """A statement about an alternative, under a short label.
+
+    `brief` is `text` with fewer changes; empty where that would not be shorter.
+    """
 
     label: str
     text: str
     brief: str = ""
-    """The same with the first few of the changes, where that is shorter."""
+    """The statement with the first few changes only, where that is shorter."""
 
 
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
-    """What is said about an alternative, most important first."""
+    """What is said about an alternative, most important first.
+
+    Labelled sentences: best objectives, baseline, neighbours, variants, limits, largest contributions, improvements.
+    """
     currency = result.space.currency
-    found = [Sentence("Among all designs", best_words(result, reasons))]
-    said = baseline_comparison_words(reasons, currency)
+    found = [Sentence("Among all designs", _best_words(result, reasons))]
+    said = _baseline_comparison_words(reasons, currency)
     if said:
-        brief = baseline_comparison_words(reasons, currency, FEW_CHANGES)
+        brief = _baseline_comparison_words(reasons, currency, FEW_CHANGES)
         found.append(Sentence("Against the baseline", said, brief))
     above, near = reasons.above, reasons.neighbour
     if above is not None:
@@ -64,7 +70,7 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         label = f"Against #{above.with_}, ranked above" + (" and its neighbour on the front" if same else "")
         found.append(_compared(label, above, currency))
     if reasons.variants:
-        found.append(Sentence("Near-identical", variants_words(reasons.variants, currency)))
+        found.append(Sentence("Near-identical", _variants_words(reasons.variants, currency)))
     if near is not None and (above is None or near.with_ != above.with_):
         found.append(_compared(f"Against #{near.with_}, its neighbour on the front", near, currency))
     if reasons.margins:
@@ -72,8 +78,8 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         said = " ".join(margin_words(margin, currency) for margin in tightest)
         found.append(Sentence(f"Tightest requirement{'s' if len(tightest) > 1 else ''}", said))
     for dominant in reasons.dominants:
-        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", dominant_words(dominant)))
-    found += [Sentence(SAME, spared_words(item)) for item in reasons.spared]
+        found.append(Sentence(f"Largest part of the {dominant.of} of {dominant.flow}", _dominant_words(dominant)))
+    found += [Sentence(SAME, _spared_words(item)) for item in reasons.spared]
     found += [Sentence("On one clock", said) for said in boundary_words(reasons.analysis.boundaries)]
     if placed := placed_words(result.space, reasons.point.design):
         found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
@@ -81,18 +87,18 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
         said = contended_words(result.contended.get(str(reasons.point.id)), currency)
         found.append(Sentence("With response times", said))
     for improvement in reasons.improvements:
-        found.append(Sentence(f"To better {improvement.objective}", improvement_words(improvement, result)))
+        found.append(Sentence(f"To better {improvement.objective}", _improvement_words(improvement, result)))
     return found
 
 
-def spared_words(spared: Spared) -> str:
+def _spared_words(spared: Spared) -> str:
     """What another offset saves, where it costs nothing that was asked for."""
     before, after = (format_duration(offset) if offset else "0 ms" for offset in spared.offsets_ns)
     saved = [f"{format_duration(time)} of latency of {flow}" for flow, time in spared.saves_ns.items()]
     return f"{spared.reader}.offset {after} instead of {before} saves {listed(saved)}."
 
 
-def best_words(result: Result, reasons: Reasons) -> str:
+def _best_words(result: Result, reasons: Reasons) -> str:
     """In which objectives the point has the best value of the front."""
     point = reasons.point
     best = []
@@ -112,14 +118,20 @@ def best_words(result: Result, reasons: Reasons) -> str:
 
 
 def figures_words(result: Result, values: Mapping[str, int]) -> str:
-    """The objectives of a design: ``jitter of main 11 ms, price 300 EUR``."""
+    """The objectives of a design: ``jitter of main 11 ms, price 300 EUR``.
+
+    In the order of the question, each in the unit that engineers read.
+    """
     return ", ".join(
         f"{info.name} {counted(values[info.name], info.unit, result.space.currency)}" for info in result.objectives
     )
 
 
 def baseline_words(reasoner: Reasoner) -> str:
-    """Today's design: its figures, and the requirements that it breaks; or why there is none to compare with."""
+    """Today's design: its figures, and the requirements that it breaks; or why there is none to compare with.
+
+    One sentence. The baseline is judged by every requirement of the question.
+    """
     result, baseline = reasoner.result, reasoner.baseline
     if baseline is None and result.baseline is None:
         return "The problem states no complete baseline to compare with."
@@ -132,18 +144,20 @@ def baseline_words(reasoner: Reasoner) -> str:
 
 
 def _compared(label: str, comparison: Comparison, currency: str) -> Sentence:
-    return Sentence(label, comparison_words(comparison, currency), comparison_words(comparison, currency, FEW_CHANGES))
+    return Sentence(
+        label, _comparison_words(comparison, currency), _comparison_words(comparison, currency, FEW_CHANGES)
+    )
 
 
-def comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
+def _comparison_words(comparison: Comparison, currency: str, most: int | None = None) -> str:
     """What changes (at `most` so many are named), what gains, what is given up."""
     return f"{changes_words(comparison.changes, most)}. {deltas_words(comparison.deltas, currency)}."
 
 
-def baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
+def _baseline_comparison_words(reasons: Reasons, currency: str, most: int | None = None) -> str:
     """What changes against the baseline, counted where the question counts it, and what that gains and gives up."""
     if reasons.changed is None:
-        return comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
+        return _comparison_words(reasons.baseline, currency, most) if reasons.baseline is not None else ""
     counted = {change.name for change in reasons.changed}
     others = [change for change in reasons.baseline.changes if change.name not in counted] if reasons.baseline else []
     said = [counted_words(reasons.changed, most) + _tail(others, most)]
@@ -153,7 +167,10 @@ def baseline_comparison_words(reasons: Reasons, currency: str, most: int | None 
 
 
 def counted_words(changes: Sequence[Change], most: int | None = None) -> str:
-    """``2 changes: nav.period from 10 ms to 20 ms; …``; with their costs where these are not 1 each."""
+    """``2 changes: nav.period from 10 ms to 20 ms; …``; with their costs where these are not 1 each.
+
+    `most` is the number of changes to name, None for all.
+    """
     if not changes:
         return "No change is counted"
     number = "1 change" if len(changes) == 1 else f"{len(changes)} changes"
@@ -180,7 +197,10 @@ def _tail(changes: Sequence[Change], most: int | None = None) -> str:
 
 
 def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
-    """``Changes computer from RT101 to Spectra; nav.period, now 20 ms (with it: ser1 is left empty)``."""
+    """``Changes computer from RT101 to Spectra; nav.period, now 20 ms (with it: ser1 is left empty)``.
+
+    Decisions that follow from others are in brackets; `most` is the number of changes to name, None for all.
+    """
     if not changes:
         return "Nothing changes"
     chosen = [_change(change) for change in changes if not change.follows]
@@ -190,7 +210,7 @@ def changes_words(changes: Sequence[Change], most: int | None = None) -> str:
     return f"Changes {'; '.join(_first(chosen, most))}{_tail(follow, most)}"
 
 
-def variants_words(variants: Sequence[Comparison], currency: str) -> str:
+def _variants_words(variants: Sequence[Comparison], currency: str) -> str:
     """``#2 with can0 can_500k (jitter of main 0.144 ms less, price 5 EUR more); #3 with …``; of many the first ones."""
     said = []
     for item in variants[:MOST_VARIANTS]:
@@ -203,7 +223,10 @@ def variants_words(variants: Sequence[Comparison], currency: str) -> str:
 
 
 def hidden_words(result: Result, shown: Sequence[Point]) -> list[str]:
-    """Which points are not in a list of the front, and why."""
+    """Which points are not in a list of the front, and why.
+
+    Sentences: variants by the point that they resemble, then the number of lower-ranked points.
+    """
     there = {point.id for point in shown}
     groups: dict[int, list[int]] = {}
     for variant, leader in result.variants.items():
@@ -224,7 +247,10 @@ def hidden_words(result: Result, shown: Sequence[Point]) -> list[str]:
 
 
 def short_name(name: str) -> str:
-    """A decision's name; the type of a slot goes by the slot's name."""
+    """A decision's name; the type of a slot goes by the slot's name.
+
+    ``computer.type`` becomes ``computer``, every other name stays.
+    """
     return name.removesuffix(".type")
 
 
@@ -250,7 +276,7 @@ OTHER_TYPE = "does not apply"
 """The verdict on an implied limit of a bus whose chosen type has none."""
 
 
-def dominant_words(dominant: Dominant) -> str:
+def _dominant_words(dominant: Dominant) -> str:
     """``ekf_fusion.main_loop, sampling: 20 ms of 42.042 ms (47.6 %)``; several when they tie."""
     rows = listed([f"{row.contributor} ({row.max_method})" for row in dominant.rows])
     if is_unbounded(dominant.total_ns):
@@ -260,7 +286,7 @@ def dominant_words(dominant: Dominant) -> str:
     return f"{rows}, {counted(dominant.part_ns, 'ns')}{each} of {counted(dominant.total_ns, 'ns')} ({share})."
 
 
-def improvement_words(item: Improvement, result: Result) -> str:
+def _improvement_words(item: Improvement, result: Result) -> str:
     """Which point is next better in an objective, what it costs, and what has to change."""
     if item.point is None:
         best = result.status == "complete"
@@ -284,7 +310,10 @@ def improvement_words(item: Improvement, result: Result) -> str:
 
 
 def others_words(others: FurtherDesigns) -> str:
-    """How many designs share a point's objectives or come near, and whether these are all."""
+    """How many designs share a point's objectives or come near, and whether these are all.
+
+    Says whether it is proved that there are no more.
+    """
     count = len(others.designs)
     what = "with exactly the same objectives"
     if others.within:
@@ -303,7 +332,10 @@ def others_words(others: FurtherDesigns) -> str:
 
 
 def dominated_words(sibling: FurtherDesign, result: Result) -> str:
-    """`` (dominated by #3 and #4)``, `` (the objectives of #5)``; nothing for a tie with its own point."""
+    """`` (dominated by #3 and #4)``, `` (the objectives of #5)``; nothing for a tie with its own point.
+
+    In brackets behind the further design; also said where the search stopped before dominance was decided.
+    """
     if sibling.dominated_by:
         return f" (dominated by {listed([f'#{number}' for number in sibling.dominated_by])})"
     equal = [point.id for point in result.front if point.objectives == sibling.objectives]
@@ -313,7 +345,10 @@ def dominated_words(sibling: FurtherDesign, result: Result) -> str:
 
 
 def proof_words(result: Result) -> str:
-    """What was proved about the front."""
+    """What was proved about the front.
+
+    One sentence: complete, infeasible, or what is left open of a stopped search.
+    """
     count = len(result.front)
     points = f"{count} non-dominated design{'s' if count != 1 else ''}"
     if result.status == "complete":
@@ -335,18 +370,27 @@ def proof_words(result: Result) -> str:
 
 
 def rounding_words(result: Result) -> str:
-    """Which objectives are rounded; "" where all are exact."""
+    """Which objectives are rounded; "" where all are exact.
+
+    One sentence with the counting unit of each rounded objective.
+    """
     found = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
     return f"Rounded up, for want of a unit in which all values are whole: {', '.join(found)}." if found else ""
 
 
 def exclusion_words(space: Space) -> str:
-    """Which combinations of options are no designs though nothing in the file forbids them; "" without any."""
+    """Which combinations of options are no designs though nothing in the file forbids them; "" without any.
+
+    Sentences; such combinations are removed when the space is built (docs/semantics.md).
+    """
     return " ".join(f"{_capital(text)}." for text in exclusions(space))
 
 
 def extrapolated_words(result: Result) -> str:
-    """Which designs send messages of sizes that the transmission times are not stated for; "" where none does."""
+    """Which designs send messages of sizes that the transmission times are not stated for; "" where none does.
+
+    Sentences with ids of points and the sizes in question.
+    """
     found: dict[Outside, None] = {}
     ids = []
     for point in result.front:
@@ -359,7 +403,10 @@ def extrapolated_words(result: Result) -> str:
 
 
 def unused_words(result: Result) -> str:
-    """Which designs have no use for a decision that was fixed, so that fixing it changes nothing there; "" if none."""
+    """Which designs have no use for a decision that was fixed, so that fixing it changes nothing there; "" if none.
+
+    One sentence for each such decision, with the ids of the designs.
+    """
     said = []
     for item in result.unused:
         idle = [f"#{number}" for number in item["points"]]
@@ -371,7 +418,10 @@ def unused_words(result: Result) -> str:
 
 
 def tie_words(result: Result) -> str:
-    """Which points share a rank."""
+    """Which points share a rank.
+
+    One sentence with the ids that share each rank; empty where no rank is shared.
+    """
     groups: dict[int, list[int]] = {}
     for point in result.front:
         groups.setdefault(point.rank, []).append(point.id)
@@ -382,7 +432,10 @@ def tie_words(result: Result) -> str:
 
 
 def rank_text(result: Result, rank: int) -> str:
-    """The rank, with ``=`` where several points share it."""
+    """The rank, with ``=`` where several points share it.
+
+    Text such as ``2`` or ``1=``.
+    """
     return f"{rank}=" if sum(point.rank == rank for point in result.front) > 1 else str(rank)
 
 
@@ -391,7 +444,10 @@ def _capital(text: str) -> str:
 
 
 def effort_words(result: Result) -> str:
-    """What the search took, and of how many designs."""
+    """What the search took, and of how many designs.
+
+    Solver calls, wall time in seconds and the size of the space, as a sentence.
+    """
     search = result.search
     spent = f"{count_words(search.solver_calls, 'solver call')}, {search.wall_s:.2f} s, at most"
     if not search.solver_calls and result.status == "incomplete":

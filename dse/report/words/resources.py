@@ -14,7 +14,10 @@ SYSTEM = "system"
 
 
 def resource_blocks(analysis: Analysis) -> Iterator[Block]:
-    """A table of what there is, one of whoever has a budget, and what OSATE says of both."""
+    """A table of what there is, one of whoever has a budget, and what OSATE says of both.
+
+    Up to two tables and a list of findings; nothing for a problem without budgets (OSATE's resource budget analyses).
+    """
     if not analysis.resources:
         return
     uses = analysis.resources
@@ -28,10 +31,10 @@ def resource_blocks(analysis: Analysis) -> Iterator[Block]:
     if budgets:
         headings = ("who", "resource", "needs", "budget", "slack")
         yield Table("Budgets of processors and memories", headings, tuple(budgets), (2, 3, 4))
-    yield from listing(resource_findings(analysis.resources), "OSATE", 0)
+    yield from listing(_resource_findings(analysis.resources), "OSATE", 0)
 
 
-def resource_findings(uses: tuple[ResourceUse, ...]) -> list[str]:
+def _resource_findings(uses: tuple[ResourceUse, ...]) -> list[str]:
     """OSATE's errors and warnings, each with its severity."""
     return [f"{item.severity}: {item.text}" for use in uses for item in use.findings]
 

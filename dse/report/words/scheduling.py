@@ -28,7 +28,7 @@ ALWAYS = 7
 """Columns from here on are there where they say something."""
 
 
-def response_table(processor: str, responses: Sequence[Response]) -> Table:
+def _response_table(processor: str, responses: Sequence[Response]) -> Table:
     """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
     rows = [_row(item, processor) for item in responses]
     is_served = any(item.is_served for item in responses)
@@ -49,10 +49,13 @@ def _share(item: Response) -> float:
 
 
 def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | None = None) -> Iterator[Table]:
-    """For each processor what runs on it; a terminal shows `brief` rows in all, without what they wait for."""
+    """For each processor what runs on it; a terminal shows `brief` rows in all, without what they wait for.
+
+    Times in ms; processors without response times have no table. At least `LEAST` rows of each are shown.
+    """
     shown = {processor: found for processor, found in responses.items() if found}
     for processor, found in shown.items():
-        table = response_table(processor, found)
+        table = _response_table(processor, found)
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
             what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
@@ -63,16 +66,19 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
 
 
 def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Timeline]:
-    """How each core is busy where it is tightest."""
+    """How each core is busy where it is tightest.
+
+    A timeline of the busy period of each core on which several tasks run; nothing for the others.
+    """
     for processor, found in responses.items():
         for core in sorted({item.core for item in found}):
             busy = worst_busy_period(core, found)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
                 is_served = any(item.is_served for item in found)
-                yield busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
+                yield _busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
-def busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
+def _busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
     """Who has the core until the end of the job that has the least time left; the lowest lane is its thread's."""
     whole = float(busy.end_ns)
     names = dict.fromkeys(piece.name for piece in busy.pieces)
@@ -133,7 +139,10 @@ def _waits_for(item: Response) -> str:
 
 
 def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: bool | None) -> tuple[str, ...]:
-    """A response time, the deadline, whether it is met, and how much sooner the response is; "" of what is missing."""
+    """A response time, the deadline, whether it is met, and how much sooner the response is; "" of what is missing.
+
+    Four texts for a row of a table, times in ms. Negative slack means a missed deadline.
+    """
     return (
         "unbounded" if response_ns is None else in_ms(response_ns),
         "" if deadline_ns is None else in_ms(deadline_ns),
@@ -143,7 +152,10 @@ def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: 
 
 
 def no_bound_words(causes: Sequence[str]) -> str:
-    """Why a response time has no bound: the threads or messages that have none themselves."""
+    """Why a response time has no bound: the threads or messages that have none themselves.
+
+    One phrase; `causes` are names, in the order in which they were found.
+    """
     return f"no bound, for {listed(causes)} {'has' if len(causes) == 1 else 'have'} none"
 
 

@@ -30,7 +30,10 @@ LIMIT = 2.0
 
 @dataclass(frozen=True)
 class ConflictSet:
-    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all but member i."""
+    """Members (by position) that cannot hold together; `witnesses[i]` is a design that meets all but member i.
+
+    The witnesses prove that the conflict is minimal.
+    """
 
     members: tuple[int, ...]
     witnesses: dict[int, Design]
@@ -38,7 +41,10 @@ class ConflictSet:
 
 @dataclass(frozen=True)
 class Correction:
-    """Members (by position) without which the others have the design `witness`."""
+    """Members (by position) without which the others have the design `witness`.
+
+    A relaxation set: giving up these members makes the problem feasible.
+    """
 
     members: tuple[int, ...]
     witness: Design
@@ -62,7 +68,10 @@ class Conflicts:
 
     @property
     def smallest(self) -> Correction | None:
-        """A correction that no smaller one can replace (proved), or None when time ran out before there was one."""
+        """A correction that no smaller one can replace (proved), or None when time ran out before there was one.
+
+        Smallest in the number of members.
+        """
         return self.corrections[0] if self.corrections else None
 
 
@@ -151,7 +160,7 @@ def find_conflicts(
             witness = oracle.witness(seed)
             if witness is None:
                 reduced = seed
-                for smaller in shrinking(oracle, seed):
+                for smaller in _shrinking(oracle, seed):
                     reduced = smaller
                 conflict = proved(oracle, reduced)
                 reduced = None
@@ -169,7 +178,7 @@ def find_conflicts(
     return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped, reduced)
 
 
-def shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:
+def _shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:
     """Ever smaller parts of a set that has no design: each member in turn stays out where that changes nothing.
 
     None of them has a design, and the last is minimal. Members that come later in the problem are kept where there is
@@ -184,7 +193,10 @@ def shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int
 
 
 def proved(oracle: Oracle, kept: frozenset[int]) -> ConflictSet:
-    """A minimal conflict with a design for each member left out, proved again by another search."""
+    """A minimal conflict with a design for each member left out, proved again by another search.
+
+    Two searches with different seeds must agree, else an assertion fails. `kept` are positions of members.
+    """
     witnesses = {}
     for number in sorted(kept):
         witness = oracle.witness(kept - {number})

@@ -31,7 +31,10 @@ from dse.support.timelimit import OutOfTime, until
 
 @dataclass(frozen=True)
 class Fixed:
-    """A decision that the caller has fixed at one option."""
+    """A decision that the caller has fixed at one option.
+
+    A member of a conflict beside requirements and rules; numbers are those of the space.
+    """
 
     decision: int
     option: int
@@ -43,7 +46,7 @@ Member: TypeAlias = Requirement | Rule | Fixed
 DIRECTED = ("<=", "<", ">=", ">")
 
 
-def members_of(space: Space) -> tuple[Member, ...]:
+def _members_of(space: Space) -> tuple[Member, ...]:
     """Everything that the question demands: requirements, rules, fixed decisions, in this order."""
     fixed = [
         Fixed(decision, option, f"{space.decisions[decision].name} = {space.decisions[decision].options[option]}")
@@ -52,7 +55,7 @@ def members_of(space: Space) -> tuple[Member, ...]:
     return (*space.requirements, *space.rules, *fixed)
 
 
-def statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
+def _statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
     """Members by number, together where one limit states them: a limit of every flow, processor, core or bus."""
     found: dict[object, list[int]] = {}
     for number, item in enumerate(members):
@@ -63,7 +66,10 @@ def statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
 
 
 def demanding(space: Space, members: Iterable[Member]) -> Space:
-    """The space with exactly these demands and no objectives."""
+    """The space with exactly these demands and no objectives.
+
+    A copy of `space`. Implied requirements are dropped, too, unless they are among the members.
+    """
     kept = tuple(members)
     return replace(
         space,
@@ -112,7 +118,10 @@ def find_design(
 
 @dataclass
 class TimeLeft:
-    """When the questions of all who share it end (`at`, by the monotonic clock); None without a limit."""
+    """When the questions of all who share it end (`at`, by the monotonic clock); None without a limit.
+
+    Shared and mutable: whoever extends the time extends it for all.
+    """
 
     at: float | None
 
@@ -136,9 +145,9 @@ class Oracle:
     ) -> None:
         self.space = space
         self.reading = reading
-        self.members = members_of(space)
+        self.members = _members_of(space)
         self.everything = frozenset(range(len(self.members)))
-        self.statements = statements_of(self.members)
+        self.statements = _statements_of(self.members)
         self.seed = seed
         self.time_left = time_left if time_left is not None else TimeLeft(deadline)
         self.calls = 0
@@ -151,7 +160,10 @@ class Oracle:
 
     @property
     def deadline(self) -> float | None:
-        """When questions end, by the monotonic clock; None without a limit."""
+        """When questions end, by the monotonic clock; None without a limit.
+
+        Seconds of `time.monotonic()`.
+        """
         return self.time_left.at
 
     @deadline.setter
@@ -159,11 +171,18 @@ class Oracle:
         self.time_left.at = at
 
     def space_of(self, kept: Iterable[int]) -> Space:
-        """The space that demands only these members."""
+        """The space that demands only these members.
+
+        `kept` are positions of members.
+        """
         return demanding(self.space, (self.members[number] for number in sorted(kept)))
 
     def witness(self, kept: frozenset[int]) -> Design | None:
-        """A design that meets these members, or None where it is proved that there is none."""
+        """A design that meets these members, or None where it is proved that there is none.
+
+        Answered from known designs and known refutations where possible, else by a solver call. Raises `OutOfTime` at
+        the deadline.
+        """
         for design, met in self._witnesses.items():
             if kept <= met:
                 return design
@@ -172,14 +191,20 @@ class Oracle:
         return self.solve(kept)
 
     def shown(self, design: Design) -> frozenset[int]:
-        """Know a design that was found elsewhere; the members that it meets, none where it is no design."""
+        """Know a design that was found elsewhere; the members that it meets, none where it is no design.
+
+        Positions of members. Later questions that the design answers take no solver call.
+        """
         if self._structure.invalid(design):
             return frozenset()
         self._witnesses[design] = self.met_by(design)
         return self._witnesses[design]
 
     def refute(self, kept: frozenset[int]) -> None:
-        """Know that these members have no design together, for that was proved elsewhere."""
+        """Know that these members have no design together, for that was proved elsewhere.
+
+        Later questions about a superset are answered without a solver call.
+        """
         self._refuted.append(kept)
 
     def solve(self, kept: frozenset[int], *, seed: int | None = None) -> Design | None:
@@ -204,7 +229,10 @@ class Oracle:
     def find(
         self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()
     ) -> Design | None:
-        """A design that meets these members and further limits, or None; with `measure` one in which that is least."""
+        """A design that meets these members and further limits, or None; with `measure` one in which that is least.
+
+        One model serves all questions: each member has a switch.
+        """
         with self._spent():
             if self._switchboard is None:
                 self._switchboard = Switchboard(self.space, self.reading)
@@ -224,7 +252,10 @@ class Oracle:
             raise OutOfTime from None
 
     def met_by(self, design: Design) -> frozenset[int]:
-        """The members that a design meets, by the analysis alone."""
+        """The members that a design meets, by the analysis alone.
+
+        Positions of members; kept for each design.
+        """
         if design not in self._met:
             self._met[design] = self._judged(design)
         return self._met[design]

@@ -39,13 +39,19 @@ class Narrowing:
     improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
 
     def begin(self) -> None:
-        """Another question is asked."""
+        """Another question is asked.
+
+        What was learnt about parts of the last question is dropped.
+        """
         self.bounded.clear()
         self.improved.clear()
 
 
 def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
-    """The best design of the model as it stands, with so much work; what was proved where that is not enough."""
+    """The best design of the model as it stands, with so much work; what was proved where that is not enough.
+
+    Bounds from below and designs from above take turns, until they meet or `work` (deterministic time) is used up.
+    """
     end, tuning = call.work + work, call.tuning.bounding
     is_single = _counts_one(call)
     first = call.raise_least(0)

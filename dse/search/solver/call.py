@@ -56,11 +56,17 @@ class Call:
         self._running: cp_model.CpSolver | None = None
 
     def on_other_cores(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
-        """Hook: a refused design on other cores, where no design is known; `value` is that of the solution."""
+        """Hook: a refused design on other cores, where no design is known; `value` is that of the solution.
+
+        The base class has no heuristic and returns None.
+        """
         return None
 
     def used_less(self, design: Design, point: Bound) -> Design | None:
-        """Hook: a design with the objectives of an optimum for whose threads there are no cores."""
+        """Hook: a design with the objectives of an optimum for whose threads there are no cores.
+
+        The base class has no heuristic and returns None.
+        """
         return None
 
     def _keep(self, best: Found | None) -> None:
@@ -70,7 +76,10 @@ class Call:
             self.incumbent = min(found, key=lambda one: weighted(weights, one.point))
 
     def stop(self) -> None:
-        """End the running call and refuse further ones."""
+        """End the running call and refuse further ones.
+
+        May be called from another thread; the running call answers that it is unfinished.
+        """
         self.stopped = True
         if self._running is not None:
             self._running.stop_search()
@@ -81,11 +90,17 @@ class Call:
         restrict(self.encoded, regions, floor)
 
     def set_point(self, point: Bound) -> None:
-        """Fix the objectives."""
+        """Fix the objectives.
+
+        Only designs with exactly these objectives, in solver steps, are left.
+        """
         self.set_box(point, point)
 
     def set_box(self, least: Bound, most: Bound) -> None:
-        """Only designs with objectives from `least` to `most`, whatever solutions say of them."""
+        """Only designs with objectives from `least` to `most`, whatever solutions say of them.
+
+        Bounds in solver steps, both included; nothing is minimised.
+        """
         self.weights = None
         self._restrict([tuple(value + 1 for value in most)], least)
 
@@ -99,7 +114,10 @@ class Call:
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
 
     def any_design(self, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
-        """Some design in the regions, whatever is minimised: with settings, and so much work, one after the other."""
+        """Some design in the regions, whatever is minimised: with settings, and so much work, one after the other.
+
+        An `Answer`: a design, a proof of none, or unfinished. The objective is set again at the end.
+        """
         weights = self.weights or ()
         self.encoded.model.clear_objective()
         self.weights = None
@@ -114,11 +132,17 @@ class Call:
         return answer
 
     def hint(self, hint: Design | None) -> None:
-        """Suggest a design to start from."""
+        """Suggest a design to start from.
+
+        None clears the suggestion.
+        """
         self.encoded.suggest(hint)
 
     def out_of_time(self) -> bool:
-        """Whether there is no time left, or the search was stopped."""
+        """Whether there is no time left, or the search was stopped.
+
+        By the monotonic clock.
+        """
         return self.stopped or (self.deadline is not None and time.monotonic() >= self.deadline)
 
     def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
@@ -145,20 +169,32 @@ class Call:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
 
     def raise_least(self, bound: int) -> int:
-        """What is minimised is proved to be no less than a bound; returns the least value that is left."""
+        """What is minimised is proved to be no less than a bound; returns the least value that is left.
+
+        In solver steps, rounded up to a value that the objective can have.
+        """
         self.least = self._grid.up(max(bound, self.least or 0))
         return self.least
 
     def below(self, value: int) -> int:
-        """The greatest value of what is minimised that is less."""
+        """The greatest value of what is minimised that is less.
+
+        In solver steps, on the grid of values that the objective can have.
+        """
         return self._grid.down(value - 1)
 
     def above(self, value: int) -> int:
-        """The least value of what is minimised that is greater."""
+        """The least value of what is minimised that is greater.
+
+        In solver steps, on the grid of values that the objective can have.
+        """
         return self._grid.up(value + 1)
 
     def most(self, best: Found | None) -> int | None:
-        """No more than this has what is better than a design, or than what is known; None where nothing is known."""
+        """No more than this has what is better than a design, or than what is known; None where nothing is known.
+
+        In solver steps of the weighted sum.
+        """
         if best is None or self.weights is None:
             return None if self._ceiling is None else self.below(self._ceiling)
         return self.below(weighted(self.weights, best.point))
@@ -186,7 +222,10 @@ class Call:
         return Unfinished(self._bound(solver), best), best
 
     def limited(self, settings: SolverSettings, work: float) -> cp_model.CpSolver:
-        """A solver that is to do so much work, and no longer than there is time."""
+        """A solver that is to do so much work, and no longer than there is time.
+
+        `work` is in deterministic time, which does not depend on the machine; the deadline is in seconds.
+        """
         solver = sound_solver(self.seed)
         parameters: Any = solver.parameters
         settings.apply(parameters, work)
@@ -195,7 +234,10 @@ class Call:
         return solver
 
     def solved(self, solver: cp_model.CpSolver, model: cp_model.CpModel, settings: SolverSettings) -> Any:
-        """The status with which a solver of `limited` ends on a model; what it takes counts."""
+        """The status with which a solver of `limited` ends on a model; what it takes counts.
+
+        The running solver is known to `stop`. The work done is added to `work`, weighted by the setting.
+        """
         self._running = solver
         is_ordered = settings.in_order or settings.options_first
         with searched_by(model, self.encoded.in_order() if is_ordered else ()):
@@ -231,7 +273,7 @@ class Call:
         if settled is None and is_last and not has_learnt:
             settled = self._other(design, point) or self.encoded.settled(design, solver.value)
         if is_loose and has_learnt and settings.linearization_level and not settings.in_order:
-            begin_from(self.encoded.model, solution)
+            _begin_from(self.encoded.model, solution)
         if settled is None and (is_last or (has_learnt and not is_loose)):
             if is_optimal and self.weights is not None:  # of a question that now is stricter
                 self.raise_least(self._bound(solver) or 0)
@@ -256,14 +298,17 @@ class Call:
         return weighted(self.weights, best.point) <= weighted(self.weights, point)
 
     def is_wanted(self, point: Bound, best: Found | None) -> bool:
-        """Whether a point is one that the solver was asked for, and better than the best one."""
+        """Whether a point is one that the solver was asked for, and better than the best one.
+
+        A point outside of the asked regions is refused, even if it is optimal for the relaxed question.
+        """
         if self._regions is not None and not any(strictly_inside(point, region) for region in self._regions):
             return False
         most = self.most(best)
         return most is None or self.weights is None or weighted(self.weights, point) <= most
 
 
-def begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
+def _begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
     """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
     model.clear_hints()
     model.proto.solution_hint.vars.extend(range(len(solution)))

@@ -34,7 +34,10 @@ Choices: TypeAlias = tuple[tuple[int, int, int], ...]
 
 @dataclass(frozen=True)
 class Least:
-    """The least weighted sum of a table, and the point that has it."""
+    """The least weighted sum of a table, and the point that has it.
+
+    In solver steps.
+    """
 
     weighted: int
     point: Bound
@@ -60,7 +63,10 @@ class Knapsack:
         self._values = base + self.rows[0][reached]
 
     def least(self, weights: Sequence[int], region: Bound) -> Least | None:
-        """The least weighted sum in a region; None where the table has nothing there."""
+        """The least weighted sum in a region; None where the table has nothing there.
+
+        `region` is an upper corner in solver steps, exclusive.
+        """
         axis = self.axis
         held = (self._along < region[axis]) & (self._values < region[1 - axis])
         if not held.any():
@@ -72,14 +78,20 @@ class Knapsack:
         return Least(int(sums[position]), point if axis == 0 else point[::-1])
 
     def value_beside(self, point: Bound) -> int | None:
-        """The least value of the other objective where the one along the table is that of a point."""
+        """The least value of the other objective where the one along the table is that of a point.
+
+        In solver steps; None where no combination of options has that value.
+        """
         steps, left = divmod(point[self.axis] - self.grid.start, self.grid.step or 1)
         if left or not 0 <= steps < len(self.rows[0]) or self.rows[0][steps] >= NO_VALUE:
             return None
         return self.base + int(self.rows[0][steps])
 
     def designs(self, point: Bound) -> Iterator[Design]:
-        """What has a point of the table, in the order of the file."""
+        """What has a point of the table, in the order of the file.
+
+        Depth-first through the rows of the table, so that the first design comes first.
+        """
         along = (point[self.axis] - self.grid.start) // (self.grid.step or 1)
         waiting: list[tuple[Design, int, int]] = [((), along, point[1 - self.axis] - self.base)]
         while waiting:
@@ -94,18 +106,27 @@ class Knapsack:
 
 
 class Knapsacks:
-    """The tables of all parts of a space, in their order."""
+    """The tables of all parts of a space, in their order.
+
+    One table for each part; answers are designs that the analysis has accepted.
+    """
 
     def __init__(self, encoded: EncodedSpace, tables: Sequence[Knapsack], most_tried: int) -> None:
         assert encoded.space is not None
         self.encoded, self.tables, self._space, self._most_tried = encoded, tables, encoded.space, most_tried
 
     def design(self, number: int, point: Bound) -> Design | None:
-        """A design of a part with a point of its table that the analysis accepts, the first of them in order."""
+        """A design of a part with a point of its table that the analysis accepts, the first of them in order.
+
+        At most `most_tried` candidates are shown to the analysis; None where none is accepted.
+        """
         return next(self._accepted(number, point), None)
 
     def first(self, point: Bound) -> Design | None:
-        """The first design in the order of the file that has a point; None where the tables do not tell."""
+        """The first design in the order of the file that has a point; None where the tables do not tell.
+
+        Compares the parts by their first design.
+        """
         found: list[Design] = []
         for number, table in enumerate(self.tables):
             value = table.value_beside(point)

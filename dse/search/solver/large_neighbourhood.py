@@ -25,7 +25,7 @@ from dse.space.model.space import Design, Space
 from dse.space.model.trees import at
 
 
-def best_around(
+def _best_around(
     call: Call,
     design: Design,
     free: Collection[int],
@@ -113,7 +113,7 @@ def improved(call: Call, best: Found) -> Found:
                 break
             tried.add(free)
             call.work += READING * len(call.encoded.model.proto.variables)
-            best = best_around(call, best.design, _free_decisions(space, free), work, best) or best
+            best = _best_around(call, best.design, _free_decisions(space, free), work, best) or best
     return best
 
 

@@ -52,7 +52,10 @@ class Pools:
         self.all: list[Pool] = [pool for item in self._classes for pool in add_pools(self.model, item)]
 
     def split(self, solution: Sequence[int]) -> bool:
-        """Make kinds of cores finer where a solution takes more room than there is; whether there were any."""
+        """Make kinds of cores finer where a solution takes more room than there is; whether there were any.
+
+        True where the model was built anew and is worth another question.
+        """
         finer = False
         for item in self._classes:
             used = [pool for pool in self.all if pool.of is item and solution[pool.count.index]]
@@ -62,7 +65,10 @@ class Pools:
         return finer
 
     def follow(self, encoded: EncodedSpace, weights: Sequence[int]) -> None:
-        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has."""
+        """Ask what is asked of the space: the same regions, objective, and domains of all variables that it has.
+
+        Domains are copied, so that pools answer exactly the question that was asked of the space.
+        """
         mine, asked = self.model.proto, encoded.model.proto
         for index in range(self._shared):  # whatever was fixed when the model was kept
             known, wanted = mine.variables[index].domain, list(asked.variables[index].domain)
@@ -75,7 +81,7 @@ class Pools:
                 set_domain(mine.constraints[constraint].linear, low, high)
         self.model.minimize(self._sum(encoded, weights))
 
-    def roomiest(self, encoded: EncodedSpace, weights: Sequence[int], most: int) -> cp_model.CpModel:
+    def _roomiest(self, encoded: EncodedSpace, weights: Sequence[int], most: int) -> cp_model.CpModel:
         """The solutions with a weighted sum of at most `most`, those first that leave most room."""
         model = self.model.clone()
         model.add(self._sum(encoded, weights) <= most)
@@ -85,7 +91,7 @@ class Pools:
     def _sum(self, encoded: EncodedSpace, weights: Sequence[int]) -> cp_model.LinearExprT:
         return cp_model.LinearExpr.weighted_sum([item.variable for item in encoded.objectives], list(weights))
 
-    def placing(self, encoded: EncodedSpace, solution: Sequence[int]) -> cp_model.CpModel:
+    def _placing(self, encoded: EncodedSpace, solution: Sequence[int]) -> cp_model.CpModel:
         """The space's own model, its decisions but for cores as in a solution, each thread on a core of its pool."""
         contention = encoded.contention
         assert contention is not None, "no core is full"
@@ -111,12 +117,18 @@ class Pools:
 
 @dataclass
 class PoolMemory:
-    """The pools of one model, made when its cores are known to be full, and anew when more of them are."""
+    """The pools of one model, made when its cores are known to be full, and anew when more of them are.
+
+    Building pools takes longer than most questions, so that one model is kept.
+    """
 
     pools: Pools | None = None
 
     def of(self, encoded: EncodedSpace, tuning: PooledCores) -> Pools:
-        """The pools of the model as it stands."""
+        """The pools of the model as it stands.
+
+        Built anew when more clauses about full cores are known.
+        """
         assert encoded.contention is not None, "no core is full"
         if self.pools is None or self.pools.known != encoded.contention.known:
             self.pools = Pools(encoded, tuning)
@@ -146,7 +158,7 @@ def pooled(call: Call, memory: PoolMemory, best: Found | None) -> Answer:
         if solution is None or call.out_of_time():
             return Unfinished(call.least, best)
         least = _value(encoded, weights, solution)
-        solution = _sketched(call, pools.roomiest(encoded, weights, least), tuning.room_work) or solution
+        solution = _sketched(call, pools._roomiest(encoded, weights, least), tuning.room_work) or solution
         if least > (call.least or 0) or not pools.split(solution):  # what is hard enough is not made harder
             break
     else:
@@ -171,16 +183,19 @@ def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, b
         most = least + more * step
         if call.out_of_time() or (top is not None and most > top):
             return None
-        solution, known = known or _sketched(call, pools.roomiest(encoded, weights, most), tuning.room_work), None
-        placed = None if solution is None else _sketched(call, pools.placing(encoded, solution), tuning.place_work)
-        found = None if placed is None else judged(encoded, placed)
+        solution, known = known or _sketched(call, pools._roomiest(encoded, weights, most), tuning.room_work), None
+        placed = None if solution is None else _sketched(call, pools._placing(encoded, solution), tuning.place_work)
+        found = None if placed is None else _judged(encoded, placed)
         if placed is not None and found is not None and call.is_wanted(found.point, best):
             return found
     return None
 
 
 def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
-    """The model as it stands, wherever its objectives lie, and with the cores of a processor in any order."""
+    """The model as it stands, wherever its objectives lie, and with the cores of a processor in any order.
+
+    A copy without symmetry breaking between cores and without bounds of objectives, from which pools are made.
+    """
     assert encoded.contention is not None, "nothing is asked about response times"
     model = encoded.model.clone()
     model.clear_hints()
@@ -194,7 +209,7 @@ def unnumbered(encoded: EncodedSpace) -> cp_model.CpModel:
     return model
 
 
-def judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
+def _judged(encoded: EncodedSpace, solution: Sequence[int]) -> Found | None:
     """The design of a solution with its figures, as the analysis accepts it."""
     point = tuple(solution[objective.variable.index] for objective in encoded.objectives)
     settled = encoded.settled(encoded.design(solution), lambda variable: solution[variable.index], is_best=False)

@@ -34,7 +34,10 @@ class Portfolio:
 
     @property
     def favourite(self) -> int:
-        """The attempt that costs the least."""
+        """The attempt that costs the least.
+
+        An index of the attempts.
+        """
         return self._order()[0]
 
     def answer(self, attempts: Sequence[Attempt], work: Callable[[], float], is_over: Callable[[], bool]) -> Answer:
@@ -66,7 +69,10 @@ class Portfolio:
                 self.learn(other, spent + work, is_answer=False)
 
     def learn(self, position: int, cost: float, *, is_answer: bool) -> None:
-        """What an attempt has cost, or would have cost at least."""
+        """What an attempt has cost, or would have cost at least.
+
+        `cost` is work in deterministic time; without an answer it is a lower bound.
+        """
         known = self.costs[position]
         if not is_answer and known >= cost:
             return

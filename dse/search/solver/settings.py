@@ -53,11 +53,17 @@ class SolverSettings:
     probes: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
-        """How much work a call can be expected to take at least."""
+        """How much work a call can be expected to take at least.
+
+        In deterministic time, proportional to the number of variables.
+        """
         return self.per_variable * len(model.proto.variables)
 
     def apply(self, parameters: Any, work: float) -> None:
-        """Set the parameters of a solver that is to do so much work at most."""
+        """Set the parameters of a solver that is to do so much work at most.
+
+        `parameters` is CP-SAT's parameter message; `work` is in deterministic time.
+        """
         parameters.linearization_level = self.linearization_level
         parameters.cut_level = int(self.has_cuts)
         parameters.cp_model_probing_level = 2 if self.probes else 0
@@ -80,24 +86,24 @@ BARE = SolverSettings(0, has_cuts=False, weight=1.0)
 RELAXED = SolverSettings(2, has_cuts=False, weight=1.8, per_variable=4e-5)
 """A linear relaxation of the sums and the clauses: for many summands and few rules, as in a knapsack."""
 LOWEST = SolverSettings(2, has_cuts=False, weight=1.8, lowest=True)
-"""The same for nothing but the lowest value that is not refuted, for cores that are nearly full."""
+"""A linear relaxation that asks for the lowest value that is not refuted: for cores that are nearly full."""
 POOLING = SolverSettings(2, has_cuts=False, weight=1.8, lowest=True, pools=True)
-"""The same, which asks pooled cores where it does not find a design at once."""
+"""A linear relaxation of the lowest value that asks pooled cores where it does not find a design at once."""
 OPTIONS_FIRST = SolverSettings(2, has_cuts=False, weight=1.8, options_first=True)
-"""The same, rates before cores: where cores are so full that few rates are left, each of these is soon refuted."""
+"""A linear relaxation that decides rates before cores: where cores are so full that few rates are left."""
 CUTTING = SolverSettings(2, has_cuts=True, weight=1.5, per_variable=6e-5)
-"""The same with cuts, for sums at the edge of their limits under conditions."""
+"""A linear relaxation with cuts: for sums at the edge of their limits under conditions."""
 WAYS = (BARE, RELAXED, CUTTING)
 FROM_BELOW = SolverSettings(0, has_cuts=False, weight=1.0, from_below=True)
 """Whether the objective can be at its bound, and where it cannot, what bound follows."""
 CLOSING = SolverSettings(1, has_cuts=False, weight=2.0, simplifies=False, probes=True)
 """A relaxation of what holds without conditions: who is on which core, and at which rate (decision record 9)."""
 CLOSING_RANGE = replace(CLOSING, any_value=True)
-"""The same for any design in a range of values: a better one is found near it."""
+"""`CLOSING` for any design in a range of values: a better one is found near it."""
 FINDING = SolverSettings(1, has_cuts=False, weight=2.0, only_finds=True)
 """For a design that has given figures: presolve leaves little of such a question, and the hint is nearly one."""
 NARROWING = SolverSettings(1, has_cuts=False, weight=1.0, narrows=True)
-"""Both in turns, for sums of waiting times, which no relaxation bounds well (decision record 9)."""
+"""Bounds and designs in turns, for sums of waiting times, which no relaxation bounds well (decision record 9)."""
 WAYS_WITH_WAITING = (BARE, NARROWING, CUTTING)
 BARE_IN_ORDER = SolverSettings(0, has_cuts=False, weight=1.0, in_order=True)
 RELAXED_IN_ORDER = SolverSettings(2, has_cuts=False, weight=1.0, in_order=True)
@@ -105,18 +111,21 @@ CUTTING_IN_ORDER = SolverSettings(2, has_cuts=True, weight=1.0, in_order=True)
 BRIEF = (BARE, 0.05)
 """The first attempt at a part: what bare settings can do they do at once, the rest needs linear relaxation."""
 ANY = (BRIEF, (FINDING, 1.0), (CUTTING, 0.5), (RELAXED, 1.0), (CUTTING, 1.5), (RELAXED, 6.0), (CUTTING, 100.0))
-"""The same for a design that is not the first: fixed, so that it does not depend on what was asked before.
+"""Attempts to find any design, one after the other: fixed, so that it does not depend on earlier questions.
 
 Where a design keeps limits with nothing to spare, one relaxation may take a hundred times as long as the other.
 """
 ANY_WITH_WAITING = (BRIEF, (CLOSING, 10.0), (CLOSING, 100.0))
-"""The same where threads wait for each other."""
+"""Attempts to find any design where threads wait for each other."""
 ANY_PACKING = (BRIEF, (RELAXED, 0.1))
-"""The same where threads share cores: what these do not find is as hard as the search, whose design stays."""
+"""Attempts to find any design where threads share cores; what they do not find is as hard as the search."""
 
 
 def ways_to_any(*, waits: bool, shares: bool) -> tuple[tuple[SolverSettings, float], ...]:
-    """Those of the three that fit: whether response times are in what is asked, and whether threads share cores."""
+    """The attempts to find any design: by whether response times are in what is asked, and whether threads share cores.
+
+    Pairs of settings and work in deterministic time, tried one after the other.
+    """
     return ANY_WITH_WAITING if waits else ANY_PACKING if shares else ANY
 
 

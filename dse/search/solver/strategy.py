@@ -63,14 +63,20 @@ class Strategy(Call):
 
     @property
     def most_regions(self) -> int:
-        """How many regions a question should be about: fewer where relaxation matters, which a union makes weak."""
+        """How many regions a question should be about: fewer where relaxation matters, which a union makes weak.
+
+        At least 1; measured costs decide between a union of regions and single ones.
+        """
         most = max(1, len(self.encoded.regions))
         if len(self.parts) > 1:
             return 1 if self._has_relaxed or self._whole.favourite else most
         return most if self._whole.favourite == 0 else min(self.tuning.model.region_unions.most_relaxed, most)
 
     def exclude(self, design: Design, *, unless: Sequence[Any] = ()) -> None:
-        """Forbid one design: at least one decision differs, or one of the literals `unless` is true."""
+        """Forbid one design: at least one decision differs, or one of the literals `unless` is true.
+
+        The design is removed from what is known of the parts, too.
+        """
         self.encoded.model.add_bool_or([*self.encoded.differs_from(design), *unless])
         self.parts.forget(design)
         self.incumbent = None
@@ -103,13 +109,20 @@ class Strategy(Call):
         return self._whole.answer(attempts, lambda: self.work, self.out_of_time)
 
     def ask(self) -> Answer:
-        """Solve the model as it stands."""
+        """Solve the model as it stands.
+
+        Settings are tried in the order of their measured costs until one answers, the time is over, or no progress is
+        possible.
+        """
         self.calls += 1
         ways = [partial(self._solve_whole, settings) for settings in WAYS]
         return self._asked.answer(ways, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
     def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
-        """One attempt at a question as a whole."""
+        """One attempt at a question as a whole.
+
+        A lower bound of an unfinished attempt is kept for loose models.
+        """
         self._restrict(regions)  # anew: an attempt part by part may have come before
         answer = self._solve_whole(settings, work)
         if self.encoded.is_loose and isinstance(answer, Unfinished):
@@ -131,7 +144,10 @@ class Strategy(Call):
         best: Found | None,
         least: int = 0,
     ) -> Answer:
-        """A better design than `best` in a part of the space where none is below `least`, with so much work."""
+        """A better design than `best` in a part of the space where none is below `least`, with so much work.
+
+        `way` has settings and work; what the answer proves is stored with the part.
+        """
         regions = part.open(regions)
         if not regions or (best is not None and not any(weights)):
             return NoSuchDesign()
@@ -146,7 +162,10 @@ class Strategy(Call):
         return answer
 
     def run_within(self, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
-        """One run of the solver in a part of the space; none of it may be left where decisions are fixed."""
+        """One run of the solver in a part of the space; none of it may be left where decisions are fixed.
+
+        Literals of the part are held true meanwhile; the grid of values is that of the part.
+        """
         known = self.least  # which is of the whole
         self._grid = EVERY if self.weights is None else weighted_grid(part.grids, self.weights)
         self.least = self._grid.up(least) if least else None
@@ -157,7 +176,10 @@ class Strategy(Call):
             self.least, self._grid = known, EVERY
 
     def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
-        """One run of the solver, or what settings stand for: bounds and designs in turns, or lowest values first."""
+        """One run of the solver, or what settings stand for: bounds and designs in turns, or lowest values first.
+
+        An `Answer`; settings that stand for a heuristic call it instead of the solver.
+        """
         if settings.narrows and self.weights is not None:
             return narrowed(self, self.narrowing, work)
         if settings.lowest and self.weights is not None and self.tuning.lowest_first.is_on:
@@ -165,9 +187,15 @@ class Strategy(Call):
         return super().run(settings, work, best, most)
 
     def on_other_cores(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
-        """A refused design on other cores, each choice of everything but cores once."""
+        """A refused design on other cores, each choice of everything but cores once.
+
+        By the placement heuristics; the design that is returned was accepted by the analysis.
+        """
         return packed(self, self.packings, design, value)
 
     def used_less(self, design: Design, point: Bound) -> Design | None:
-        """A design with given objectives that uses its processors less."""
+        """A design with given objectives that uses its processors less.
+
+        Its threads are then easier to place on cores.
+        """
         return roomier(self, design, point)

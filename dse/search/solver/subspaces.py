@@ -38,11 +38,17 @@ class Subspace:
         self.round = 0
 
     def open(self, regions: Iterable[Bound]) -> list[Bound]:
-        """The regions in which the part may have a design."""
+        """The regions in which the part may have a design.
+
+        Upper corners that no refuted region of the part contains.
+        """
         return [region for region in regions if not self.refuted.cover(region)]
 
     def floor(self, regions: Sequence[Bound]) -> Bound:
-        """For each objective the least value that a design of this part may have in one of the regions."""
+        """For each objective the least value that a design of this part may have in one of the regions.
+
+        In solver steps; from refuted regions.
+        """
         return tuple(map(min, zip(*map(self.refuted.floor, regions), strict=True)))
 
     def learn(self, answer: Answer, weights: Sequence[int], regions: Iterable[Bound], better_than: int | None) -> None:
@@ -67,7 +73,10 @@ class Subspace:
                         self.refuted.add((*region[:axis], bound, *region[axis + 1 :]))
 
     def forget(self, design: Design) -> None:
-        """The design is not wanted any more."""
+        """The design is not wanted any more.
+
+        Called when the design is excluded from the model.
+        """
         self.found = [known for known in self.found if known.design != design]
 
 
@@ -87,7 +96,10 @@ def _below(least: int, weights: Sequence[int], region: Bound, grids: Sequence[Gr
 
 
 class AllSubspaces:
-    """All parts of a space, in the order of the file; one alone where nothing is shared."""
+    """All parts of a space, in the order of the file; one alone where nothing is shared.
+
+    Built from the decisions that most sums depend on; at most `Subspaces.most` combinations.
+    """
 
     def __init__(self, encoded: EncodedSpace, tuning: Tuning) -> None:
         combinations = _combinations(encoded, tuning.subspaces.most if tuning.subspaces.is_on else 1)
@@ -108,14 +120,20 @@ class AllSubspaces:
         return len(self.all)
 
     def forget(self, design: Design) -> None:
-        """The design is not wanted any more."""
+        """The design is not wanted any more.
+
+        Tables of dynamic programming are dropped, because they would find the design again.
+        """
         for part in self.all:
             part.forget(design)
         self._encoded, self.knapsacks = None, None
 
     @cached_property
     def knapsacks(self) -> Knapsacks | None:
-        """The tables of the parts without what is forbidden; None where there are none, or designs are not wanted."""
+        """The tables of the parts without what is forbidden; None where there are none, or designs are not wanted.
+
+        Built on first use.
+        """
         return (
             None
             if self._encoded is None
@@ -148,11 +166,17 @@ class AllSubspaces:
         return None, least
 
     def first(self, point: Bound) -> Design | None:
-        """The first design in the order of the file that has a point, where the tables tell."""
+        """The first design in the order of the file that has a point, where the tables tell.
+
+        None, too, where there are no tables.
+        """
         return None if self.knapsacks is None else self.knapsacks.first(point)
 
     def best(self, weights: Sequence[int], regions: Collection[Bound]) -> Found | None:
-        """The known design in one of the regions that has the least weighted sum."""
+        """The known design in one of the regions that has the least weighted sum.
+
+        None where no known design is in a region; ties by the design, so that results are reproducible.
+        """
         known = [
             found
             for part in self.all
@@ -182,7 +206,10 @@ WHOLE = -1
 
 
 class Asks(Protocol):
-    """What a question part by part needs of whoever asks the solver."""
+    """What a question part by part needs of whoever asks the solver.
+
+    Implemented by `Strategy`; declared here so that files do not import each other in a circle.
+    """
 
     parts: AllSubspaces
     tuning: Tuning
@@ -213,7 +240,10 @@ class Asks(Protocol):
 
 
 def as_a_whole(strategy: Asks, regions: Sequence[Bound]) -> Answer | None:
-    """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew."""
+    """The answer to a question about full cores that is easy enough to need no parts, each of which is read anew.
+
+    None where the attempt did not finish; after some misses in a row it is not tried any more.
+    """
     tuning, missed = strategy.tuning.briefly_whole, strategy.missed_briefly[WHOLE]
     if not tuning.is_on or len(strategy.parts) < tuning.fewest or missed >= tuning.most_missed:
         return None
@@ -240,7 +270,10 @@ class Apart:
 
     @cached_property
     def waiting(self) -> list[tuple[int, int, int]]:
-        """Turn, bound and number of each part that may hold something; most questions are answered as a whole."""
+        """Turn, bound and number of each part that may hold something; most questions are answered as a whole.
+
+        Ordered by turn, then by the least value that the part may have.
+        """
         return [
             (int(number in self.strategy.relaxed_first), weighted(self.weights, part.floor(open_regions)), number)
             for number, part in enumerate(self.strategy.parts.all)
@@ -248,7 +281,10 @@ class Apart:
         ]
 
     def attempt(self, work: float) -> Answer:
-        """Go on for so much work, and more: what was done is not lost; with rows of cores to the end."""
+        """Go on for so much work, and more: what was done is not lost; with rows of cores to the end.
+
+        Parts that cannot improve on the best design are dropped; the answer is proved when none waits.
+        """
         strategy = self.strategy
         end = strategy.work + self.tuning.factor * work
         while self.waiting:

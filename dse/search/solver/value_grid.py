@@ -26,13 +26,19 @@ class Grid:
     step: int
 
     def up(self, value: int) -> int:
-        """The least value of the grid that is no less; beyond the only one the value itself."""
+        """The least value of the grid that is no less; beyond the only one the value itself.
+
+        A grid without a step has the single value `start`.
+        """
         if self.step:
             return value + (self.start - value) % self.step
         return max(value, self.start)
 
     def down(self, value: int) -> int:
-        """The greatest value of the grid that is no more; below the only one the value itself."""
+        """The greatest value of the grid that is no more; below the only one the value itself.
+
+        A grid without a step has the single value `start`.
+        """
         if self.step:
             return value - (value - self.start) % self.step
         return min(value, self.start)
@@ -45,7 +51,10 @@ EVERY = Grid(0, 1)
 def grids_of(
     objectives: Iterable[EncodedObjective], literals: Collection[int], others: Collection[int]
 ) -> tuple[Grid, ...]:
-    """The values of each objective where all these `literals` are true, and none of the `others`."""
+    """The values of each objective where all these `literals` are true, and none of the `others`.
+
+    One `Grid` for each objective: the start and the greatest common divisor of what the open literals can add.
+    """
     held, found = frozenset(literals), []
     for objective in objectives:
         grid = EVERY

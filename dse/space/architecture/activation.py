@@ -18,7 +18,11 @@ from dse.support.units import shown
 def with_triggers(
     ledger: Ledger, spec: Spec, components: Sequence[Component], connections: Sequence[Connection]
 ) -> tuple[Component, ...]:
-    """The components with their incoming connections and those that dispatch them."""
+    """The components with their incoming connections and those that dispatch them.
+
+    New components; `incoming` and `triggers` are indices of connections. A stated `dispatch_trigger` selects among the
+    event connections.
+    """
     names = {connection.name: number for number, connection in enumerate(connections)}
     arriving: list[list[int]] = [[] for _ in components]
     for number, connection in enumerate(connections):
@@ -56,7 +60,10 @@ def _check_triggers(
 
 
 def may_be_event_triggered(component: Component) -> bool:
-    """Whether some option makes the component aperiodic, sporadic, or leaves it without a period."""
+    """Whether some option makes the component aperiodic, sporadic, or leaves it without a period.
+
+    Judged over all leaves of protocol and period, without a design.
+    """
     return any(leaf in BY_INPUTS for leaf in leaves(component.protocol)) or (
         any(leaf is None for leaf in leaves(component.protocol))
         and any(leaf is None for leaf in leaves(component.period_ns))
@@ -84,7 +91,10 @@ def _must_pass_rates_on(component: Component) -> bool:
 
 
 def trigger_graph(space: Space) -> dict[int, set[int]]:
-    """For each component those that it dispatches at its own rate, where the rates of both may follow from inputs."""
+    """For each component those that it dispatches at its own rate, where the rates of both may follow from inputs.
+
+    Indices of components. A cycle in it is a set of components whose rates would follow from each other.
+    """
     graph: dict[int, set[int]] = {number: set() for number in range(len(space.components))}
     eager = [_may_pass_rates_on(component) for component in space.components]
     for target, component in enumerate(space.components):
@@ -96,7 +106,10 @@ def trigger_graph(space: Space) -> dict[int, set[int]]:
 
 
 def check_activation(ledger: Ledger, space: Space) -> None:
-    """Report cycles of event-triggered components, and rates that are needed but come from nowhere."""
+    """Report cycles of event-triggered components, and rates that are needed but come from nowhere.
+
+    Mistakes go to `ledger` with their places. The OSATE profiles accept components that nothing dispatches (rate 0).
+    """
     _check_cycles(ledger, space)
     if not ledger.loaded.remains.is_whole:  # what was taken out may have told a rate
         return
@@ -108,7 +121,7 @@ def check_activation(ledger: Ledger, space: Space) -> None:
         _check_delivery(ledger, space, connection, needed)
 
 
-def possible_cycles(space: Space) -> Iterator[str]:
+def _possible_cycles(space: Space) -> Iterator[str]:
     """Components that would dispatch each other in a cycle in some designs: ``a -> b -> a``.
 
     One shortest cycle for each set of components that all reach each other. Such designs have no rates and are none.
@@ -122,8 +135,11 @@ def possible_cycles(space: Space) -> Iterator[str]:
 
 
 def exclusions(space: Space) -> Iterator[str]:
-    """Which combinations of options are no designs, though nothing in the file forbids them: sentences for people."""
-    for cycle in possible_cycles(space):
+    """Which combinations of options are no designs, though nothing in the file forbids them: sentences for people.
+
+    Such designs are left out of the space, and every answer says so.
+    """
+    for cycle in _possible_cycles(space):
         yield f"designs are excluded in which event-triggered components dispatch each other in a cycle: {cycle}"
 
 

@@ -23,13 +23,17 @@ from dse.support.units import shown
 MOST_SHOWN = 3
 
 
-def default_arbitration(model: BusType) -> Arbitration | None:
+def _default_arbitration(model: BusType) -> Arbitration | None:
     """How a bus of this type arbitrates: as stated, else by priority where its frames are those of CAN."""
     return model.arbitration or ("priority" if isinstance(model.frame, CanFrame | CanFdFrame) else None)
 
 
 def check_arbitration(ledger: Ledger, spec: Spec) -> None:
-    """What is stated of the arbitration of bus types goes with the rest of them."""
+    """What is stated of the arbitration of bus types goes with the rest of them.
+
+    Mistakes go to `ledger`: arbitration of middleware, without transmission times, or by priorities that the frame does
+    not have.
+    """
     for name, model in spec.bus_types.items():
         place = ("bus_types", name, "arbitration")
         if model.arbitration is None:
@@ -65,7 +69,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
             found.append(bus)
             continue
         _check_identifiers(ledger, models, here)
-        kinds = {name: default_arbitration(model) for name, model in models.items()}
+        kinds = {name: _default_arbitration(model) for name, model in models.items()}
         missing = next(_missing(buses, kinds, here), "")
         is_asked = any(model.arbitration for model in models.values()) or any(
             one.identifier is not None for one in here
@@ -101,7 +105,10 @@ def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Seq
 
 
 def is_one_message(one: Connection, other: Connection) -> bool:
-    """Whether two connections leave one port of a component: on a broadcast bus they are one message."""
+    """Whether two connections leave one port of a component: on a broadcast bus they are one message.
+
+    Ports are compared by name; connections without a port name are separate messages.
+    """
     return one.source == other.source and one.from_port is not None and one.from_port == other.from_port
 
 

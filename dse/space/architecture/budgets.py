@@ -13,7 +13,10 @@ OF_THREADS = ("processor", "partition")
 
 
 def build_resources(ledger: Ledger, spec: Spec, names: Sequence[str], processors: Sequence[str]) -> Resources:
-    """The budgets of a problem; `names` are those of its components, in their order, `processors` of its slots."""
+    """The budgets of a problem; `names` are those of its components, in their order, `processors` of its slots.
+
+    A `Resources` with speeds in MIPS and sizes in bytes; unknown names go to `ledger`.
+    """
     stated = list(spec.budgets)
     entries = tuple(
         Budgeted(

@@ -26,7 +26,10 @@ from dse.support.units import (
 
 
 def build_buses(ledger: Ledger, spec: Spec) -> tuple[Bus, ...]:
-    """The bus slots, then the virtual bus types that are used directly, in the order of first use."""
+    """The bus slots, then the virtual bus types that are used directly, in the order of first use.
+
+    Figures are trees over the type decision of each slot. Unknown carriers and circles of virtual buses go to `ledger`.
+    """
     used = [name for item in spec.connections.values() for name in item.bus or ()]
     used += [name for item in spec.buses.values() for name in item.bus or ()]
     used += [name for wire in spec.connections.values() for name in (*wire.further_buses, *wire.protocols)]
@@ -109,7 +112,10 @@ def _sizes(model: BusType) -> Tree:
 
 
 def read_further(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapping[str, int]) -> tuple[int, ...]:
-    """The further buses that carry a connection or virtual bus, all at once."""
+    """The further buses that carry a connection or virtual bus, all at once.
+
+    Indices of buses; a bus that may be empty, is named twice or carries nothing else goes to `ledger` as a mistake.
+    """
     names = given.further_buses if given is not None else ()
     if names and not given.bus:
         ledger.error((*path, "further_buses"), "`further_buses` carry what `bus` carries: name that too")
@@ -131,7 +137,10 @@ def read_further(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapp
 
 
 def read_protocols(ledger: Ledger, spec: Spec, path: Path, given: Any, index: Mapping[str, int]) -> tuple[int, ...]:
-    """The types of virtual buses that wrap messages without being bound."""
+    """The types of virtual buses that wrap messages without being bound.
+
+    Indices of buses, in the order of the file; names that are no virtual bus type go to `ledger`.
+    """
     known = {name: index[name] for name, model in spec.bus_types.items() if model.virtual and name in index}
     for position, name in enumerate(given.protocols or ()):
         if name not in known:
@@ -181,7 +190,10 @@ def _in_words(model: BusType) -> Any:
 
 
 def check_bus_types(ledger: Ledger, spec: Spec) -> None:
-    """Figures per processor type belong to virtual buses and name known processor types; in every type that is used."""
+    """Figures per processor type belong to virtual buses and name known processor types; in every type that is used.
+
+    Mistakes go to `ledger`; types that nothing uses are not looked at.
+    """
     used = {name for bus in spec.buses.values() for name in bus.type}
     used |= {name for connection in spec.connections.values() for name in connection.bus or ()}
     used |= {name for bus in spec.buses.values() for name in bus.bus or ()}

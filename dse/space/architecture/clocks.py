@@ -23,26 +23,38 @@ MOST_OFFSETS = 2_000
 
 
 def speaks_of_clocks(spec: Spec, components: Sequence[Component]) -> bool:
-    """Whether a problem says anything of clocks: else each component is taken to run on its own."""
+    """Whether a problem says anything of clocks: else each component is taken to run on its own.
+
+    True where a clock, an offset or a communication is stated.
+    """
     said = any(item.offset_ns is not None or item.communication is not None for item in components)
     return said or bool(spec.clocks)
 
 
 def reads_when_jobs_begin(space: Space) -> bool:
-    """Whether some timer on a clock may read when its job begins: how late that is says its response time."""
+    """Whether some timer on a clock may read when its job begins: how late that is says its response time.
+
+    Judged over all options of `communication`; only the profile *dse* has clocks.
+    """
     timed = [item for item in space.components if item.offset_ns is not None and item.processor is not None]
     return space.profile == "dse" and any(set(leaves(item.communication)) - AT_RELEASE for item in timed)
 
 
 def grid_in_use(spec: Spec) -> int:
-    """The grid (ns) on which some offsets are chosen; 0 where none is."""
+    """The grid (ns) on which some offsets are chosen; 0 where none is.
+
+    ``offset_grid`` of the file where some offset is ``any``.
+    """
     sections = (spec.devices, spec.threads, spec.device_types, spec.thread_types)
     asked = any("any" in (item.offset or ()) for section in sections for item in section.values())
     return (spec.offset_grid or 0) if asked else 0
 
 
 def is_always_timed(component: Component) -> bool:
-    """Whether a timer releases a component, whatever the design."""
+    """Whether a timer releases a component, whatever the design.
+
+    Judged over all leaves of protocol and period.
+    """
     return not set(BY_INPUTS) & set(leaves(component.protocol)) and None not in set(leaves(component.period_ns))
 
 
@@ -70,14 +82,20 @@ def _reading(ledger: Ledger, spec: Spec, section: str, member: str) -> ClockRead
 
 
 def check_clocks(ledger: Ledger, spec: Spec) -> None:
-    """Processors name clocks that are there, whether they are used or not."""
+    """Processors name clocks that are there, whether they are used or not.
+
+    Unknown names go to `ledger` with the place of the processor.
+    """
     for name, processor in spec.processors.items():
         if processor.clock is not None and processor.clock not in spec.clocks:
             ledger.unknown(("processors", name, "clock"), "clock", processor.clock, spec.clocks)
 
 
 def read_offset(ledger: Ledger, spec: Spec, owner: Owner, protocol: Tree, period: Tree, clock: Tree) -> Tree:
-    """The offsets (ns) of a component's releases on its clock: None where unknown, or where no timer releases it."""
+    """The offsets (ns) of a component's releases on its clock: None where unknown, or where no timer releases it.
+
+    A tree in ns; ``any`` becomes a decision over the multiples of the grid within the period.
+    """
     longest = max((leaf for leaf in leaves(period) if leaf is not None), default=0)
     grid: Sequence[Any] = _grid(ledger, spec, owner, longest)
 
@@ -158,7 +176,10 @@ def _where_timed(protocol: Tree, tree: Tree) -> Tree:
 
 
 def with_use(ledger: Ledger, name: str, tree: Tree) -> Tree:
-    """The tree of a figure, which becomes where its decision is met, and what rules mean by its name."""
+    """The tree of a figure, which becomes where its decision is met, and what rules mean by its name.
+
+    `name` is that of the decision; decisions without effect in a design are inactive there.
+    """
     ledger.settle(decision_of(ledger, name), tree)
     reference = ledger.references.get(name)
     if reference is not None:
@@ -167,7 +188,10 @@ def with_use(ledger: Ledger, name: str, tree: Tree) -> Tree:
 
 
 def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tree) -> Tree:
-    """When a thread's data pass: leaves ``implicit``, ``at_dispatch``, ``let`` or None, where no timer releases it."""
+    """When a thread's data pass: leaves ``implicit``, ``at_dispatch``, ``let`` or None, where no timer releases it.
+
+    A tree; None where nothing is stated anywhere. What None means is in docs/semantics.md.
+    """
     tree = FieldReader(ledger, owner, "communication", "communication", str).read(
         lambda model: getattr(model, "communication", None)
     )
@@ -180,7 +204,10 @@ def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tre
 
 
 def with_past(steps: Sequence[Step]) -> tuple[Step, ...]:
-    """The steps of a flow, each component behind the first with all that is before it."""
+    """The steps of a flow, each component behind the first with all that is before it.
+
+    `Step.since` lets a formula look at the offsets of the timers that the data passed.
+    """
     return tuple(
         replace(step, since=tuple(steps[:number])) if step.kind == "component" and number else step
         for number, step in enumerate(steps)

@@ -49,7 +49,11 @@ def _typed_owner(ledger: Ledger, spec: Spec, section: str, name: str) -> Owner:
 def build_component(
     ledger: Ledger, spec: Spec, processors: Sequence[Processor], homes: Homes, section: Any, name: str
 ) -> Component:
-    """The thread or device called `name`; what triggers it is added when the connections are known."""
+    """The thread or device called `name`; what triggers it is added when the connections are known.
+
+    Figures are trees over decisions, times in ns; mistakes go to `ledger`. A thread in an executor or reservation runs
+    where that runs.
+    """
     ledger.work.go_on(10)
     given, path = getattr(spec, section)[name], (section, name)
     owner = _typed_owner(ledger, spec, section, name)
@@ -209,7 +213,10 @@ def _period_in_use(ledger: Ledger, path: Path, name: str, protocol: Tree, period
 def build_connections(
     ledger: Ledger, spec: Spec, buses: Sequence[Bus], components: Sequence[Component]
 ) -> tuple[Connection, ...]:
-    """Every connection of the problem."""
+    """Every connection of the problem.
+
+    In the order of the file, followed by the inner connections between pieces of threads.
+    """
     wires = {item.name: number for number, item in enumerate(buses)}
     senders, receivers = ends_by_name(components)
     found = [
@@ -350,9 +357,12 @@ def check_machines(
     components: Sequence[Component],
     connections: Sequence[Connection],
 ) -> None:
-    """Every virtual bus with figures per processor type finds a figure on every machine that may run it."""
+    """Every virtual bus with figures per processor type finds a figure on every machine that may run it.
+
+    Missing figures go to `ledger` with the place of the connection or bus type.
+    """
     for connection in connections:
-        machines = machine_tree(components, connection)
+        machines = _machine_tree(components, connection)
         for bus in counted(buses, connection):
             tables = [
                 leaf for tree in (bus.fixed_ns, bus.latency_ns) for leaf in leaves(tree)
@@ -392,7 +402,10 @@ def _check_machine(
 
 
 def check_processes(ledger: Ledger, processors: Sequence[Processor], components: Sequence[Component]) -> None:
-    """Threads of one process must have a processor in common; where it is a decision, the search sees to it."""
+    """Threads of one process must have a processor in common; where it is a decision, the search sees to it.
+
+    A pair without a common processor is a mistake; reported once for each thread.
+    """
     first: dict[str, Component] = {}
     for component in components:
         if not isinstance(component.process, str) or component.processor is None:
@@ -409,7 +422,7 @@ def check_processes(ledger: Ledger, processors: Sequence[Processor], components:
             ledger.error((component.section, component.name, "processor"), message)
 
 
-def machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
+def _machine_tree(components: Sequence[Component], connection: Connection) -> Tree:
     """The processor that runs a connection's middleware: the sending thread's, else the receiving one's."""
     ends = [at_home(components, end).processor for end in (connection.source, connection.target) if end is not None]
     return next((processor for processor in ends if processor is not None), None)

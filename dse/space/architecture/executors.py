@@ -24,7 +24,10 @@ WHERE = ("processor", "figures_of", "core")
 
 @dataclass(frozen=True)
 class Home:
-    """Where the threads of an executor or a reservation run: a tree of processors, and the stated core."""
+    """Where the threads of an executor or a reservation run: a tree of processors, and the stated core.
+
+    Executor and reservation are numbers, None where there is none.
+    """
 
     processor: Tree
     core: Tree
@@ -41,7 +44,10 @@ class Homes:
 
 
 def build_homes(ledger: Ledger, spec: Spec, processors: Sequence[Processor]) -> Homes:
-    """The home of each executor and reservation: a decision about it is one for all of its threads."""
+    """The home of each executor and reservation: a decision about it is one for all of its threads.
+
+    In the order of the file; an executor in a reservation takes the reservation's home.
+    """
     reservations = {
         name: replace(_home(ledger, processors, "reservations", name, given), reservation=index)
         for index, (name, given) in enumerate(spec.reservations.items())
@@ -93,7 +99,11 @@ def _reserved(
 
 
 def served_by(ledger: Ledger, spec: Spec, processors: Sequence[Processor], name: str, processor: Tree) -> int | None:
-    """The executor that serves the jobs of a thread on an accelerator; None where it runs on none."""
+    """The executor that serves the jobs of a thread on an accelerator; None where it runs on none.
+
+    The number that the accelerator has among the executors. Choosing between an accelerator and other processors is a
+    mistake.
+    """
     slots = dict.fromkeys(leaf for leaf in leaves(processor) if leaf is not None)
     served = [slot for slot in slots if processors[slot].serves is not None]
     if not served:
@@ -106,7 +116,10 @@ def served_by(ledger: Ledger, spec: Spec, processors: Sequence[Processor], name:
 
 
 def home_of(ledger: Ledger, homes: Homes, name: str, given: Any) -> Home | None:
-    """The home of a thread in an executor or a reservation; None for one in none, or in one that there is not."""
+    """The home of a thread in an executor or a reservation; None for one in none, or in one that there is not.
+
+    A thread in an executor must not state a processor, core or reservation of its own; that goes to `ledger`.
+    """
     if given.executor is None:
         return _reserved(ledger, homes.reservations, ("threads", name), given, WHERE)
     path = ("threads", name, "executor")
@@ -139,7 +152,11 @@ def build_executors(
     homes: Mapping[str, Home],
     components: Sequence[Component],
 ) -> tuple[Executor, ...]:
-    """Every executor with its threads; behind them the accelerators, which serve jobs as executors do."""
+    """Every executor with its threads; behind them the accelerators, which serve jobs as executors do.
+
+    `Executor` objects in the order of `homes`, with members as component indices; an executor without threads is a
+    mistake.
+    """
     named = {name for item in spec.threads.values() for name in item.executor or ()}
     is_whole = named <= set(homes) and ledger.loaded.remains.is_whole
     found = []
@@ -176,7 +193,10 @@ def build_executors(
 def build_reservations(
     ledger: Ledger, spec: Spec, homes: Homes, components: Sequence[Component]
 ) -> tuple[Reservation, ...]:
-    """Every reservation with its threads, those of executors in it among them."""
+    """Every reservation with its threads, those of executors in it among them.
+
+    `Reservation` objects in the order of the file; a budget above its period is a mistake.
+    """
     named = {item.reservation for item in spec.threads.values()} - {None}
     named |= {item.reservation for item in spec.executors.values()} - {None}
     is_whole = named <= set(homes.reservations) and ledger.loaded.remains.is_whole

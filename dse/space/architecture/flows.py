@@ -20,7 +20,11 @@ from dse.support.units import format_duration, shown
 def build_flows(
     ledger: Ledger, spec: Spec, components: Sequence[Component], connections: Sequence[Connection]
 ) -> tuple[Flow, ...]:
-    """Every flow of the problem, connected."""
+    """Every flow of the problem, connected.
+
+    A `Flow` has its steps (components and connections, with the figures that the flow states) and its stated latency
+    range in ns. Gaps in a path go to `ledger`.
+    """
     result = []
     clocked = speaks_of_clocks(spec, components)
     by_name = {item.stated_as: number for number, item in enumerate(components)}
@@ -39,7 +43,11 @@ def build_flows(
 
 
 def unread_flows(ledger: Ledger, spec: Spec) -> tuple[UnreadFlow, ...]:
-    """The flows of an imported model that could not be followed."""
+    """The flows of an imported model that could not be followed.
+
+    With the requirement that the model states, the reason and the place, so that a solve can refuse what it cannot
+    check.
+    """
     found = []
     for name, given in spec.unread.items():
         limit = None if given.latency is None else format_duration(given.latency.max_ns)

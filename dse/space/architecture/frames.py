@@ -209,7 +209,10 @@ _BITS: Mapping[Protocol, Callable[[Frame, int, int], Bits]] = {
 
 
 def wire_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, Exact]:
-    """Least and most time of a message on the wire; see `wire_bits`."""
+    """Least and most time of a message on the wire; see `wire_bits`.
+
+    In ns, exact: the bits of `wire_bits` divided by the bandwidth of the bus.
+    """
     least, most = wire_bits(frame, size, bandwidth_bps)
     unit = Fraction(NS_PER_S, 1) / bandwidth_bps
     return least * unit, most * unit
@@ -229,23 +232,36 @@ def last_frame_ns(frame: Frame, size: int, bandwidth_bps: int) -> tuple[Exact, E
 
 
 def wire_bytes(frame: Frame, size: int, bandwidth_bps: int) -> Exact:
-    """The most that a message takes on the wire, in eighths of its bits: what counts in the load of the bus."""
+    """The most that a message takes on the wire, in eighths of its bits: what counts in the load of the bus.
+
+    Exact bytes: bits on the wire divided by 8, headers, gaps and stuff bits included.
+    """
     return wire_bits(frame, size, bandwidth_bps)[1] / Fraction(8)
 
 
 def frame_at(fixed_ns: Tree, view: Any) -> Frame | None:
-    """The frame of a bus (`dse.space.model.space.Bus.fixed_ns`) in a design; None where its type has none."""
+    """The frame of a bus (`dse.space.model.space.Bus.fixed_ns`) in a design; None where its type has none.
+
+    `view` gives the options of the design that the tree asks for.
+    """
     leaf = at(fixed_ns, view)
     return leaf if isinstance(leaf, Frame) else None
 
 
 def is_framed(fixed_ns: Tree) -> bool:
-    """Whether some type of a bus has a frame."""
+    """Whether some type of a bus has a frame.
+
+    Judged over all leaves, without a design.
+    """
     return any(isinstance(leaf, Frame) for leaf in leaves(fixed_ns))
 
 
 def bit_units(fixed_ns: Tree, bandwidth_bps: Tree) -> set[tuple[Fraction, int]]:
-    """Of what all numbers of bits on a bus are multiples, with the bandwidth: for each frame that it may have."""
+    """Of what all numbers of bits on a bus are multiples, with the bandwidth: for each frame that it may have.
+
+    Pairs of a unit in bits and a bandwidth in bit/s; the time scale of the search is a common multiple of their
+    quotients.
+    """
 
     def pairs(leaf: Any) -> Tree:
         return graft(bandwidth_bps, lambda bps: (leaf, bps)) if isinstance(leaf, Frame) else None
@@ -265,7 +281,10 @@ LEAST_MTU, MOST_MTU = 128, 65535
 
 
 def frame_of(model: FrameModel) -> Frame:
-    """The frame that a bus type states."""
+    """The frame that a bus type states.
+
+    A `Frame` with the parameters of its protocol; defaults are those of the schema (docs/semantics.md on frames).
+    """
     match model:
         case CanFrame():
             return Frame("can", model.identifier_bits)

@@ -22,7 +22,10 @@ BY_MESSAGES = frozenset({*BY_INPUTS, "hybrid"})
 
 
 def may_join(component: Component) -> bool:
-    """Whether a component needs all its triggers for a job, in some design."""
+    """Whether a component needs all its triggers for a job, in some design.
+
+    Judged over all options of `join`.
+    """
     return ALL in set(leaves(component.join))
 
 
@@ -68,7 +71,10 @@ def _by_messages(protocol: str | None, period: Tree, join: Tree) -> Tree:
 
 
 def check_joins(ledger: Ledger, space: Space) -> None:
-    """A join of all has several triggers to wait for, and waits for messages that come."""
+    """A join of all has several triggers to wait for, and waits for messages that come.
+
+    A join with fewer than two triggers goes to `ledger` as a mistake.
+    """
     for component in space.components:
         if not may_join(component) or len(component.triggers) > 1:
             continue
@@ -82,7 +88,10 @@ def check_joins(ledger: Ledger, space: Space) -> None:
 
 
 def with_way(components: Sequence[Component], steps: Sequence[Step]) -> tuple[Step, ...]:
-    """The steps of a flow, each at a component that may join all its triggers with all that is before it."""
+    """The steps of a flow, each at a component that may join all its triggers with all that is before it.
+
+    `Step.before` lets a formula find the other flows that lead to the join.
+    """
     return tuple(
         replace(step, before=tuple(steps[:number]))
         if step.kind == "component" and step.via is not None and may_join(components[step.index])

@@ -25,7 +25,10 @@ THROTTLING = "throttling"
 def known_types(
     ledger: Ledger, path: Path, what: str, names: Sequence[str], catalogue: Mapping[str, Any]
 ) -> list[tuple[str, Any]]:
-    """The types that `names` means; one that is not in the catalogue leaves its slot or component in doubt."""
+    """The types that `names` means; one that is not in the catalogue leaves its slot or component in doubt.
+
+    Pairs of a name and its catalogue entry, without the unknown names, which go to `ledger`.
+    """
     for position, name in enumerate(names):
         if name not in catalogue:
             ledger.unknown((*path, "type", position), what, name, catalogue)
@@ -35,7 +38,10 @@ def known_types(
 
 
 def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> AdditiveFigures:
-    """Price, power and declared totals of an owner."""
+    """Price, power and declared totals of an owner.
+
+    An `AdditiveFigures` of trees: cents, mW, and declared totals in their units.
+    """
     readers = {
         "price": FieldReader(ledger, owner, "price", "money", format_money),
         "power": FieldReader(ledger, owner, "power", "power", format_power),
@@ -54,7 +60,10 @@ def read_figures(ledger: Ledger, owner: Owner, totals: Mapping[str, str]) -> Add
 def read_slot(
     ledger: Ledger, path: Path, name: str, types: Sequence[tuple[str, Any]], optional: bool
 ) -> tuple[Any, Owner]:
-    """The type decision of a slot and an owner whose fields follow from it; an empty slot has no figures."""
+    """The type decision of a slot and an owner whose fields follow from it; an empty slot has no figures.
+
+    Returns ``((options, decision), owner)``; an optional slot has the further option `EMPTY`.
+    """
     names = tuple(type_name for type_name, _ in types)
     options = (EMPTY, *names) if optional else names
     decision = ledger.decide(name, "type", "type", options, str)
@@ -79,7 +88,10 @@ UNKNOWN = ((UNKNOWN_TYPE, _Nothing()),)
 
 
 def groups_of(model: Any) -> tuple[tuple[str, int], ...]:
-    """The groups of cores of a processor type, with the number of cores of each; none where all cores are equal."""
+    """The groups of cores of a processor type, with the number of cores of each; none where all cores are equal.
+
+    Pairs of a group's name and its number of cores, in the order of the file; cores are numbered in that order.
+    """
     given = getattr(model, "cores", None)
     return tuple(given.items()) if isinstance(given, Mapping) else ()
 
@@ -91,7 +103,10 @@ def _all_cores(model: Any) -> Any:
 
 
 def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
-    """The processor slot called `name`."""
+    """The processor slot called `name`.
+
+    A `Processor` whose figures are trees over its type decision; mistakes go to `ledger`.
+    """
     given, path = spec.processors[name], ("processors", name)
     types = known_types(ledger, path, "processor type", given.type, spec.processor_types)
     (options, decision), owner = read_slot(ledger, path, name, types or UNKNOWN, given.optional)
@@ -147,7 +162,10 @@ def _interference(model: Any) -> tuple[Interference, ...]:
 
 
 def check_overheads(ledger: Ledger, spec: Spec) -> None:
-    """Interrupts and throttling leave something of a core to threads, in every type that is used."""
+    """Interrupts and throttling leave something of a core to threads, in every type that is used.
+
+    A throttling budget of 0 or above its period, and a demand of 100 % or more, go to `ledger`.
+    """
     for type_name in {name: None for slot in spec.processors.values() for name in slot.type}:
         model = spec.processor_types.get(type_name)
         if model is None:
@@ -176,7 +194,10 @@ def read_named(
     index: Mapping[str, int],
     besides: Sequence[str] = (),
 ) -> Tree:
-    """A tree of indices for a field that names processors, buses or executors; words `besides` are none of them."""
+    """A tree of indices for a field that names processors, buses or executors; words `besides` are none of them.
+
+    One name gives an index, several give a decision over the indices; unknown names go to `ledger`.
+    """
     what = field_name if field_name in ("processor", "executor") else "bus"
     known = tuple(name for name in names if name in index)
     for position, name in enumerate(names):

@@ -27,7 +27,10 @@ NOT_BESIDE = (
 def with_pieces(
     ledger: Ledger, spec: Spec, processors: Sequence[Processor], components: Sequence[Component]
 ) -> tuple[Component, ...]:
-    """The components with each thread that has segments as its pieces, one after the other."""
+    """The components with each thread that has segments as its pieces, one after the other.
+
+    New components; other components keep their order. `Component.pieces` names all pieces of a thread.
+    """
     found: list[Component] = []
     for component in components:
         given = spec.threads[component.name].segments if component.section == "threads" else None
@@ -52,7 +55,10 @@ def with_pieces(
 
 
 def inner_connections(components: Sequence[Component]) -> tuple[Connection, ...]:
-    """What dispatches each piece of a thread but the first: the end of the one before."""
+    """What dispatches each piece of a thread but the first: the end of the one before.
+
+    Event connections without a bus and without a size, named after the thread and its piece.
+    """
     found = []
     for number, component in enumerate(components):
         if component.pieces is not None and number != component.pieces.members[0]:
@@ -63,7 +69,10 @@ def inner_connections(components: Sequence[Component]) -> tuple[Connection, ...]
 
 
 def ends_by_name(components: Sequence[Component]) -> tuple[Mapping[str, int], Mapping[str, int]]:
-    """What sends as, and what receives for, each name of the file: the last, and the first piece of a thread."""
+    """What sends as, and what receives for, each name of the file: the last, and the first piece of a thread.
+
+    Two mappings from names to component indices, for a thread without segments both to the thread itself.
+    """
     last = {item.stated_as: number for number, item in enumerate(components)}
     first = {name: (components[at].pieces.members[0] if components[at].pieces else at) for name, at in last.items()}  # type: ignore[union-attr]
     return last, first
@@ -144,7 +153,10 @@ def _dispatched(piece: Component, position: int, *, is_last: bool) -> Component:
 
 
 def accelerator(processors: Sequence[Processor], spec: Spec, processor: int) -> int | None:
-    """The number of the executor that serves the jobs of an accelerator; None where a processor is none."""
+    """The number of the executor that serves the jobs of an accelerator; None where a processor is none.
+
+    Accelerators are numbered behind the stated executors, in the order of the processors.
+    """
     if processors[processor].serves is None:
         return None
     before = [item for item in processors[:processor] if item.serves is not None]

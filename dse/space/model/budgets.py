@@ -31,7 +31,10 @@ class Budgeted:
 
 @dataclass(frozen=True, slots=True)
 class MemorySizes:
-    """What a memory has, in bytes."""
+    """What a memory has, in bytes.
+
+    None where the file states nothing.
+    """
 
     size: int | None
     ram: int | None
@@ -40,7 +43,10 @@ class MemorySizes:
 
 @dataclass(frozen=True)
 class Resources:
-    """Everything stated of resource budgets; speeds in MIPS, of processor types and of partitions by name."""
+    """Everything stated of resource budgets; speeds in MIPS, of processor types and of partitions by name.
+
+    Looked at by the verdicts of the OSATE profiles only (docs/semantics.md).
+    """
 
     entries: tuple[Budgeted, ...] = ()
     memories: Mapping[str, MemorySizes] = field(default_factory=dict)

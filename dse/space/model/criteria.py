@@ -34,7 +34,10 @@ class Metric:
 
 @dataclass(frozen=True)
 class ValueTest:
-    """A figure compared with a value, or (``in``) with several; unknown where the figure is inactive."""
+    """A figure compared with a value, or (``in``) with several; unknown where the figure is inactive.
+
+    `tree` gives the figure in a design, `value` has its base unit; operators are those of rules.
+    """
 
     tree: Tree
     operator: str
@@ -43,7 +46,10 @@ class ValueTest:
 
 @dataclass(frozen=True)
 class PairTest:
-    """Two figures compared; unknown where either is inactive."""
+    """Two figures compared; unknown where either is inactive.
+
+    Both trees have values of one kind, in one base unit.
+    """
 
     left: Tree
     operator: str
@@ -52,7 +58,10 @@ class PairTest:
 
 @dataclass(frozen=True)
 class MultipleTest:
-    """Whether the left period is an integer multiple of the right one; unknown where either is inactive."""
+    """Whether the left period is an integer multiple of the right one; unknown where either is inactive.
+
+    Exact integers in ns.
+    """
 
     left: Tree
     right: Tree
@@ -60,7 +69,10 @@ class MultipleTest:
 
 @dataclass(frozen=True)
 class UsedTest:
-    """Whether any of the type figures has one of the names beside it (of a binding: one of the slots, by index)."""
+    """Whether any of the type figures has one of the names beside it (of a binding: one of the slots, by index).
+
+    Pairs of a tree and the names (or slot indices) that make the test true.
+    """
 
     types: tuple[tuple[Tree, tuple[str | int, ...]], ...]
 
@@ -95,12 +107,18 @@ class Requirement:
 
     @property
     def is_deadline(self) -> bool:
-        """Whether it is an upper limit on a response time."""
+        """Whether it is an upper limit on a response time.
+
+        Other requirements on response times, such as lower limits, are none.
+        """
         return self.metric.kind == "response time" and self.is_upper
 
     @property
     def is_share(self) -> bool:
-        """Whether the limit is a share of what the processor or the bus has."""
+        """Whether the limit is a share of what the processor or the bus has.
+
+        Then the limit is dimensionless: of the capacity of the chosen type, which can differ between designs.
+        """
         return self.metric.kind in ("utilisation", "load") and self.limit.dimension == DIMENSIONLESS
 
     @property
@@ -111,7 +129,10 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule between decisions, in the user's words and as a tree of tests."""
+    """A rule between decisions, in the user's words and as a tree of tests.
+
+    `origin` is ``FILE:LINE`` or ``command line``.
+    """
 
     text: str
     verb: Literal["require", "forbid"]
@@ -121,7 +142,10 @@ class Rule:
 
 @dataclass(frozen=True)
 class Objective:
-    """What to minimise or maximise; `origin` is its place in the file (or the command line)."""
+    """What to minimise or maximise; `origin` is its place in the file (or the command line).
+
+    Two objectives are equal when text, sense and metric are.
+    """
 
     text: str
     sense: Literal["minimise", "maximise"]

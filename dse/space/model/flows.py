@@ -10,7 +10,10 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class StepFigures:
-    """Time ranges in ns that a component has in one flow; those of execution and response where it is not periodic."""
+    """Time ranges in ns that a component has in one flow; those of execution and response where it is not periodic.
+
+    As the path of a flow states them for one element; None where nothing is stated.
+    """
 
     latency_ns: tuple[Exact, Exact] | None = None
     execution_ns: tuple[Exact, Exact] | None = None
@@ -40,7 +43,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Flow:
-    """An end-to-end flow; `required_ns` is AADL's stated latency range, if any."""
+    """An end-to-end flow; `required_ns` is AADL's stated latency range, if any.
+
+    Steps alternate between components and connections.
+    """
 
     name: str
     steps: tuple[Step, ...]
@@ -49,7 +55,10 @@ class Flow:
 
 @dataclass(frozen=True)
 class UnreadFlow:
-    """A flow of a model that its import could not follow: nothing is known of its latency."""
+    """A flow of a model that its import could not follow: nothing is known of its latency.
+
+    A requirement on it counts as not met, and `dse solve` refuses the problem.
+    """
 
     name: Annotated[str, "The flow."]
     requirement: Annotated[str, "What its latency was to keep, in words; empty where the model states nothing."]

@@ -47,7 +47,7 @@ INNER = {
     "core utilisation": KINDS["utilisation"],
     "message response": MetricKind("connection", TIME),
 }
-"""Those that are asked for in other words."""
+"""Kinds that are asked for in other words."""
 MADE = ("total", "derived", "max", "min")
 """Kinds of metrics that a problem file makes itself."""
 BUILT_IN = tuple(KINDS)
@@ -92,7 +92,10 @@ def plugged_metric(name: str) -> MetricPlugin | None:
 
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
-    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count."""
+    """The dimension of a metric; None for a declared total, whose unit is the user's own, and for a count.
+
+    For a sum the product of the first term's constant and metric; all terms have one dimension.
+    """
     parts = parts_of(space, metric)
     if parts:
         coefficient, inner = parts[0]
@@ -108,33 +111,48 @@ def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
 
 
 def parts_of(space: Space, metric: Metric) -> Sequence[tuple[Quantity, Metric]]:
-    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others."""
+    """The metrics that a derived one or an extreme is made of, with their constants; nothing for others.
+
+    Pairs of a constant with its unit and a metric.
+    """
     if metric.kind == "derived":
         return space.derived[metric.index or 0].terms
     return [part for operand in metric.operands for part in operand]
 
 
 def flows_in(space: Space, metric: Metric) -> frozenset[str]:
-    """The flows of which a metric is, or of which some are that it is made of."""
+    """The flows of which a metric is, or of which some are that it is made of.
+
+    Names; recursive over derived metrics and extremes.
+    """
     if metric.kind in (*FLOW_METRICS, *CHAIN_METRICS, *INPUT_METRICS):
         return frozenset({space.flows[metric.index or 0].name})
     return frozenset(name for _, inner in parts_of(space, metric) for name in flows_in(space, inner))
 
 
 def counts_changes(space: Space, metric: Metric) -> bool:
-    """Whether a metric counts, or is made of what counts, changes against the baseline."""
+    """Whether a metric counts, or is made of what counts, changes against the baseline.
+
+    Recursive over derived metrics and extremes.
+    """
     return metric.kind == "changes" or any(counts_changes(space, inner) for _, inner in parts_of(space, metric))
 
 
 def asks_for_changes(space: Space) -> bool:
-    """Whether a requirement, an objective or a derived metric counts changes against the baseline."""
+    """Whether a requirement, an objective or a derived metric counts changes against the baseline.
+
+    Only then costs of changes are computed and shown.
+    """
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     derived = [inner for item in space.derived for _, inner in item.terms]
     return any(counts_changes(space, metric) for metric in (*asked, *derived))
 
 
 def total_unit(space: Space, metric: Metric) -> str:
-    """The unit of a declared total, or of a metric made of such; a count has none."""
+    """The unit of a declared total, or of a metric made of such; a count has none.
+
+    Text as declared in ``totals`` of the file.
+    """
     while parts := parts_of(space, metric):
         metric = parts[0][1]
     return space.totals.get(metric.key, "")

@@ -13,7 +13,10 @@ from typing import Any, Final, Protocol, TypeAlias
 
 
 class DesignView(Protocol):
-    """What a formula needs of a design: the chosen option of each decision it asks for."""
+    """What a formula needs of a design: the chosen option of each decision it asks for.
+
+    `Design` tuples, `View` objects and mappings from decision to option all serve.
+    """
 
     def __getitem__(self, decision: int, /) -> int: ...
 
@@ -29,12 +32,18 @@ NOT_OFFERED: Final = _NotOffered()
 
 
 class NotOffered(Exception):
-    """A formula asked for a figure that the chosen type does not offer: the design is not valid."""
+    """A formula asked for a figure that the chosen type does not offer: the design is not valid.
+
+    Caught by the evaluator, which reports the design as invalid, and by the encoder, which excludes it.
+    """
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """`branches[k]` is the subtree when `decision` takes its option k."""
+    """`branches[k]` is the subtree when `decision` takes its option k.
+
+    Trees of choices with figures as leaves are how the space states values that depend on decisions.
+    """
 
     decision: int
     branches: tuple[Any, ...]
@@ -42,14 +51,20 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class PerProcessorType:
-    """A leaf of a virtual bus: one subtree per type of the processor that runs it."""
+    """A leaf of a virtual bus: one subtree per type of the processor that runs it.
+
+    Resolved for each connection, when it is known on which processor the middleware runs.
+    """
 
     by_type: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class PerCore:
-    """A leaf of a thread while the space is built: one subtree for each core of its processor."""
+    """A leaf of a thread while the space is built: one subtree for each core of its processor.
+
+    Replaced by a choice over the core decision before the space is complete.
+    """
 
     by_core: tuple[Any, ...]
 
@@ -83,7 +98,11 @@ def at(tree: Tree, design: DesignView) -> Any:
 
 
 def graft(tree: Tree, make: Callable[[Any], Tree]) -> Tree:
-    """`tree` with every leaf replaced by the subtree that `make` gives for it."""
+    """`tree` with every leaf replaced by the subtree that `make` gives for it.
+
+    Equal leaves of all branches are merged into one, so that a figure does not seem to depend on a decision. Options
+    that are not offered stay.
+    """
     if isinstance(tree, Choice):
         branches = tuple(graft(branch, make) for branch in tree.branches)
         first = branches[0]
@@ -112,7 +131,10 @@ def leaves(tree: Tree, made: Mapping[int, int] | None = None) -> Iterator[Any]:
 
 
 def is_given(tree: Tree, design: DesignView) -> bool:
-    """Whether the leaf is not None; which of several that are given it is asks for no decision."""
+    """Whether the leaf is not None; which of several that are given it is asks for no decision.
+
+    Avoids consulting decisions that cannot change the answer, so that a formula depends on fewer decisions.
+    """
     while isinstance(tree, Choice):
         if not any(isinstance(branch, Choice) for branch in tree.branches):
             given = {branch is not None for branch in tree.branches if branch is not NOT_OFFERED}
@@ -123,7 +145,10 @@ def is_given(tree: Tree, design: DesignView) -> bool:
 
 
 def consulted(tree: Tree, design: DesignView) -> tuple[list[int], Any]:
-    """The decisions on the way to the leaf in `design`, and the leaf."""
+    """The decisions on the way to the leaf in `design`, and the leaf.
+
+    Decision indices from the root to the leaf, in this order.
+    """
     met = []
     while isinstance(tree, Choice):
         met.append(tree.decision)

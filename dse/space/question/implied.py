@@ -29,7 +29,7 @@ def with_implied(space: Space) -> Space:
     """
     stated = [item for item in space.requirements if not item.implied]
     kept = {item.metric for item in stated if _keeps_whole(item)}
-    implied = [item for item in implied_limits(space) if item.metric not in kept]
+    implied = [item for item in _implied_limits(space) if item.metric not in kept]
     return replace(space, requirements=(*stated, *implied))
 
 
@@ -38,7 +38,7 @@ def _keeps_whole(item: Requirement) -> bool:
     return is_share and item.limit.value <= 1
 
 
-def implied_limits(space: Space) -> Iterator[Requirement]:
+def _implied_limits(space: Space) -> Iterator[Requirement]:
     """100 % of every core, of every bandwidth, and of the time of every bus that carries one message at a time."""
     if space.overload == "allowed":
         return
@@ -61,12 +61,15 @@ def _whole(kind: str, name: str, number: int) -> Requirement:
 
 
 def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
-    """The processor or bus that must be allowed to be overloaded where a limit moves to `limit`; "" where none must."""
+    """The processor or bus that must be allowed to be overloaded where a limit moves to `limit`; "" where none must.
+
+    `limit` is in coherent units, 1 for 100 %. Explanations use it: such a limit can only move with `overload: allowed`.
+    """
     of = member.metric.name.partition(" of ")[2]
     if member.implied:
         return of
     is_beyond = member.limit.dimension == DIMENSIONLESS and limit > 1
-    return of if is_beyond and member.metric in {item.metric for item in implied_limits(space)} else ""
+    return of if is_beyond and member.metric in {item.metric for item in _implied_limits(space)} else ""
 
 
 def overloads_needed(space: Space, members: Iterable[Requirement], limit: Fraction) -> str:

@@ -59,7 +59,10 @@ def own_limit(space: Space, metric: Metric, limit: Quantity) -> Quantity:
 
 
 def is_share(metric: Metric, limit: Quantity) -> bool:
-    """Whether a limit is a share of the bandwidth."""
+    """Whether a limit is a share of the bandwidth.
+
+    In percent, as against a data rate in B/s.
+    """
     return metric.kind == "load" and limit.dimension == DIMENSIONLESS and limit.unit != ""
 
 

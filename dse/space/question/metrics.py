@@ -164,7 +164,10 @@ def _exact(kind: str, space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def has_exact(space: Space, flow: Flow) -> bool:
-    """Whether the exact latency of a flow is defined: no component on it waits for messages of other flows."""
+    """Whether the exact latency of a flow is defined: no component on it waits for messages of other flows.
+
+    Joins of several flows have no exact chain analysis.
+    """
     return not any(_joins(space, step) for step in flow.steps)
 
 
@@ -173,7 +176,10 @@ def _joins(space: Space, step: Step) -> bool:
 
 
 def has_age(space: Space, flow: Flow) -> bool:
-    """Whether a flow begins with a component that a timer releases, whatever the design."""
+    """Whether a flow begins with a component that a timer releases, whatever the design.
+
+    Data ages are measured from the release of that component.
+    """
     first = flow.steps[0] if flow.steps else None
     if first is None or first.kind != "component":
         return False
@@ -207,7 +213,10 @@ def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
-    """The disparities of those of some components at which flows meet, under the profile that defines them."""
+    """The disparities of those of some components at which flows meet, under the profile that defines them.
+
+    One metric for each component with at least two flows; only under the profile *dse*.
+    """
     if space.profile != "dse":
         return ()
     places: dict[int, dict[int, int]] = {}
@@ -220,7 +229,7 @@ def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
 
 
 def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric | None:
-    """That of a component with the place of its first step in each flow that comes by."""
+    """The disparity of a component, with the place of its first step in each flow that passes it."""
     component, one = space.components[number], Quantity(Fraction(1), DIMENSIONLESS, "")
     ways: dict[tuple[tuple[str, int], ...], int] = {}
     for index, at in places.items():
@@ -238,7 +247,7 @@ def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric |
     return Metric(f"disparity of {component.name}", "max", operands=operands)
 
 
-def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
+def _core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The utilisation of ``core N of P``, or of ``each core of P``; nothing where `of` says no such thing.
 
     A core is used by the threads whose core is stated or chosen: asking for it makes open cores decisions.
@@ -267,18 +276,27 @@ def core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def core_metric(space: Space, processor: int, core: int) -> Metric:
-    """The utilisation of a core, from 1."""
+    """The utilisation of a core, from 1.
+
+    In ppm of the core; `processor` is an index, `core` counts from 1.
+    """
     name = f"utilisation of core {core} of {space.processors[processor].name}"
     return Metric(name, "core utilisation", processor, str(core))
 
 
 def most_cores(space: Space, processor: int) -> int:
-    """The most cores that a processor may have."""
+    """The most cores that a processor may have.
+
+    Over all types that the processor may have; at least 1.
+    """
     return max([1, *map(int, leaves(space.processors[processor].cores))])
 
 
 def by_first_fit(space: Space, processor: int) -> Iterator[Component]:
-    """The threads that may run on a processor of several cores, and whose core is neither stated nor open."""
+    """The threads that may run on a processor of several cores, and whose core is neither stated nor open.
+
+    `Component` objects in the order of the file; nothing for a processor whose types all have one core.
+    """
     is_open = {item.component for item in space.open_cores}
     for number, item in enumerate(space.components) if most_cores(space, processor) > 1 else ():
         may_run = item.processor is not None and processor in set(leaves(item.processor))
@@ -297,7 +315,10 @@ def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def busy_obstacle(space: Space, number: int) -> str:
-    """Why the busy time of a bus is not computable, in words that go on from its name; "" where it is."""
+    """Why the busy time of a bus is not computable, in words that go on from its name; "" where it is.
+
+    Middleware, a type without transmission times, or a connection that states a data rate alone.
+    """
     bus = space.buses[number]
     if bus.virtual:
         return "is not computable: it is middleware, which runs on many cores"
@@ -331,7 +352,7 @@ def _response_times(space: Space, of: str | None) -> tuple[Metric, ...]:
     return (threads[of],)
 
 
-def one_metric(space: Space, ref: MetricExpr) -> Metric:
+def _one_metric(space: Space, ref: MetricExpr) -> Metric:
     """The single metric that the words mean."""
     metrics = resolve_metrics(space, ref)
     if len(metrics) > 1:
@@ -341,21 +362,31 @@ def one_metric(space: Space, ref: MetricExpr) -> Metric:
 
 
 def worst_metric(space: Space, ref: MetricExpr, sense: Literal["minimise", "maximise"]) -> Metric:
-    """What an objective means: of several candidates the worst, the greatest where it is minimised."""
+    """What an objective means: of several candidates the worst, the greatest where it is minimised.
+
+    One `Metric`, or an extreme over all candidates. Raises `QuestionError` for an unknown name.
+    """
     metrics = resolve_metrics(space, ref)
     return metrics[0] if len(metrics) == 1 else worst_of(str(ref), metrics, "<=" if sense == "minimise" else ">=")
 
 
 def worst_of(name: str, metrics: Sequence[Metric], operator: str) -> Metric:
-    """Of several metrics that are called so the one that an upper (or a lower) limit is about."""
+    """Of several metrics that are called so the one that an upper (or a lower) limit is about.
+
+    The maximum for ``<=`` and ``<``, the minimum for ``>=`` and ``>``.
+    """
     kind, one = "max" if operator[0] == "<" else "min", Quantity(Fraction(1), DIMENSIONLESS, "")
     return Metric(f"{kind}({name})", kind, operands=tuple(((one, metric),) for metric in metrics))
 
 
 def read_derived(space: Space, name: str, text: str) -> Derived:
-    """A derived metric; all its terms must have one dimension."""
+    """A derived metric; all its terms must have one dimension.
+
+    Raises `QuestionError` or `ExpressionError` for text that cannot be read, unknown metrics, or terms of different
+    dimensions.
+    """
     expression: DerivedExpr = parse_derived(text)
-    terms = tuple((coefficient, one_metric(space, ref)) for coefficient, ref in expression.terms)
+    terms = tuple((coefficient, _one_metric(space, ref)) for coefficient, ref in expression.terms)
     _check_kinds(space, text, terms)
     return Derived(name, text, terms, *_check_extent(space, text, [terms]))
 
@@ -368,7 +399,7 @@ def _extreme(space: Space, ref: ExtremeRef) -> Metric:
             coefficient, inner = expression.terms[0]
             operands += [((coefficient, metric),) for metric in resolve_metrics(space, inner)]
         else:
-            operands.append(tuple((coefficient, one_metric(space, inner)) for coefficient, inner in expression.terms))
+            operands.append(tuple((coefficient, _one_metric(space, inner)) for coefficient, inner in expression.terms))
     _check_kinds(space, str(ref), [part for operand in operands for part in operand])
     _check_extent(space, str(ref), operands)
     return Metric(str(ref), ref.kind, operands=tuple(operands))
@@ -419,7 +450,7 @@ def _extent(space: Space, metric: Metric) -> tuple[Fraction, int]:
 
 
 _FINDERS: Mapping[str, Callable[[Space, str | None], tuple[Metric, ...]]] = {
-    "utilisation": lambda space, of: core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
+    "utilisation": lambda space, of: _core_metrics(space, of) or _indexed(space, "utilisation", of, "processor"),
     "busy": _busy,
     "changes": _changes,
     "data age": _data_ages,

@@ -33,7 +33,10 @@ PER_CORE = ("execution_ns", "callback_ns", "response_ns", "section_ns")
 def cores_named(
     ledger: Ledger, processors: Sequence[Processor], path: Path, processor: Tree, given: Sequence[int | str]
 ) -> tuple[int | str, ...]:
-    """The cores of a thread with groups as their numbers; rules stay as they are."""
+    """The cores of a thread with groups as their numbers; rules stay as they are.
+
+    Words such as ``any`` are kept. A group with other numbers on another type, and an unknown group, go to `ledger`.
+    """
     slots = [processors[leaf] for leaf in dict.fromkeys(leaves(processor)) if leaf is not None]
     found: dict[int | str, None] = {}
     for item in given:
@@ -52,7 +55,10 @@ def cores_named(
 
 
 def numbers_of(slot: Processor, type_name: str, group: str) -> tuple[int, ...]:
-    """The cores of a group, from 1 on; none where the type has no such group."""
+    """The cores of a group, from 1 on; none where the type has no such group.
+
+    Ascending core numbers of one processor type; groups are numbered in the order of the file.
+    """
     first = 1
     for name, count in slot.groups.get(type_name, ()):
         if name == group:
@@ -62,7 +68,10 @@ def numbers_of(slot: Processor, type_name: str, group: str) -> tuple[int, ...]:
 
 
 def with_times_of_cores(ledger: Ledger, spec: Spec, space: Space) -> Space:
-    """The space with the times that a thread takes on each group of cores as figures of its core."""
+    """The space with the times that a thread takes on each group of cores as figures of its core.
+
+    Execution times become trees over the core decision; a thread whose core first-fit would choose is a mistake.
+    """
     components = list(space.components)
     cores: dict[str, Tree] = {}
     for number, component in enumerate(space.components):
@@ -136,7 +145,11 @@ def check_core(
 
 
 def open_cores(ledger: Ledger, spec: Spec, space: Space) -> tuple[OpenCore, ...]:
-    """The threads whose core is open, each with its decision; makes every core known to rules and the baseline."""
+    """The threads whose core is open, each with its decision; makes every core known to rules and the baseline.
+
+    Each has the index of its decision behind those of the architecture. Whether the decision takes part is decided with
+    the question.
+    """
     found: list[OpenCore] = []
     for owner, (threads, processor) in _core_owners(space).items():
         ledger.work.go_on(10)
@@ -224,21 +237,30 @@ def with_open_cores(space: Space) -> Space:
 
     What is asked are requirements, objectives, rules and fixed decisions.
     """
-    return _with_cores(space, depends_on_cores(space)) if space.open_cores or space.open_priorities else space
+    return _with_cores(space, _depends_on_cores(space)) if space.open_cores or space.open_priorities else space
 
 
 def with_all_cores(space: Space) -> Space:
-    """The space with every open core and best order as a decision."""
+    """The space with every open core and best order as a decision.
+
+    For designs that state cores, whatever is asked; the space itself where nothing is open.
+    """
     return _with_cores(space, True) if space.open_cores or space.open_priorities else space
 
 
 def without_scheduling(space: Space) -> Space:
-    """The space without decisions on cores and best orders where nothing but response times depends on them."""
+    """The space without decisions on cores and best orders where nothing but response times depends on them.
+
+    A smaller search space for questions without response times: equal cores give equal figures.
+    """
     return space if _is_spoken_of(space) else _with_cores(space, False)
 
 
 def without_cores(space: Space, threads: Iterable[OpenCore]) -> Space:
-    """The space in which these threads have no core, the decisions in their places."""
+    """The space in which these threads have no core, the decisions in their places.
+
+    First-fit then places these threads when response times are computed.
+    """
     components = list(space.components)
     for number in (number for item in threads for number in item.threads):
         components[number] = replace(components[number], core=None)
@@ -267,7 +289,7 @@ def _with_cores(space: Space, wanted: bool) -> Space:
     return replace(space, decisions=(*space.decisions[:first], *added), components=tuple(components))
 
 
-def depends_on_cores(space: Space) -> bool:
+def _depends_on_cores(space: Space) -> bool:
     """Whether a requirement, an objective, a rule or a fixed decision of the space depends on who shares a core."""
     return _is_spoken_of(space) or any(is_scheduled(space, metric) for metric in _asked(space))
 
@@ -283,7 +305,11 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def is_scheduled(space: Space, metric: Metric) -> bool:
-    """Whether response times count in a metric."""
+    """Whether response times count in a metric.
+
+    True for response times and for latencies that count them (`processing: response_time`). Then the assignment of
+    threads to cores matters.
+    """
     parts = parts_of(space, metric)
     if parts:
         return any(is_scheduled(space, inner) for _, inner in parts)
@@ -297,7 +323,10 @@ def is_scheduled(space: Space, metric: Metric) -> bool:
 
 
 def is_shortest(metric: Metric) -> bool:
-    """Whether a metric is the shortest of several times: longer response times never make it longer."""
+    """Whether a metric is the shortest of several times: longer response times never make it longer.
+
+    A minimum latency under response times is a best case, which waiting does not change.
+    """
     return metric.kind.endswith("min latency") or metric.kind == "newest input"
 
 
@@ -315,7 +344,10 @@ def tells_cores_apart(space: Space) -> bool:
 
 
 def names_cores(space: Space) -> bool:
-    """Whether rules, or figures of single cores, tell cores apart: a derived metric is looked at wherever it stands."""
+    """Whether rules, or figures of single cores, tell cores apart: a derived metric is looked at wherever it stands.
+
+    Cores of a processor are then not interchangeable, and symmetric designs differ.
+    """
     cores = {item.index for item in space.open_cores}
     if any(_looks_at(rule.condition, lambda index: index in cores) for rule in space.rules):
         return True
@@ -329,7 +361,10 @@ def _is_of_cores(space: Space, metric: Metric) -> bool:
 
 
 def rules_on_order(space: Space) -> bool:
-    """Whether rules look at priorities of which the best are asked for."""
+    """Whether rules look at priorities of which the best are asked for.
+
+    Such priorities stay decisions, even if nothing else depends on them.
+    """
     orders = {item.index for item in space.open_priorities}
     return any(_looks_at(rule.condition, lambda index: index in orders) for rule in space.rules)
 

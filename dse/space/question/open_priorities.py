@@ -37,7 +37,10 @@ def read_priority(ledger: Ledger, owner: Owner, default: str) -> Tree:
 
 
 def open_priorities(ledger: Ledger, spec: Spec, space: Space, first: int) -> tuple[OpenPriority, ...]:
-    """The threads that ask for the best order, each with its decision; `first` is the index of the first of them."""
+    """The threads that ask for the best order, each with its decision; `first` is the index of the first of them.
+
+    An `OpenPriority` for each thread with ``priority: any``, over the threads that may share its processor.
+    """
     free = {
         number
         for number, item in enumerate(space.components)

@@ -35,7 +35,11 @@ T = TypeVar("T")
 
 
 def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
-    """The space with everything that the problem file asks; mistakes go to the ledger."""
+    """The space with everything that the problem file asks; mistakes go to the ledger.
+
+    Requirements, rules, objectives, derived metrics and the baseline, each with its place. Names that are unknown or in
+    doubt are reported once.
+    """
     space = _with_cores(ledger, space, spec)
     baseline, costs = _baseline(ledger, space, spec), _costs(ledger, space, spec)
     space = replace(space, baseline=baseline, states_baseline=bool(spec.baseline), cost_of_change=costs)
@@ -228,6 +232,9 @@ def _with_bandwidth(space: Space, metrics: tuple[Metric, ...], limit: Quantity) 
 
 
 def read_objective(space: Space, text: str, origin: str = "") -> Objective:
-    """What to minimise or maximise; without ``of`` the worst of all candidates."""
+    """What to minimise or maximise; without ``of`` the worst of all candidates.
+
+    Raises `ExpressionError` or `QuestionError` with the place in the text. `origin` is shown with the objective.
+    """
     expression = parse_objective(text)
     return Objective(text, expression.sense, worst_metric(space, expression.metric, expression.sense), origin)

@@ -30,7 +30,11 @@ ORDERED = (
 
 
 def read_rule(space: Space, text: str, origin: str = "") -> Rule:
-    """A rule with its names resolved."""
+    """A rule with its names resolved.
+
+    Raises `ExpressionError` for a mistake of form, `QuestionError` for a value that is no option. `origin` is shown
+    with the rule.
+    """
     expression = parse_rule(text, list(space.references), _bare_names(space))
     return Rule(text, expression.verb, _resolve(space, expression.condition), origin)
 
@@ -43,7 +47,10 @@ def _bare_names(space: Space) -> list[str]:
 
 
 def unoffered_types(space: Space) -> list[str]:
-    """The types of the catalogues that nothing may have."""
+    """The types of the catalogues that nothing may have.
+
+    Rules that name only such types can never apply, which `dse check` remarks.
+    """
     offered = {str(text) for item in space.references.values() if item.kind == "type" for text in item.texts.values()}
     return [name for names in space.catalogue.values() for name in names if name not in offered]
 

@@ -42,7 +42,10 @@ ORIGIN = "command line"
 
 
 def default_deadlines(profile: str) -> str:
-    """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit."""
+    """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit.
+
+    ``stated`` under the profile *dse*, ``none`` under the OSATE profiles.
+    """
     return "stated" if profile == "dse" else "none"
 
 
@@ -70,7 +73,10 @@ def osate_settings(text: str) -> dict[str, str]:
 
 
 def settings_of(space: Space) -> dict[str, str]:
-    """The settings of a question, by name."""
+    """The settings of a question, by name.
+
+    The names are those of the problem file: profile, worst_case, processing and so on.
+    """
     return {name: getattr(space, name) for name in SETTINGS}
 
 
@@ -100,7 +106,7 @@ def with_deadlines(space: Space, origin: Callable[[Component | Connection], str]
 
 
 def deadline_requirements(space: Space, origin: Callable[[Component | Connection], str]) -> list[Requirement]:
-    """That each thread on a processor, and each message, ends by its deadline, as far as `Space.deadlines` says.
+    """A requirement for each deadline of a thread or message that `Space.deadlines` counts.
 
     With ``all`` a thread without a deadline ends by its period. `dse.analysis.limits` reads the limit itself.
     """

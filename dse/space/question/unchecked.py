@@ -12,7 +12,10 @@ HINT = (
 
 
 def unchecked_words(space: Space) -> str:
-    """Each requirement that cannot be checked, with the reason and its place; empty where there is none."""
+    """Each requirement that cannot be checked, with the reason and its place; empty where there is none.
+
+    One line for each requirement: ``FILE:LINE: REQUIREMENT cannot be checked: REASON``.
+    """
     return "\n".join(f"{item.origin}: {item.requirement} cannot be checked: {item.reason}" for item in space.unchecked)
 
 

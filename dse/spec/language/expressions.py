@@ -32,7 +32,10 @@ class MetricRef:
 
 @dataclass(frozen=True)
 class ExtremeRef:
-    """``max(A, B, …)`` or ``min(…)`` of sums of metrics; a metric without ``of`` stands for all of its kind."""
+    """``max(A, B, …)`` or ``min(…)`` of sums of metrics; a metric without ``of`` stands for all of its kind.
+
+    In a derived metric or an objective, such as ``minimise max(latency)``; each operand is a sum of metrics.
+    """
 
     kind: Literal["max", "min"]
     operands: tuple[DerivedExpr, ...]
@@ -46,7 +49,10 @@ MetricExpr: TypeAlias = MetricRef | ExtremeRef
 
 @dataclass(frozen=True)
 class RequirementExpr:
-    """``METRIC [of NAME] OP QUANTITY``."""
+    """``METRIC [of NAME] OP QUANTITY``.
+
+    The text as written, a metric by name, one of ``<= < >= > ==``, and a limit with its unit.
+    """
 
     text: str
     metric: MetricExpr
@@ -65,7 +71,11 @@ class ObjectiveExpr:
 
 @dataclass(frozen=True)
 class DerivedExpr:
-    """A sum of metrics, each times an exact constant (in coherent units, see `dse.support.units`)."""
+    """A sum of metrics, each times an exact constant (in coherent units, see `dse.support.units`).
+
+    Such as ``2 * latency of a + latency of b``; the constants may carry units, so that terms of different kinds can be
+    added.
+    """
 
     text: str
     terms: tuple[tuple[Quantity, MetricExpr], ...]
@@ -80,7 +90,10 @@ class Ref:
 
 @dataclass(frozen=True)
 class Compare:
-    """A decision compared with a literal (its text, or for ``in`` several) or with another decision."""
+    """A decision compared with a literal (its text, or for ``in`` several) or with another decision.
+
+    Options are compared by their text, ordered ones by value; ``right`` is the literal or the other decision.
+    """
 
     left: Ref
     operator: Operator
@@ -97,7 +110,10 @@ class OneOf:
 
 @dataclass(frozen=True)
 class MultipleOf:
-    """``REF is a multiple of REF``: integer multiple, 1 included."""
+    """``REF is a multiple of REF``: integer multiple, 1 included.
+
+    Used for harmonic periods: 20 ms is a multiple of 10 ms and of 20 ms, not of 15 ms.
+    """
 
     left: Ref
     right: Ref
@@ -105,7 +121,10 @@ class MultipleOf:
 
 @dataclass(frozen=True)
 class Used:
-    """A bare name: a type that some slot or component has, or a slot that is not empty."""
+    """A bare name: a type that some slot or component has, or a slot that is not empty.
+
+    The condition is true in designs where the type is chosen, or the slot is filled.
+    """
 
     name: str
 
@@ -136,7 +155,10 @@ Condition: TypeAlias = Compare | OneOf | MultipleOf | Used | Not["Condition"] | 
 
 @dataclass(frozen=True)
 class RuleExpr:
-    """``require CONDITION`` (broken when false) or ``forbid CONDITION`` (broken when true)."""
+    """``require CONDITION`` (broken when false) or ``forbid CONDITION`` (broken when true).
+
+    Conditions are trees of `And`, `Or`, `Not`, comparisons and names.
+    """
 
     text: str
     verb: Literal["require", "forbid"]

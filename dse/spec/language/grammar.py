@@ -71,7 +71,11 @@ def parse_requirement(text: str) -> RequirementExpr:
 
 
 def parse_objective(text: str) -> ObjectiveExpr:
-    """``minimise METRIC [of NAME]`` or ``maximise …``."""
+    """``minimise METRIC [of NAME]`` or ``maximise …``.
+
+    An `ObjectiveExpr` with the names not yet resolved. Raises `ExpressionError` for another verb, for a comparison, and
+    for text behind the metric.
+    """
     check_length(text)
     verb, _, rest = text.strip().partition(" ")
     sense = _SENSES.get(verb)
@@ -131,7 +135,11 @@ def parse_rule(text: str, names: Collection[str], bare: Collection[str]) -> Rule
 
 
 def parse_assignment(text: str) -> tuple[str, str]:
-    """``NAME = VALUE`` (also ``==`` and ``:``), as in ``--fix "gnss_provider.period = 10 ms"``."""
+    """``NAME = VALUE`` (also ``==`` and ``:``), as in ``--fix "gnss_provider.period = 10 ms"``.
+
+    The name of the decision and the text of its value, without quotes. Raises `ExpressionError` where one of them is
+    missing.
+    """
     check_length(text)
     start, end = _separator(text)
     name, value = unquoted(text[:start]), unquoted(text[end:])
@@ -143,7 +151,11 @@ def parse_assignment(text: str) -> tuple[str, str]:
 
 
 def parse_limit(text: str) -> tuple[str | None, Quantity]:
-    """``QUANTITY`` or ``NAME=QUANTITY``, as in ``--max-jitter FLOW=20ms``; the last ``=`` separates."""
+    """``QUANTITY`` or ``NAME=QUANTITY``, as in ``--max-jitter FLOW=20ms``; the last ``=`` separates.
+
+    The name, None where there is none, and the quantity. Raises `ExpressionError` for an empty name or a quantity that
+    cannot be read.
+    """
     check_length(text)
     name, separator, limit = text.rpartition("=")
     if separator and not unquoted(name):

@@ -43,7 +43,11 @@ def _by_initial(names: frozenset[str], bare: frozenset[str]) -> Mapping[str, Seq
 
 
 class RuleParser:
-    """Parses one rule; `names` are decisions, `bare` types and slots."""
+    """Parses one rule; `names` are decisions, `bare` types and slots.
+
+    Recursive descent over the text; precedence from low to high: ``implies``, ``or``, ``and``, ``not``, comparison.
+    Known names may contain blanks.
+    """
 
     def __init__(self, text: str, names: Collection[str], bare: Collection[str]) -> None:
         self.text = text
@@ -57,7 +61,11 @@ class RuleParser:
         self._by_initial = _by_initial(self.names, self.bare)
 
     def rule(self) -> RuleExpr:
-        """Parse the whole text."""
+        """Parse the whole text.
+
+        A `RuleExpr` with the verb ``require`` where none is written. Raises `ExpressionError` with the place of the
+        mistake.
+        """
         verb: Literal["require", "forbid"] = "require"
         if self._take_keyword("forbid"):
             verb = "forbid"

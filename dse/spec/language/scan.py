@@ -40,18 +40,27 @@ class ExpressionError(ValueError):
 
 
 def check_length(text: str) -> None:
-    """Refuse texts that no person writes."""
+    """Refuse texts that no person writes.
+
+    Raises `ExpressionError` for more than `MAX_TEXT` characters, so that a generated file cannot stall the parser.
+    """
     if len(text) > MAX_TEXT:
         raise ExpressionError(f"the text is longer than {MAX_TEXT} characters", MAX_TEXT)
 
 
 def operator_at(text: str, at: int) -> tuple[int, Operator] | None:
-    """Length and meaning of the comparison operator at a place, if there is one."""
+    """Length and meaning of the comparison operator at a place, if there is one.
+
+    The longest operator is tried first, so that ``<=`` is not read as ``<``.
+    """
     return next(((len(sign), operator) for sign, operator in _OPERATORS if text.startswith(sign, at)), None)
 
 
 def unquoted(text: str) -> str:
-    """The text without surrounding blanks and quotes: ``'my thread'.period`` is ``my thread.period``."""
+    """The text without surrounding blanks and quotes: ``'my thread'.period`` is ``my thread.period``.
+
+    Single and double quotes count; a name in quotes may contain blanks, dots and operators.
+    """
     text = text.strip()
     for quote in "'\"":
         if text.startswith(quote) and quote in text[1:]:
@@ -82,14 +91,20 @@ class Scanner:
         return self.text[at] in "'\"" and (before.isspace() or before in STOPS or before in ":")
 
     def quoted_end(self, at: int) -> int:
-        """The place of the quote that closes the one at `at`."""
+        """The place of the quote that closes the one at `at`.
+
+        Raises `ExpressionError` where the quote is not closed.
+        """
         end = self.text.find(self.text[at], at + 1)
         if end < 0:
             raise ExpressionError("this quote is not closed", at)
         return end
 
     def outside_quotes(self) -> Iterator[int]:
-        """The places of all characters that are not inside quotes, the quotes themselves left out."""
+        """The places of all characters that are not inside quotes, the quotes themselves left out.
+
+        Ascending indices into the text; used to find operators and words that are not part of a name.
+        """
         at = 0
         while at < len(self.text):
             if self.opens_quote(at):
@@ -99,7 +114,10 @@ class Scanner:
             at += 1
 
     def outside(self) -> Iterator[int]:
-        """The places that are neither inside quotes nor of an extreme, ``max(…)`` or ``min(…)``."""
+        """The places that are neither inside quotes nor of an extreme, ``max(…)`` or ``min(…)``.
+
+        Ascending indices into the text. A comparison inside of ``max(…)`` is no comparison of the requirement.
+        """
         end = 0
         for at in self.outside_quotes():
             if at >= end and self.calls(at):
@@ -108,12 +126,18 @@ class Scanner:
                 yield at
 
     def calls(self, at: int) -> bool:
-        """Whether an extreme begins at a place."""
+        """Whether an extreme begins at a place.
+
+        ``max(`` or ``min(`` at the beginning or behind an operator; a metric may otherwise contain these words.
+        """
         before = self.text[:at].rstrip()
         return CALL.match(self.text, at) is not None and (not before or before[-1] in BEFORE_A_METRIC)
 
     def closed(self, at: int) -> int:
-        """The place of the parenthesis that closes the one at `at`."""
+        """The place of the parenthesis that closes the one at `at`.
+
+        Raises `ExpressionError` where the parenthesis is not closed.
+        """
         depth = 0
         for place in self.outside_quotes():
             if place < at:

@@ -63,15 +63,19 @@ def _listed(value: Any) -> list[Any]:
 
 
 def identity_of(document: Mapping[str, Any]) -> str:
-    """The digest of what a document means; see the head of this module."""
-    text = json.dumps(canonical(document), ensure_ascii=False, separators=(",", ":"))
+    """The digest of what a document means; see the head of this module.
+
+    SHA-256 in hexadecimal over canonical JSON. Comments, layout, and the order of sections and of fields do not count;
+    the order of names and of options does.
+    """
+    text = json.dumps(_canonical(document), ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def canonical(document: Mapping[str, Any]) -> dict[str, Any]:
+def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
     """A document without what nobody computes with, sections in the order of the schema, fields in that of their names.
 
-    >>> canonical({"threads": {"b": {"source": "x", "period": "1 ms"}, "a": {}}, "dse": 1, "source": "y"})
+    >>> _canonical({"threads": {"b": {"source": "x", "period": "1 ms"}, "a": {}}, "dse": 1, "source": "y"})
     {'threads': {'b': {'period': '1 ms'}, 'a': {}}, 'dse': 1}
     """
     fields = [info.alias or name for name, info in Spec.model_fields.items()]
@@ -91,8 +95,12 @@ def _fields(entry: Any) -> Any:
 
 
 def differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
-    """Where two documents differ in meaning, in words; `one` is the earlier."""
-    yield from _differing("", canonical(one), canonical(other))
+    """Where two documents differ in meaning, in words; `one` is the earlier.
+
+    Sentences with the path of each difference, such as ``threads.nav.period``; used to say what changed since a result
+    was written.
+    """
+    yield from _differing("", _canonical(one), _canonical(other))
 
 
 def _differing(path: str, one: Any, other: Any) -> Iterator[str]:

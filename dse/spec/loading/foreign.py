@@ -20,7 +20,10 @@ LISTS = ("requirements", "assumptions", "rules", "objectives")
 
 
 def tree_of(imported: Imported, file: str) -> YamlNode:
-    """The document of a model as a tree whose values have the places that the model gives them."""
+    """The document of a model as a tree whose values have the places that the model gives them.
+
+    A `YamlNode` that loading treats as a file; diagnostics then point into the imported model.
+    """
     return _node(imported.document, (), imported.places, Place(file, 0, 0))
 
 
@@ -45,7 +48,10 @@ def _entries(node: YamlNode, *path: str) -> dict[str, MappingEntry]:
 
 
 def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
-    """The types that a file offers for components, by section and name."""
+    """The types that a file offers for components, by section and name.
+
+    Section to component to names of types. The importer takes these as the options of the component.
+    """
     found: dict[str, dict[str, list[str]]] = {}
     for section in SLOTS:
         for name, entry in _entries(node, section).items():
@@ -59,7 +65,11 @@ def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
 
 
 def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic]:
-    """What a file says of components and connections that the model does not have."""
+    """What a file says of components and connections that the model does not have.
+
+    Sections that a deciding file may extend are left out. Each `Diagnostic` has the closest name of the model as a
+    hint.
+    """
     homes = {name: section for section in SECTIONS if section not in OWN for name in _entries(model, section)}
     for section in SECTIONS:
         if section in OWN:
@@ -73,7 +83,11 @@ def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic
 
 
 def overlaid(node: YamlNode, model: YamlNode) -> YamlNode:
-    """What a file states, field by field over what the model states; lists of the question one after the other."""
+    """What a file states, field by field over what the model states; lists of the question one after the other.
+
+    A new tree: scalars of the deciding file replace those of the model, requirements, rules and objectives are
+    appended.
+    """
     mine, theirs = (part.value if isinstance(part.value, dict) else {} for part in (node, model))
     merged = {key: entry for key, entry in mine.items() if key not in DECIDING}
     for key, entry in theirs.items():

@@ -55,7 +55,10 @@ class LoadedSpec:
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
-        """What it says as plain data, includes and samples merged in."""
+        """What it says as plain data, includes and samples merged in.
+
+        Keys and values as a problem file has them, JSON-compatible. Computed once.
+        """
         return merged_document([source.node for source in self.sources], self.samples, self.sized.sizes)
 
     @cached_property
@@ -64,17 +67,26 @@ class LoadedSpec:
 
     @property
     def stated(self) -> tuple[UncertainInput, ...]:
-        """What is not known of its figures, in the order of the file; entries with mistakes are left out."""
+        """What is not known of its figures, in the order of the file; entries with mistakes are left out.
+
+        Inputs of robust fronts and of sampling, each with its paths and its range or distribution.
+        """
         return self._uncertainties[0]
 
     @property
     def misstated(self) -> tuple[UncertaintyError, ...]:
-        """The mistakes in what it says of its figures' uncertainty."""
+        """The mistakes in what it says of its figures' uncertainty.
+
+        Reported when a study needs the uncertainties; a plain solve does not fail for them.
+        """
         return self._uncertainties[1]
 
     @cached_property
     def identity(self) -> str:
-        """The digest of what it means: that of all problems which differ in comments, layout and paths only."""
+        """The digest of what it means: that of all problems which differ in comments, layout and paths only.
+
+        SHA-256 in hexadecimal (`identity_of`). Results carry it, so that a changed problem is noticed.
+        """
         return identity_of(self.document)
 
     def diagnostic(
@@ -86,16 +98,25 @@ class LoadedSpec:
         *,
         at_key: bool = False,
     ) -> Diagnostic:
-        """A finding about a place such as ``("threads", "nav", "period")``, in the file that has most of that path."""
+        """A finding about a place such as ``("threads", "nav", "period")``, in the file that has most of that path.
+
+        With `at_key` the place is that of the key instead of the value.
+        """
         return self.source_of(path).diagnostic(path, message, hint, severity, at_key=at_key)
 
     def source_of(self, path: Sequence[PathPart]) -> Source:
-        """The file that has most of a path."""
+        """The file that has most of a path.
+
+        A path that no file has completely belongs to the file with its longest beginning.
+        """
         return max(self.sources, key=lambda candidate: len(candidate.node.known(path)))
 
 
 class UnreadableError(ProblemError):
-    """Some of the problem cannot be read; `rest` is the problem without that, None where too much would be missing."""
+    """Some of the problem cannot be read; `rest` is the problem without that, None where too much would be missing.
+
+    Later steps check `rest`, so that one run reports mistakes of form and of names together.
+    """
 
     def __init__(self, diagnostics: Sequence[Diagnostic], rest: LoadedSpec | None) -> None:
         super().__init__(diagnostics)

@@ -26,7 +26,10 @@ MOST_BYTES = 8_000_000
 
 @dataclass(frozen=True)
 class MessageMistake:
-    """What is wrong with a message, and where."""
+    """What is wrong with a message, and where.
+
+    `path` leads to the key in the problem file; `hint` says what would be right.
+    """
 
     path: tuple[PathPart, ...]
     message: str
@@ -35,14 +38,20 @@ class MessageMistake:
 
 @dataclass
 class Sized:
-    """Sizes in bytes by connection; connections with a mistake have none."""
+    """Sizes in bytes by connection; connections with a mistake have none.
+
+    Sizes count as the section `messages` of the file asks, with the stated lengths of sequences.
+    """
 
     sizes: dict[str, int] = field(default_factory=dict)
     mistakes: list[MessageMistake] = field(default_factory=list)
 
     @property
     def text(self) -> str:
-        """The sizes, as a result carries them."""
+        """The sizes, as a result carries them.
+
+        JSON with names of connections and bytes, so that a result can be reopened without the definitions of messages.
+        """
         return json.dumps(self.sizes, ensure_ascii=False, indent=1)
 
 
@@ -164,7 +173,10 @@ def _size(types: Types, item: Connection, stated: Messages) -> int:
 
 
 def with_sizes(spec: Spec, found: Sized) -> Spec:
-    """The problem with these sizes stated for its connections, in place of their messages."""
+    """The problem with these sizes stated for its connections, in place of their messages.
+
+    A copy of the spec; connections with a size of their own are not changed.
+    """
     if not found.sizes:
         return spec
     connections = dict(spec.connections)

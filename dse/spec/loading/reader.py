@@ -49,7 +49,10 @@ _HINTS = (
 
 @dataclass(frozen=True, slots=True)
 class MappingEntry:
-    """A key of a mapping, with its place, and its value."""
+    """A key of a mapping, with its place, and its value.
+
+    Line and column, from 1, are those of the key; the value's are in `node`.
+    """
 
     line: int
     column: int
@@ -59,7 +62,11 @@ class MappingEntry:
 
 @dataclass(frozen=True, slots=True)
 class YamlNode:
-    """A value of the file and its place, counted from 1; `file` where it is from another file than its root."""
+    """A value of the file and its place, counted from 1; `file` where it is from another file than its root.
+
+    The value is a scalar, a tuple of nodes or a mapping of `MappingEntry`; YAML 1.2 core schema, without dates and
+    without ``yes`` and ``no``.
+    """
 
     line: int
     column: int
@@ -67,7 +74,10 @@ class YamlNode:
     file: str = ""
 
     def to_data(self) -> Any:
-        """Plain data: dict, list, str, int, float, bool, None."""
+        """Plain data: dict, list, str, int, float, bool, None.
+
+        Recursive; places are lost.
+        """
         if isinstance(self.value, dict):
             return {key: entry.node.to_data() for key, entry in self.value.items()}
         if isinstance(self.value, tuple):
@@ -75,22 +85,34 @@ class YamlNode:
         return self.value
 
     def known(self, path: Sequence[PathPart]) -> tuple[PathPart, ...]:
-        """The path as far as the data has it, without the labels that pydantic puts into the locations of unions."""
+        """The path as far as the data has it, without the labels that pydantic puts into the locations of unions.
+
+        Keys and list indices from the root, as far as they exist; used to find the place of a pydantic finding.
+        """
         return tuple(part for part, _ in self._walk(path))
 
     def locate(self, path: Sequence[PathPart], *, at_key: bool = False) -> tuple[int, int]:
-        """Line and column of the value at the path, or of its key; of the last part that exists."""
+        """Line and column of the value at the path, or of its key; of the last part that exists.
+
+        Both count from 1. With `at_key` a mapping entry is located at its key.
+        """
         place = self.place(path, at_key=at_key)
         return place.line, place.column
 
     def place(self, path: Sequence[PathPart], *, at_key: bool = False) -> YamlNode | MappingEntry:
-        """The value at the path, or its key; or the last part of it that exists."""
+        """The value at the path, or its key; or the last part of it that exists.
+
+        A node or, with `at_key`, the entry with its key; both have a line, a column and a file.
+        """
         places: list[YamlNode | MappingEntry] = [self, *(place for _, place in self._walk(path))]
         place = places[-1]
         return place.node if isinstance(place, MappingEntry) and not at_key else place
 
     def at(self, path: Sequence[PathPart]) -> YamlNode:
-        """The value at the path, or at the last part of it that exists."""
+        """The value at the path, or at the last part of it that exists.
+
+        The node itself where the path is empty or nothing of it exists.
+        """
         nodes = [self, *(item.node if isinstance(item, MappingEntry) else item for _, item in self._walk(path))]
         return nodes[-1]
 
@@ -116,7 +138,10 @@ def dotted(path: Sequence[PathPart]) -> str:
 
 
 class RepeatedKeysError(ProblemError):
-    """Keys are there twice and nothing else is wrong; `root` has the first of each, `paths` are their places."""
+    """Keys are there twice and nothing else is wrong; `root` has the first of each, `paths` are their places.
+
+    The diagnostics name both lines of each key. The rest of the file is checked with the first value.
+    """
 
     def __init__(self, findings: Sequence[Diagnostic], root: YamlNode, paths: Sequence[tuple[PathPart, ...]]) -> None:
         super().__init__(findings)
@@ -124,7 +149,10 @@ class RepeatedKeysError(ProblemError):
 
 
 def read_bytes(path: Path, file: str, what: str = "a problem file") -> bytes:
-    """The content of a file, at most `MAX_BYTES`; `file` is its name in diagnostics."""
+    """The content of a file, at most `MAX_BYTES`; `file` is its name in diagnostics.
+
+    Raises `ProblemError` with one diagnostic where the file is missing, is no regular file, or is too large.
+    """
     try:
         return reading.read_bytes(path, MAX_BYTES, what)
     except reading.UnreadableFileError as error:
@@ -132,17 +160,20 @@ def read_bytes(path: Path, file: str, what: str = "a problem file") -> bytes:
 
 
 def decode_text(data: bytes, file: str) -> str:
-    """UTF-8 text without control characters; a byte order mark is dropped."""
+    """UTF-8 text without control characters; a byte order mark is dropped.
+
+    Raises `ProblemError` with the line of the first byte that is not UTF-8, or of a control character.
+    """
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise ProblemError([Diagnostic("the file is not UTF-8 text", file=file, line=line, column=0)]) from None
-    check_characters(text, file)
+    _check_characters(text, file)
     return text
 
 
-def check_characters(text: str, file: str) -> None:
+def _check_characters(text: str, file: str) -> None:
     """Refuse NUL and other control characters."""
     found = _FORBIDDEN.search(text)
     if found:
@@ -163,7 +194,7 @@ def read_yaml(text: str, file: str) -> YamlNode:
         Text that is not YAML, of which nothing is quoted (anybody may read the messages, and the file may be any that
         a problem file includes); or not the YAML described above, with every finding.
     """
-    check_characters(text, file)
+    _check_characters(text, file)
     builder, work = _NodeBuilder(file), Work()
     try:
         for event in yaml.parse(text, Loader=_LOADER):
@@ -401,12 +432,18 @@ class Source:
         *,
         at_key: bool = False,
     ) -> Diagnostic:
-        """A finding about a place in this file."""
+        """A finding about a place in this file.
+
+        `path` are keys and list indices; line and column are those of the value, with `at_key` of the key.
+        """
         place = self.node.place(path, at_key=at_key)
         file = place.file or self.file
         return Diagnostic(message, dotted(self.node.known(path)), file, place.line, place.column, hint, severity)
 
     def text_at(self, path: Sequence[PathPart]) -> str:
-        """The text at a place in this file, or of the last part that exists; "" for anything but text."""
+        """The text at a place in this file, or of the last part that exists; "" for anything but text.
+
+        Used to quote what the user wrote in a message.
+        """
         value = self.node.at(path).value
         return value if isinstance(value, str) else ""

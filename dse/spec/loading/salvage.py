@@ -68,7 +68,11 @@ WHOLE = Remains()
 
 
 def salvaged(model: type[Catalogue], data: Any, error: ValidationError) -> tuple[Catalogue, tuple[Place, ...]] | None:
-    """The file without what is wrong in it, and the places where that was; None when too much would be missing."""
+    """The file without what is wrong in it, and the places where that was; None when too much would be missing.
+
+    `error` is what pydantic found; entries with findings are removed and the rest is validated again, at most `ROUNDS`
+    times. The rest is only used to find further mistakes, never to solve.
+    """
     places: list[Place] = []
     for _ in range(ROUNDS):
         if error.error_count() > MOST_PLACES:
@@ -86,7 +90,10 @@ def salvaged(model: type[Catalogue], data: Any, error: ValidationError) -> tuple
 
 
 def remains(spec: Catalogue, places: Iterable[Place]) -> Remains:
-    """What to doubt: the entries that hold the places, and those of a type that does."""
+    """What to doubt: the entries that hold the places, and those of a type that does.
+
+    A `Remains`: names about which no further mistake is reported, because it may follow from one that is known.
+    """
     places = frozenset(places)
     named = {place for place in places if len(place) > 1 and place[0] not in (*QUESTIONS, "baseline")}
     names = {str(place[1]) for place in named}

@@ -20,7 +20,10 @@ MOST_BYTES = 64_000_000
 
 
 class SampleError(ValueError):
-    """Samples that cannot be had; `field` is the key of the entry that is wrong."""
+    """Samples that cannot be had; `field` is the key of the entry that is wrong.
+
+    A missing file, a missing column or a cell that is no number.
+    """
 
     def __init__(self, field: str, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -32,7 +35,11 @@ Samples: TypeAlias = Mapping[str, tuple[str, ...] | SampleError]
 
 
 def read_samples(spec: Spec, main: Path, files: Files) -> tuple[Samples, dict[str, str]]:
-    """The samples that stand in files of their own, and the texts of these files by name."""
+    """The samples that stand in files of their own, and the texts of these files by name.
+
+    Columns by path of the uncertain quantity; a `SampleError` stands where a column cannot be read, and is reported
+    with the uncertainties.
+    """
     found: dict[str, tuple[str, ...] | SampleError] = {}
     texts: dict[str, str] = {}
     for path, stated in spec.uncertainty.items():

@@ -12,43 +12,73 @@ from dse.support.files.reading import UnreadableFileError, obstacle, read_bytes,
 
 
 class Files(Protocol):
-    """Reads the files of one problem."""
+    """Reads the files of one problem.
+
+    `OnDisk` reads files, `Carried` the texts of a result; loading does not know which of them it has.
+    """
 
     def read(self, path: Path, most: int, what: str) -> bytes:
-        """The content of a file of at most `most` bytes; raises `UnreadableFileError`."""
+        """The content of a file of at most `most` bytes; raises `UnreadableFileError`.
+
+        Larger files are refused before they are read. `what` is a noun for messages, such as "a problem file".
+        """
 
     def obstacle(self, path: Path) -> str | None:
-        """Why there is nothing to read at a path, or None."""
+        """Why there is nothing to read at a path, or None.
+
+        A phrase for a message: missing, a folder, not readable.
+        """
 
     def real(self, path: Path) -> Path:
-        """What tells a file from others, however it is spelled."""
+        """What tells a file from others, however it is spelled.
+
+        Two paths with one real path are one file; circles of includes are found by it.
+        """
 
 
 class OnDisk:
-    """Files where they are; each is noted as an input of the run."""
+    """Files where they are; each is noted as an input of the run.
+
+    An output of the run must not overwrite one of the inputs; the note serves that check.
+    """
 
     def read(self, path: Path, most: int, what: str) -> bytes:
-        """See `Files`."""
+        """The content of a file on the disk, of at most `most` bytes.
+
+        Raises `UnreadableFileError` where the file is missing, is no regular file, or is too large.
+        """
         return read_bytes(path, most, what)
 
     def obstacle(self, path: Path) -> str | None:
-        """See `Files`."""
+        """Why there is nothing to read at a path on the disk, or None.
+
+        A phrase for a message: missing, a folder, not readable.
+        """
         return obstacle(path)
 
     def real(self, path: Path) -> Path:
-        """See `dse.support.files.reading.real`."""
+        """The path without links and relative parts, which tells a file from others.
+
+        As `dse.support.files.reading.real` computes it.
+        """
         return real(path)
 
 
 class Carried:
-    """Texts by name, as found from the folder of the main file; nothing is looked up on the disk."""
+    """Texts by name, as found from the folder of the main file; nothing is looked up on the disk.
+
+    Names are relative to the folder of the main file (`name_from`).
+    """
 
     def __init__(self, main: Path, texts: Mapping[str, str]) -> None:
         self.main = main
         self.texts = {normpath(name): text for name, text in texts.items()}
 
     def read(self, path: Path, most: int, what: str) -> bytes:
-        """See `Files`."""
+        """The text that a result carries for a path, as bytes.
+
+        Raises `UnreadableFileError` where the result does not carry it.
+        """
         text = self.texts.get(self._name(path))
         if text is None:
             raise UnreadableFileError(path, "the result does not carry it")
@@ -58,11 +88,11 @@ class Carried:
             raise UnreadableFileError(path, "what the result carries of it is no text") from None
 
     def obstacle(self, path: Path) -> str | None:
-        """See `Files`."""
+        """Why a result has nothing to read at a path, or None."""
         return None if self._name(path) in self.texts else "the result does not carry it"
 
     def real(self, path: Path) -> Path:
-        """See `Files`."""
+        """The name by which a result carries the file."""
         return Path(self._name(path))
 
     def _name(self, path: Path) -> str:
@@ -70,7 +100,10 @@ class Carried:
 
 
 def name_from(path: Path | str, main: Path) -> str:
-    """How a file is found from the folder of the main file: as it was included."""
+    """How a file is found from the folder of the main file: as it was included.
+
+    Text with slashes; a path outside of that folder is kept as it is.
+    """
     folder = str(main.parent)
     return str(path).removeprefix(f"{folder}/") if folder != "." else str(path)
 

@@ -48,7 +48,11 @@ MEANT: dict[str, tuple[str, ...]] = {
 
 
 def translated(item: ErrorDetails, source: Source, root: type[SpecMapping]) -> Diagnostic:
-    """A finding of pydantic with its place in the file; `root` is what the file was read as."""
+    """A finding of pydantic with its place in the file; `root` is what the file was read as.
+
+    A `Diagnostic` in plain words: unknown keys with the closest known key, missing keys, wrong types with what is
+    allowed.
+    """
     path, kind = list(item["loc"]), item["type"]
     if not path:  # the file may be any that a problem file includes: nothing of it is quoted
         return source.diagnostic([], f"expected a mapping, got {kind_of(item['input'])}")
@@ -83,10 +87,10 @@ def _words(item: ErrorDetails) -> tuple[str, str]:
 def _literal(expected: str, value: Any) -> tuple[str, str]:
     allowed = re.findall(r"'([^']*)'", expected) or [expected]
     words = f"expected {allowed[0]}" if len(allowed) == 1 else f"expected one of {', '.join(allowed)}"
-    return f"{words}, got {describe(value)}", suggestion(value, allowed)
+    return f"{words}, got {describe(value)}", _suggestion(value, allowed)
 
 
-def suggestion(value: Any, allowed: Sequence[str]) -> str:
+def _suggestion(value: Any, allowed: Sequence[str]) -> str:
     """``did you mean "x"?`` for the allowed text of another name, or the closest one; or ""."""
     if not isinstance(value, str):
         return ""
@@ -111,7 +115,7 @@ def _unknown_key(path: Sequence[PathPart], source: Source, root: type[SpecMappin
     if "totals" in fields and source.node.known(["totals", key]) == ("totals", key):
         return "unknown key", f"it is a declared total: `totals: {{{key}: …}}`"
     allowed = [info.alias or name for name, info in fields.items()]
-    return "unknown key", suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
+    return "unknown key", _suggestion(key, allowed) or f"allowed: {', '.join(allowed)}"
 
 
 def _decimal_comma(key: str, node: YamlNode) -> str:

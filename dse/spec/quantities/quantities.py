@@ -102,21 +102,33 @@ class Figure:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the file's values become whole numbers of the unit."""
+        """Whether the file's values become whole numbers of the unit.
+
+        Times in ns, sizes in bytes and money in cents are whole; rates and declared totals are exact fractions.
+        """
         return self.kind not in (RATE, RATE_OF_DATA, TOTAL, TRANSMISSION)
 
     @property
     def is_count(self) -> bool:
-        """Whether it counts things (cores, places in a queue): there is nothing between two of its values."""
+        """Whether it counts things (cores, places in a queue): there is nothing between two of its values.
+
+        Margins of such inputs end at a whole number.
+        """
         return self.kind is COUNT
 
     def settled(self, value: Fraction) -> Fraction:
-        """The nearest value that it can have: a whole number where the file's values become one; never too small."""
+        """The nearest value that it can have: a whole number where the file's values become one; never too small.
+
+        Rounded to nearest, at least `least`; other kinds are returned unchanged. In the base unit of the figure.
+        """
         return Fraction(max(self.least, floor(value + Fraction(1, 2)))) if self.is_whole else value
 
     @property
     def least(self) -> int:
-        """The least value that the file admits."""
+        """The least value that the file admits.
+
+        1 for periods, counts and bandwidths, else 0, in the base unit of the figure.
+        """
         return 1 if self.kind in (PERIOD, COUNT) or self.unit == "bit/s" else 0
 
 
@@ -126,7 +138,10 @@ Make: TypeAlias = Callable[[Any, Figure], Any]
 
 
 def figures_of(spec: Spec) -> tuple[Figure, ...]:
-    """Every stated value of a problem but the latencies that flows state."""
+    """Every stated value of a problem but the latencies that flows state.
+
+    In the order of the sections and entries of the file; each has its path, kind, unit and value.
+    """
     found: list[Figure] = []
 
     def note(value: Any, figure: Figure) -> Any:
@@ -138,13 +153,19 @@ def figures_of(spec: Spec) -> tuple[Figure, ...]:
 
 
 def matching(figures: Sequence[F], path: str) -> list[F]:
-    """Those that a path stands for: its own, or all below it."""
+    """The figures that a path stands for: its own, or all below it.
+
+    An exact path gives one figure; ``threads.nav`` gives everything that is stated of the thread.
+    """
     exact = [item for item in figures if item.path == path]
     return exact or [item for item in figures if item.path.startswith((f"{path}.", f"{path}["))]
 
 
 def with_figures(spec: Spec, make: Make) -> Spec:
-    """The problem with something else in the place of each stated value."""
+    """The problem with something else in the place of each stated value.
+
+    `make` gets each value and its `Figure` and returns the replacement; latencies that flows state are left alone.
+    """
     sections: dict[str, Any] = {}
     for section, kinds in FIELDS.items():
         if section == "flows":

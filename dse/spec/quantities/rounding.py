@@ -12,7 +12,10 @@ from dse.support.units import Rounded
 
 
 def rounded_figures(loaded: LoadedSpec) -> Iterator[tuple[str, str]]:
-    """Every figure that counts otherwise than it is written: its path, and what it counts as, in words."""
+    """Every figure that counts otherwise than it is written: its path, and what it counts as, in words.
+
+    Times of demand are rounded up and times that there are down, to whole ns; each remark has both figures.
+    """
     found: dict[tuple[str, str], None] = {}
     for path, value in _figures(loaded.spec, ()):
         found[".".join(path), value.note] = None

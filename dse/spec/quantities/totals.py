@@ -13,7 +13,10 @@ SECTIONS = ("processor_types", "bus_types", "device_types", "thread_types", "dev
 
 
 def in_declared_units(spec: Spec) -> Spec:
-    """The problem with its totals' figures in their declared units; what cannot be said in them stays as written."""
+    """The problem with its totals' figures in their declared units; what cannot be said in them stays as written.
+
+    A copy in which each total of a component or type counts in the unit of ``totals`` at the top of the file.
+    """
     if not spec.totals:
         return spec
     sections: dict[str, dict[str, Priced]] = {}
@@ -27,16 +30,17 @@ def in_declared_units(spec: Spec) -> Spec:
 
 def _converted(model: Priced, units: Mapping[str, str]) -> Priced:
     totals = {
-        key: tuple(in_unit(total, units.get(key, total.unit)) for total in given) for key, given in model.totals.items()
+        key: tuple(_in_unit(total, units.get(key, total.unit)) for total in given)
+        for key, given in model.totals.items()
     }
     return model if totals == model.totals else model.model_copy(update={"totals": totals})
 
 
-def in_unit(total: Total, unit: str) -> Total:
+def _in_unit(total: Total, unit: str) -> Total:
     """A figure in another unit; as it is where it cannot be said in it.
 
     >>> from fractions import Fraction
-    >>> in_unit(Total(Fraction(3, 2), "kg"), "g")
+    >>> _in_unit(Total(Fraction(3, 2), "kg"), "g")
     Total(value=Fraction(1500, 1), unit='g')
     """
     ratio = None if total.unit == unit else unit_ratio(total.unit, unit)
@@ -52,7 +56,7 @@ def in_unit_of(values: Iterable[object], total: Total) -> Total:
         where it cannot be said in it.
     """
     [unit] = {value.unit for value in values if isinstance(value, Total)}
-    found = in_unit(total, unit)
+    found = _in_unit(total, unit)
     if found.unit != unit:
         raise UnitError(f"expected a figure in {unit}, got {shown(total.unit)}")
     return found

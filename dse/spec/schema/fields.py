@@ -31,12 +31,18 @@ MAX_LINE = 10_000
 
 
 def field_error(message: str, hint: str = "") -> PydanticCustomError:
-    """An error in the user's words, for a pydantic validator to raise; `dse.spec.loading` takes both texts back."""
+    """An error in the user's words, for a pydantic validator to raise; `dse.spec.loading` takes both texts back.
+
+    `message` says what is wrong, `hint` what would be right; without the prefix that pydantic gives to a `ValueError`.
+    """
     return PydanticCustomError("dse", "{message}", {"message": message, "hint": hint})
 
 
 def describe(value: Any) -> str:
-    """What the file holds in a place, in words: ``10``, ``"text"``, ``a list``, ``nothing``."""
+    """What the file holds in a place, in words: ``10``, ``"text"``, ``a list``, ``nothing``.
+
+    Texts are quoted and shortened for a message.
+    """
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -49,7 +55,10 @@ def describe(value: Any) -> str:
 
 
 def kind_of(value: Any) -> str:
-    """What the file holds in a place, without quoting it: ``text``, ``a number``, ``a list``."""
+    """What the file holds in a place, without quoting it: ``text``, ``a number``, ``a list``.
+
+    For files that may hold secrets or long texts, such as a wrong file given by mistake.
+    """
     if isinstance(value, str):
         return "text"
     return "a number" if isinstance(value, int | float) and not isinstance(value, bool) else describe(value)
@@ -126,7 +135,10 @@ Carrier: TypeAlias = Annotated[str, ReadBy(_carrier), _NAME_SCHEMA]
 
 
 class Respelt:
-    """Annotation of some words: hyphens and spaces do for their underscores, as in the options of the command line."""
+    """Annotation of some words: hyphens and spaces do for their underscores, as in the options of the command line.
+
+    A validator for `Annotated`: ``response-time`` and ``response time`` are read as ``response_time``.
+    """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """What pydantic is to do with a value."""

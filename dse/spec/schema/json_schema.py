@@ -15,7 +15,10 @@ WITH_UNIT = " with its unit: "
 
 
 def json_schema() -> dict[str, Any]:
-    """The schema of a problem file as plain data, keys as in the file; each property with its meaning and examples."""
+    """The schema of a problem file as plain data, keys as in the file; each property with its meaning and examples.
+
+    JSON Schema, draft 2020-12; what `dse schema` prints and editors use for completion.
+    """
     schema = Spec.model_json_schema(by_alias=True)
     head = schema_head("problem")
     whole = {**head, **simplified({key: value for key, value in schema.items() if key not in head})}
@@ -27,7 +30,10 @@ def json_schema() -> dict[str, Any]:
 
 
 def schema_head(name: str) -> dict[str, Any]:
-    """What tells one schema from others: a file of ``dse-NAME/1``, or a problem file."""
+    """What tells one schema from others: a file of ``dse-NAME/1``, or a problem file.
+
+    The keys ``$schema``, ``$id`` and ``title``.
+    """
     title = "dse problem file" if name == "problem" else f"dse-{name}/1"
     return {"$schema": DIALECT, "$id": f"urn:x-dse:{name}:1", "title": title}
 
@@ -44,7 +50,10 @@ def _describe(item: dict[str, Any], classes: list[str], key: str) -> None:
 
 @cache
 def descriptions() -> dict[str, dict[str, dict[str, Any]]]:
-    """By class and key, what a property ``means`` and ``examples`` of it."""
+    """By class and key, what a property ``means`` and ``examples`` of it.
+
+    Read once from ``descriptions.yaml``: class to key to a mapping with ``means`` and ``examples``.
+    """
     import yaml
 
     found: dict[str, dict[str, dict[str, Any]]] = yaml.safe_load(
@@ -66,7 +75,10 @@ def _texts(part: Any) -> Iterator[str]:
 
 
 def simplified(part: Any) -> Any:
-    """A schema without what editors stumble over: generated titles, defaults of null, ``oneOf``."""
+    """A schema without what editors stumble over: generated titles, defaults of null, ``oneOf``.
+
+    A copy; ``oneOf`` becomes ``anyOf``, which editors report with better messages.
+    """
     if isinstance(part, list):
         return [simplified(item) for item in part]
     if not isinstance(part, dict):

@@ -22,7 +22,10 @@ HOLE = re.compile(r"\{([^{}]*)\}")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that holds the `field` (period, rate or offset) of a thread, in `unit`; `is_whole`: as an integer."""
+    """A parameter that holds the `field` (period, rate or offset) of a thread, in `unit`; `is_whole`: as an integer.
+
+    `field` is ``period``, ``rate`` or ``offset``; `name` is the parameter as its ROS 2 node declares it.
+    """
 
     thread: str
     field: str
@@ -31,7 +34,10 @@ class Parameter:
     is_whole: bool
 
     def value(self, period_ns: Fraction, rate_hz: Fraction, offset_ns: Fraction) -> Fraction:
-        """The figure in the unit of the parameter."""
+        """The figure in the unit of the parameter.
+
+        Exact; `period_ns`, `rate_hz` and `offset_ns` are those of the thread in the chosen design.
+        """
         if self.field == "rate":
             return _stated_rate(rate_hz, period_ns) / RATES[self.unit]
         return (period_ns if self.field == "period" else offset_ns) / UNITS[self.unit]
@@ -66,7 +72,10 @@ def read_parameter(key: str, text: str) -> Parameter | str:
 
 
 def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
-    """What is wrong with the names that a problem states, each with its path."""
+    """What is wrong with the names that a problem states, each with its path.
+
+    Pairs of a path in the file and a message: unknown parts, names twice, names that ROS 2 does not allow.
+    """
     stated = spec.ros2
     if stated is None:
         return

@@ -51,7 +51,10 @@ class UncertaintyError(ValueError):
 
     @property
     def place(self) -> tuple[str, ...]:
-        """The entry, or the field of it that is wrong."""
+        """The entry, or the field of it that is wrong.
+
+        A path below ``uncertainty``, for the place of the message.
+        """
         return ("uncertainty", self.path, self.field) if self.field else ("uncertainty", self.path)
 
 
@@ -77,7 +80,10 @@ class UncertainInput:
 
 
 def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...], tuple[UncertaintyError, ...]]:
-    """What the problem states, in the order of the file, and every mistake in it."""
+    """What the problem states, in the order of the file, and every mistake in it.
+
+    Inputs with bounds in base units; a quantity that two entries state is a mistake of the second one.
+    """
     figures = figures_of(spec) if spec.uncertainty else ()
     found: list[UncertainInput] = []
     mistakes: list[UncertaintyError] = []
@@ -156,7 +162,7 @@ class _UncertaintyReader:
             raise UncertaintyError(field, str(error).removeprefix(f"{field}: ")) from error
         if value < 0:
             raise UncertaintyError(field, "it must not be negative")
-        return in_base(value, self.kind)
+        return _in_base(value, self.kind)
 
     def _value(self, field: str, text: str) -> Fraction:
         """A value in coherent units; a factor, a count or a total as it is."""
@@ -253,7 +259,7 @@ def _plain(text: str) -> Fraction:
     return quantity.value
 
 
-def in_base(value: Fraction, kind: QuantityKind) -> Fraction:
+def _in_base(value: Fraction, kind: QuantityKind) -> Fraction:
     """A value in coherent units (or of a factor, count, total) in the unit of the figures."""
     if kind in BASE:
         return value / UNITS[BASE[kind]][0]

@@ -53,16 +53,16 @@ def reading(
     except Exception as error:  # the one place that tells what a library raises
         if _is_ours(error.__traceback__):
             raise
-        words = words_of(error)
+        words = _words_of(error)
         line, column = _place_of(error) or place(words)
         text = f"{what}: {words[:LONGEST]}"
         raise ProblemError([Diagnostic(text, "", str(path), line, column, hint)]) from None
 
 
-def words_of(error: Exception) -> str:
+def _words_of(error: Exception) -> str:
     """What an error of a library says, on one line, without the place that it names.
 
-    >>> words_of(KeyError("topic")), words_of(ValueError("no element found: line 1, column 7")), words_of(EOFError())
+    >>> _words_of(KeyError("topic")), _words_of(ValueError("no element found: line 1, column 7")), _words_of(EOFError())
     ("KeyError: 'topic'", 'no element found', 'EOFError')
     """
     if isinstance(error, MemoryError):

@@ -24,7 +24,7 @@ Key: TypeAlias = tuple[int, int, str]
 """Device, inode and "" of a file that is there; of its folder and its name, of any file."""
 
 
-def keys_of(path: PathLike) -> frozenset[Key]:
+def _keys_of(path: PathLike) -> frozenset[Key]:
     """What tells a regular file, or one that is not there yet, from others; nothing for pipes and devices."""
     real = Path(os.path.realpath(path))
     keys: set[Key] = set()
@@ -65,7 +65,7 @@ class Guard:
         UsageError
             when it is to be written over.
         """
-        keys = keys_of(path)
+        keys = _keys_of(path)
         for key in keys - self.renewed:
             if key in self.outputs:
                 raise _input(self.outputs[key], what)
@@ -79,9 +79,9 @@ class Guard:
         UsageError
             when it is an input, or another output.
         """
-        name, keys = os.fspath(path), keys_of(path)
+        name, keys = os.fspath(path), _keys_of(path)
         if renews is not None:
-            self.renewed |= keys & keys_of(renews)
+            self.renewed |= keys & _keys_of(renews)
         for key in keys - self.renewed:
             if key in self.inputs:
                 raise _input(name, self.inputs[key])
@@ -93,14 +93,20 @@ class Guard:
         self.outputs.update(dict.fromkeys(keys, name))
 
     def is_claimed(self, path: PathLike) -> bool:
-        """Whether this very output was claimed before."""
-        return any(self.outputs.get(key) == os.fspath(path) for key in keys_of(path))
+        """Whether this very output was claimed before.
+
+        Files are told apart by device and inode, so that links to one file count as one.
+        """
+        return any(self.outputs.get(key) == os.fspath(path) for key in _keys_of(path))
 
     def replaced(self, path: PathLike) -> None:
-        """A claimed output is another file now, in the same place: the inode of the old one may serve again."""
+        """A claimed output is another file now, in the same place: the inode of the old one may serve again.
+
+        Called after an atomic replacement; the new file takes over the claim.
+        """
         name = os.fspath(path)
         self.outputs = {key: known for key, known in self.outputs.items() if known != name or key[2]}
-        self.outputs.update(dict.fromkeys(keys_of(path), name))
+        self.outputs.update(dict.fromkeys(_keys_of(path), name))
 
 
 def _input(output: str, what: str) -> UsageError:
@@ -126,13 +132,19 @@ _CURRENT: ContextVar[Guard | None] = ContextVar("guard", default=None)
 
 
 def current() -> Guard | None:
-    """The guard of the run under way."""
+    """The guard of the run under way.
+
+    None outside of `guarding`.
+    """
     return _CURRENT.get()
 
 
 @contextmanager
 def guarding(*inputs: PathLike) -> Iterator[Guard]:
-    """A guard for what is done inside, on top of the one around it; `inputs` must not be written over."""
+    """A guard for what is done inside, on top of the one around it; `inputs` must not be written over.
+
+    Nested guards share inputs and outputs. Paths are noted before the run reads them.
+    """
     around = _CURRENT.get()
     guard = Guard() if around is None else Guard(around.inputs, around.outputs, around.renewed)
     token = _CURRENT.set(guard)
@@ -145,7 +157,11 @@ def guarding(*inputs: PathLike) -> Iterator[Guard]:
 
 
 def claim(*paths: PathLike | None, renews: PathLike | None = None) -> None:
-    """Claim the outputs of the run under way; None and ``-`` (standard output) are no files."""
+    """Claim the outputs of the run under way; None and ``-`` (standard output) are no files.
+
+    Raises `UsageError` where a path is an input of the run or another output; `renews` is an input that may be
+    replaced.
+    """
     guard = current()
     names: Sequence[PathLike] = [path for path in paths if path is not None and path != "-"]
     if guard is not None:

@@ -139,7 +139,10 @@ def read_text(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> s
 
 
 def obstacle(path: PathLike) -> str | None:
-    """Why there is nothing to read at a path: no such file, or no regular one; None where there is."""
+    """Why there is nothing to read at a path: no such file, or no regular one; None where there is.
+
+    A phrase for a message, such as "is a folder".
+    """
     try:
         mode = Path(path).stat().st_mode
     except (OSError, ValueError) as error:

@@ -75,7 +75,10 @@ def utf8(text: str) -> bytes:
 
 
 def is_stream(path: PathLike) -> bool:
-    """Whether something is there that is no regular file: it is written to, not replaced."""
+    """Whether something is there that is no regular file: it is written to, not replaced.
+
+    For example ``/dev/null`` or a named pipe.
+    """
     return Path(path).exists() and not Path(path).is_file()
 
 
@@ -124,7 +127,11 @@ def _opened(path: PathLike) -> int:
 
 
 def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[Path]:
-    """Write files into a folder, each whole or not at all; returns their paths. All are claimed before the first."""
+    """Write files into a folder, each whole or not at all; returns their paths. All are claimed before the first.
+
+    `files` are pairs of a name and its content, text or bytes. Raises `OSError` where a file cannot be written,
+    `UsageError` where an output would overwrite an input.
+    """
     waiting = [(folder / name, content) for name, content in files]
     guard = current()
     for path, _ in waiting:

@@ -90,7 +90,10 @@ def parse_quantity(text: str) -> Quantity:
 
 
 def convert(quantity: Quantity, unit: str) -> Fraction:
-    """The number of `unit`s in a quantity; the units must have one dimension, or be the same undeclared one."""
+    """The number of `unit`s in a quantity; the units must have one dimension, or be the same undeclared one.
+
+    Exact. Raises `UnitError` where the dimensions differ.
+    """
     if quantity.unit == unit and quantity.dimension is None:
         return quantity.value
     scale, dimension = UNITS.get(canonical_unit(unit), (Fraction(1), None))
@@ -110,7 +113,10 @@ def as_written(quantity: Quantity) -> Quantity:
 
 
 def round_to_int(value: Fraction, rounding: Rounding) -> int:
-    """An integer, in the named direction; `Rounding.EXACT` raises `UnitError` when there is none."""
+    """An integer, in the named direction; `Rounding.EXACT` raises `UnitError` when there is none.
+
+    `Rounding.UP` is for demand, `Rounding.DOWN` for what there is.
+    """
     if rounding is Rounding.EXACT and value.denominator != 1:
         raise UnitError("not a whole number")
     return ceil(value) if rounding is Rounding.UP else floor(value)
@@ -174,7 +180,10 @@ def parse_duration_ns(text: str, rounding: Rounding) -> int:
 
 
 def parse_period_ns(text: str) -> int:
-    """A period in ns, above 0, converted exactly."""
+    """A period in ns, above 0, converted exactly.
+
+    Raises `UnitError` for another dimension, for 0, and where the period is no whole number of ns.
+    """
     return _round(PERIOD, text, _read(PERIOD, text, positive=True).value * NS_PER_S, Rounding.EXACT, "ns")
 
 
@@ -202,7 +211,10 @@ def parse_transmission_ns(text: str) -> TimeRange:
 
 
 def whole(value: Exact) -> Exact:
-    """The number as an integer where it is one."""
+    """The number as an integer where it is one.
+
+    Unbounded figures stay as they are.
+    """
     return value.numerator if value.denominator == 1 and not is_unbounded(value) else value
 
 
@@ -260,7 +272,10 @@ def _range(kind: QuantityKind, text: str, scale: int = 1) -> tuple[Fraction, Fra
 
 
 def parse_size_bytes(text: str) -> int:
-    """A data size in bytes, rounded up."""
+    """A data size in bytes, rounded up.
+
+    Raises `UnitError` for another dimension. A `Rounded` integer remembers the exact size.
+    """
     return _round(SIZE, text, _read(SIZE, text).value, Rounding.UP, "bytes", format_size)
 
 
@@ -277,7 +292,10 @@ def parse_size_range_bytes(text: str) -> SizeRange:
 
 
 def parse_bandwidth_bps(text: str) -> int:
-    """A bandwidth in bit/s, rounded down, at least 1."""
+    """A bandwidth in bit/s, rounded down, at least 1.
+
+    Raises `UnitError` for another dimension and below 1 bit/s.
+    """
     exact = _read(BANDWIDTH, text).value * 8
     bandwidth_bps = _round(BANDWIDTH, text, exact, Rounding.DOWN, "bit/s", format_bandwidth)
     if not bandwidth_bps:
@@ -286,12 +304,18 @@ def parse_bandwidth_bps(text: str) -> int:
 
 
 def parse_data_rate(text: str) -> Fraction:
-    """A data rate in B/s, exact, at least 0."""
+    """A data rate in B/s, exact, at least 0.
+
+    Raises `UnitError` for another dimension.
+    """
     return _read(RATE_OF_DATA, text).value
 
 
 def parse_rate_hz(text: str) -> Fraction:
-    """A rate in Hz, exact, above 0."""
+    """A rate in Hz, exact, above 0.
+
+    Raises `UnitError` for another dimension and for 0.
+    """
     return _read(RATE, text, positive=True).value
 
 
@@ -306,7 +330,10 @@ def parse_instructions(text: str) -> Fraction:
 
 
 def parse_money(text: str) -> Money:
-    """A price in cents, rounded up, with its currency."""
+    """A price in cents, rounded up, with its currency.
+
+    Raises `UnitError` for another dimension; the currency is the unit as it is written.
+    """
     quantity = _read(PRICE, text)
 
     def write(cents: int) -> str:
@@ -316,12 +343,18 @@ def parse_money(text: str) -> Money:
 
 
 def parse_power_mw(text: str) -> int:
-    """A power in mW, rounded up."""
+    """A power in mW, rounded up.
+
+    Raises `UnitError` for another dimension.
+    """
     return _round(POWER_DRAW, text, _read(POWER_DRAW, text).value * 1000, Rounding.UP, "mW", format_power)
 
 
 def parse_ratio(text: str) -> Fraction:
-    """A ratio as an exact fraction of one; a plain number is not one."""
+    """A ratio as an exact fraction of one; a plain number is not one.
+
+    70 % is 7/10. Raises `UnitError` for another dimension, too.
+    """
     quantity = _read(RATIO, text)
     if not quantity.unit:
         _refuse(RATIO, text, unit_hint("", DIMENSIONLESS))
@@ -329,7 +362,10 @@ def parse_ratio(text: str) -> Fraction:
 
 
 def parse_total(text: str) -> Total:
-    """A figure with any unit, both as written."""
+    """A figure with any unit, both as written.
+
+    Raises `UnitError` where there is no unit.
+    """
     quantity = parse_quantity(text)
     if not quantity.unit:
         raise UnitError(f'expected a number with its unit such as "90 g", got {shown(text)}')

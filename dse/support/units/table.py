@@ -12,7 +12,10 @@ from dse.support.errors import nearest
 
 
 class UnitError(ValueError):
-    """A text is not the quantity that its place asks for; `hint` names the closest valid form."""
+    """A text is not the quantity that its place asks for; `hint` names the closest valid form.
+
+    Caught where the place in the file is known, and shown with it.
+    """
 
     def __init__(self, message: str, hint: str = "") -> None:
         self.message = message
@@ -21,7 +24,11 @@ class UnitError(ValueError):
 
 
 class Dimension(NamedTuple):
-    """Exponents of the base dimensions."""
+    """Exponents of the base dimensions.
+
+    Seconds, metres, bytes, units of money, watts and instructions; two quantities can be compared when their dimensions
+    are equal.
+    """
 
     time: int = 0
     length: int = 0
@@ -55,7 +62,10 @@ PROCESSING = WORK.over(TIME)
 
 
 class Rounding(Enum):
-    """Direction in which a value becomes an integer; there is no default."""
+    """Direction in which a value becomes an integer; there is no default.
+
+    Times, sizes and prices that are needed round up; times and bandwidths that are available round down.
+    """
 
     DOWN = "down"
     UP = "up"
@@ -99,7 +109,10 @@ class Rounded(int):
 
 
 def unrounded(value: Exact) -> Exact:
-    """A figure as it was stated, before it was rounded to an integer."""
+    """A figure as it was stated, before it was rounded to an integer.
+
+    A `Rounded` integer gives its exact fraction, every other number itself.
+    """
     return value.exact if isinstance(value, Rounded) else value
 
 
@@ -187,7 +200,10 @@ _SLIPS = {
 
 
 class QuantityKind(NamedTuple):
-    """What a place in the file asks for."""
+    """What a place in the file asks for.
+
+    Used to check a value and for the message where it does not fit.
+    """
 
     noun: str
     example: str
@@ -212,7 +228,10 @@ RATIO = QuantityKind("a ratio", "70 %", DIMENSIONLESS)
 
 
 def shown(text: str) -> str:
-    """The text in double quotes, shortened to what fits in a message."""
+    """The text in double quotes, shortened to what fits in a message.
+
+    At most 60 characters of the text.
+    """
     return f'"{text[:57]}..."' if len(text) > 60 else f'"{text}"'
 
 
@@ -227,7 +246,10 @@ def units_of(dimension: Dimension) -> tuple[str, ...]:
 
 
 def unit_hint(unit: str, dimension: Dimension | None = None) -> str:
-    """A hint that names the closest valid unit (of `dimension` if given), else the units of the dimension, else ""."""
+    """A hint that names the closest valid unit (of `dimension` if given), else the units of the dimension, else "".
+
+    Slips such as ``mS`` and ``Mb/s`` have their meaning in a table; other units are matched by similarity.
+    """
     allowed = list(UNITS) if dimension is None else list(units_of(dimension))
     close = [_SLIPS[unit.lower()]] if unit.lower() in _SLIPS else []
     close += [known for known in allowed if known.lower() == unit.lower() and known not in close]

@@ -63,12 +63,18 @@ def _sizes(units: tuple[str, ...]) -> tuple[tuple[str, int], ...]:
 
 
 def format_duration(value_ns: Exact) -> str:
-    """A duration: ``10 ms``, ``756.8 us``, ``0.1 ns``, ``0 ns``."""
+    """A duration: ``10 ms``, ``756.8 us``, ``0.1 ns``, ``0 ns``.
+
+    In the largest unit of which there is at least one; what is no decimal number is a fraction, such as ``1/3 ns``.
+    """
     return _format(value_ns, "s", "ms", "us", "ns")
 
 
 def format_time_range(value: TimeRange) -> str:
-    """A time range: ``243 us .. 1.3 ms``, or one duration when both are equal."""
+    """A time range: ``243 us .. 1.3 ms``, or one duration when both are equal.
+
+    Both ends exactly, each in its own unit.
+    """
     low, high = value
     return format_duration(low) if low == high else f"{format_duration(low)} .. {format_duration(high)}"
 
@@ -114,7 +120,10 @@ def format_rate(rate_hz: Fraction) -> str:
 
 
 def format_money(value: Money) -> str:
-    """An amount: ``150 EUR``, ``99.90 EUR``."""
+    """An amount: ``150 EUR``, ``99.90 EUR``.
+
+    With cents only where they are not 0.
+    """
     whole, cents = divmod(abs(int(value.cents)), 100)
     sign = "-" if value.cents < 0 else ""
     return f"{sign}{whole}.{cents:02} {value.currency}" if cents else f"{sign}{whole} {value.currency}"

@@ -48,5 +48,8 @@ class Unbounded(Fraction):
 
 
 def is_unbounded(value: Any) -> bool:
-    """Whether a number stands for a time without a bound."""
+    """Whether a number stands for a time without a bound.
+
+    False for every finite number, however large.
+    """
     return isinstance(value, Unbounded)

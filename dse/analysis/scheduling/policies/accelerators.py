@@ -23,24 +23,36 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True, slots=True)
 class OneOfEach:
-    """A piece that waits for one job of each of these, and for less urgent work that has begun."""
+    """A piece that waits for one job of each of these, and for less urgent work that has begun.
+
+    Pieces of threads whose jobs end before their next release come once at most.
+    """
 
     task: Task
     others: tuple[Task, ...]
     blocked_ns: Exact
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns."""
+        """The longest time from its release to its end, in ns.
+
+        The sum of one job of each other piece, the blocking and its own time.
+        """
         return self.task.worst_ns + self.blocked_ns + sum(item.worst_ns for item in self.others)
 
     def parts(self) -> Parts | None:
-        """What goes before it."""
+        """What goes before it.
+
+        One job of each other piece, and the blocking.
+        """
         return Parts(counted((item, 1) for item in self.others), blocked_ns=self.blocked_ns)
 
 
 @dataclass(frozen=True, slots=True)
 class AsTheyCome:
-    """A piece that waits for all that came before it, less what its own thread took of that time (`queued_job`)."""
+    """A piece that waits for all that came before it, less what its own thread took of that time (`_queued_job`).
+
+    First come, first served (docs/semantics.md, section 4.7).
+    """
 
     task: Task
     own: tuple[Task, ...]
@@ -48,13 +60,19 @@ class AsTheyCome:
     blocked_ns: Exact
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns; None where it has no bound."""
-        found = queued_job(self.task, self.own, self.others)
+        """The longest time from its release to its end, in ns; None where it has no bound.
+
+        The wait behind others, the blocking and its own time.
+        """
+        found = _queued_job(self.task, self.own, self.others)
         return None if found is None else found.waited_ns + self.task.worst_ns + self.blocked_ns
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound."""
-        found = queued_job(self.task, self.own, self.others)
+        """What goes before it; None where it has no bound.
+
+        Jobs of the others that come until the release, less what ran meanwhile.
+        """
+        found = _queued_job(self.task, self.own, self.others)
         if found is None:
             return None
         jobs = counted((item, jobs_by(item, found.until_ns)) for item in self.others)
@@ -80,7 +98,10 @@ class ByPriority:
         return [(self.first, None, 0), *behind]
 
     def response_ns(self) -> Exact | None:
-        """The longest time from its release to its end, in ns; None where it has no bound."""
+        """The longest time from its release to its end, in ns; None where it has no bound.
+
+        The greatest over the ways in which an earlier job of its own may have begun.
+        """
         longest: Exact | None = None
         for window, item, time in self._ways():
             found = window.response_ns()
@@ -92,7 +113,10 @@ class ByPriority:
         return longest
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound."""
+        """What goes before it; None where it has no bound.
+
+        Those of the way with the longest wait.
+        """
         ways: list[Parts] = []
         for window, item, time in self._ways():
             found = window.parts()
@@ -148,7 +172,7 @@ class QueuedJob:
     ran_ns: Exact = 0
 
 
-def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
+def _queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> QueuedJob | None:
     """The job that waits longest where jobs run as they come, and all `own` before it have ended; None: no bound.
 
     It comes a after the executor was idle last. What the `fellows` released until then has run for a, less what its
@@ -159,7 +183,7 @@ def queued_job(task: Task, own: Sequence[Task], fellows: Sequence[Task]) -> Queu
     While a piece of 8 runs, three jobs of 2 every 4 come, before the next piece of 2; strangers would take 8 + 2 + 2.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
-    >>> found = queued_job(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
+    >>> found = _queued_job(periodic("last", 2, 40), [periodic("first", 8, 40)], [periodic("other", 2, 4)])
     >>> found.waited_ns + 2
     8
     """

@@ -72,14 +72,21 @@ class Arbitrated:
     bit_ns: Exact
 
     def response_ns(self) -> Exact | None:
-        """The longest time from when the message is queued to its end, in ns; None where it has no bound."""
+        """The longest time from when the message is queued to its end, in ns; None where it has no bound.
+
+        Davis and others 2007, section 3.3: the job that responds last in the busy period, here over several streams
+        with jitter.
+        """
         numbers = (self.blocked_ns, self.last_ns, self.bit_ns)
         plain = all(type(item) in PLAIN for item in numbers) and all(map(is_plain, (self.task, *self.urgent)))
         found = _remembered(self) if plain else self.worst_job()
         return None if found is None else found[1] - found[0]
 
     def parts(self) -> Parts | None:
-        """What goes before the message that responds last; None where it has no bound."""
+        """What goes before the message that responds last; None where it has no bound.
+
+        Interference counts messages that are queued until the last frame starts, a bit time included.
+        """
         found = self.worst_job()
         if found is None:
             return None
@@ -92,7 +99,11 @@ class Arbitrated:
         return not self.bit_ns and not self.blocked_ns
 
     def worst_job(self) -> tuple[Exact, Exact] | None:
-        """Release and end of the job that responds last, from when its busy period begins; None without a bound."""
+        """Release and end of the job that responds last, from when its busy period begins; None without a bound.
+
+        Both in ns. Without a bound: more than 100 % of the bus is used, or exactly 100 % with blocking or jitter, or
+        the busy period takes too many steps.
+        """
         task, urgent, blocked = self.task, [item for item in self.urgent if item.worst_ns], self.blocked_ns
         used = load((task, *urgent))
         if used > 1 or (used == 1 and (blocked or not task.streams or any(map(is_late, (task, *urgent))))):
@@ -141,12 +152,18 @@ class InTurn:
     others: tuple[Task, ...] = ()
 
     def response_ns(self) -> Exact | None:
-        """The longest time from when the message is queued to its end, in ns; None where it has no bound."""
+        """The longest time from when the message is queued to its end, in ns; None where it has no bound.
+
+        The lesser one of two bounds: senders in turn, and any order of all messages.
+        """
         found = [item.response_ns() for item in (self._in_line, self._any_order) if item is not None]
         return min((item for item in found if item is not None), default=None)
 
     def parts(self) -> Parts | None:
-        """What goes before the message that responds last; None where it has no bound."""
+        """What goes before the message that responds last; None where it has no bound.
+
+        Those of the bound that is used.
+        """
         line, free = self._in_line, self._any_order
         bounds = [None if item is None else item.response_ns() for item in (line, free)]
         if bounds[0] is None or (bounds[1] is not None and bounds[1] < bounds[0]):

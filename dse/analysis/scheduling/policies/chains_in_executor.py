@@ -72,8 +72,11 @@ class Chains:
         return apart is not None and span <= apart
 
     def never_meet(self, one: Stage, other: Stage) -> bool:
-        """Whether two stages are of one chain, and never wait at the same time; one alone with its next job."""
-        return is_whole(one) and is_whole(other) and self._follow(one.key, other.key)
+        """Whether two stages are of one chain, and never wait at the same time; one alone with its next job.
+
+        Judged by the response times that are known when the object is made.
+        """
+        return _is_whole(one) and _is_whole(other) and self._follow(one.key, other.key)
 
     def _follow(self, one: TaskKey, other: TaskKey) -> bool:
         return (one, other) in self._pairs or (other, one) in self._pairs
@@ -85,7 +88,7 @@ class Chains:
         """
         if stage.pieces:
             return stage.first
-        return self._lines.get(stage.key) if is_whole(stage) else None
+        return self._lines.get(stage.key) if _is_whole(stage) else None
 
     @cached_property
     def _lines(self) -> Mapping[TaskKey, TaskKey]:
@@ -100,28 +103,37 @@ class Chains:
 
 
 class Succession:
-    """The chains in the executors of a resource, as response times are known when one is first asked about."""
+    """The chains in the executors of a resource, as response times are known when one is first asked about.
+
+    Chains depend on response times, so that there is one object for each round of the fixed point.
+    """
 
     def __init__(self, events: EventModels, resource: Resource) -> None:
         self.events, self.resource = events, resource
         self._chains: dict[int, Chains] = {}
 
     def chains(self, executor: int) -> Chains:
-        """Those of one executor."""
+        """The chains of one executor.
+
+        Made on the first call for an executor; `executor` is its number.
+        """
         if executor not in self._chains:
             stages = self.events.stages
             inside = (item.key for item in self.resource.entries if item.executor == executor)
-            self._chains[executor] = Chains(self.events, [key for key in inside if is_whole(stages[key])])
+            self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
         return self._chains[executor]
 
 
-def is_whole(stage: Stage) -> bool:
+def _is_whole(stage: Stage) -> bool:
     """Whether a stage is all of a thread, but for a hybrid one's callback."""
     return stage.key[1] == "thread" and not stage.pieces
 
 
 def longest_of_each(tasks: Sequence[tuple[Task, TaskKey | None]]) -> list[Task] | None:
-    """The task of each line that takes longest, the first of several; None where one that takes time is in no line."""
+    """The task of each line that takes longest, the first of several; None where one that takes time is in no line.
+
+    Of each line at most one job waits at a time (docs/semantics.md, section 4.6).
+    """
     longest: dict[TaskKey, Task] = {}
     for task, line in tasks:
         if not task.worst_ns:

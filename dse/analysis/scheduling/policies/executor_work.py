@@ -22,12 +22,19 @@ STEPS_BEFORE_REPETITION = 16
 
 
 class EndlessError(Exception):
-    """A busy period takes more steps than `MOST_STEPS`."""
+    """A busy period takes more steps than `MOST_STEPS`.
+
+    The response time is then taken for unbounded, which is safe.
+    """
 
 
 @dataclass
 class Work:
-    """The task, the others of its executor, and what preempts them."""
+    """The task, the others of its executor, and what preempts them.
+
+    Times in ns; `fellows` are run by the same OS thread, `outside` preempts it, `blocked_ns` is the longest that may
+    have begun before.
+    """
 
     task: Task
     fellows: Sequence[Task]
@@ -36,7 +43,10 @@ class Work:
     steps: int = 0
 
     def step(self) -> None:
-        """Count a step of the way to a fixed point."""
+        """Count a step of the way to a fixed point.
+
+        Raises `EndlessError` after `MOST_STEPS` steps, `OutOfTime` at the time limit.
+        """
         self.steps += 1
         if self.steps > MOST_STEPS:
             raise EndlessError
@@ -44,7 +54,10 @@ class Work:
             look_at_the_clock()
 
     def least(self, begin: Exact, demand: Callable[[Exact], Exact]) -> Exact:
-        """The least time, no sooner than `begin`, by which all that is demanded until then is done."""
+        """The least time, no sooner than `begin`, by which all that is demanded until then is done.
+
+        The least fixed point of ``time = demand(time)`` above `begin`, by iteration; in ns.
+        """
         time = begin
         while (needed := demand(time)) > time:
             self.step()
@@ -53,31 +66,46 @@ class Work:
 
     @property
     def comes_late(self) -> bool:
-        """Whether what comes as a job starts comes too late: something has begun before, however little."""
+        """Whether what comes as a job starts comes too late: something has begun before, however little.
+
+        Jobs that are released in the very moment of a start count then only up to that moment.
+        """
         return bool(self.blocked_ns > 0)
 
     def start(self, before: Exact, since: Exact = 0) -> Exact:
-        """When a job starts that waits for so much work, and for all that comes until then; not before `since`."""
+        """When a job starts that waits for so much work, and for all that comes until then; not before `since`.
+
+        In ns from the beginning of the busy period.
+        """
         fellows, outside = self.before_start, self._outside_by
         return self.least(max(before, since), lambda time: before + fellows(time) + outside(time))
 
     @cached_property
     def before_start(self) -> Callable[[Exact], Exact]:
-        """The work of the fellows that go before a job that starts then."""
+        """The work of the fellows that go before a job that starts then.
+
+        A function from a time to the work, both in ns.
+        """
         return demand_of(self.fellows, until=not self.comes_late)
 
     @cached_property
     def _outside_by(self) -> Callable[[Exact], Exact]:
-        """The same of what preempts the executor."""
+        """The work of what preempts the executor, until a time."""
         return demand_of(self.outside, until=not self.comes_late)
 
     def end(self, work: Exact, since: Exact = 0) -> Exact:
-        """When so much work of the executor is done, and all that preempts it until then; not before `since`."""
+        """When so much work of the executor is done, and all that preempts it until then; not before `since`.
+
+        In ns from the beginning of the busy period.
+        """
         return self.least(max(work, since), lambda time: work + self.preempting(time))
 
     @cached_property
     def preempting(self) -> Callable[[Exact], Exact]:
-        """The work of what preempts the executor in a window."""
+        """The work of what preempts the executor in a window.
+
+        A function from the length of a window to the work in it, both in ns.
+        """
         return demand_of(self.outside)
 
     def busy_ns(self, *, repeats: bool = True) -> Exact:
@@ -155,7 +183,10 @@ def _demanded(tasks: Sequence[Task], jobs: Callable[[Task, Exact], int], time: E
 
 
 def until_end(releases: Iterator[Exact], end: Exact) -> Iterator[Exact]:
-    """The releases before an end, the first in any case."""
+    """The releases before an end, the first in any case.
+
+    In ns, ascending.
+    """
     for count, release in enumerate(releases):
         if count and release >= end:
             return

@@ -34,7 +34,11 @@ class Preempted:
     blocked_ns: Exact = 0
 
     def response_ns(self) -> Exact | None:
-        """The longest time from the release of a job to its end, in ns; None where it has no bound."""
+        """The longest time from the release of a job to its end, in ns; None where it has no bound.
+
+        Joseph and Pandya 1986 for one job, Lehoczky 1990 for all jobs of the busy period (docs/semantics.md, section
+        4.3).
+        """
         task, rivals, blocked = self.task, self.rivals, self.blocked_ns
         if not task.worst_ns:
             return 0
@@ -43,7 +47,10 @@ class Preempted:
         return response_time_ns(task, rivals, blocked)
 
     def parts(self) -> Parts | None:
-        """What goes before the job that responds last; None where it has no bound."""
+        """What goes before the job that responds last; None where it has no bound.
+
+        With the task's own time they add up to the response time.
+        """
         if not self.task.worst_ns:
             return Parts()
         found = worst_job_ns(self.task, self.rivals, self.blocked_ns)
@@ -78,7 +85,10 @@ def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -
 def rivals_of(
     resource: Resource, entry: Entry, tasks: Sequence[Task | None], *, siblings: bool = False
 ) -> tuple[Task, ...] | None:
-    """All that goes before a stage, with the other pieces of its thread if asked; None where some has no bound."""
+    """All that goes before a stage, with the other pieces of its thread if asked; None where some has no bound.
+
+    Tasks of higher or equal priority, interrupts and reservations.
+    """
     positions = (*entry.rivals, *entry.siblings) if siblings else entry.rivals
     found = [*gaps_and_servers(resource, entry, tasks), *(tasks[item] for item in positions)]
     given = tuple(item for item in found if item is not None)

@@ -40,16 +40,20 @@ def supply_gaps(name: str, budget_ns: int, period_ns: int) -> Task:
     >>> [response_time_ns(Task("", work, ()), [gaps]) for work in (1, 3, 4)]
     [5, 7, 10]
     """
-    return periodic(gaps_name(name), period_ns - budget_ns, period_ns, budget_ns)
+    return periodic(_gaps_name(name), period_ns - budget_ns, period_ns, budget_ns)
 
 
-def gaps_name(name: str) -> str:
+def _gaps_name(name: str) -> str:
     """What the times without the budget of a reservation are called."""
     return f"no budget of {name}"
 
 
 def server(name: str, budget_ns: int, period_ns: int, switching: int = 0) -> Task:
-    """A reservation as others on its core see it: a budget in each period, with the switches to it and back."""
+    """A reservation as others on its core see it: a budget in each period, with the switches to it and back.
+
+    A periodic task of the budget with a jitter of period less budget, since the budget may be used at any time in the
+    period.
+    """
     return Task(name, budget_ns + switching, (Stream(period_ns, period_ns - budget_ns),))
 
 
@@ -65,7 +69,10 @@ def gaps_and_servers(resource: Resource, entry: Entry, tasks: Sequence[Task | No
 
 
 def is_served(resource: Resource, entry: Entry, tasks: Sequence[Task | None]) -> bool:
-    """Whether the budget of the reservation of a stage is there in each period behind what goes before that."""
+    """Whether the budget of the reservation of a stage is there in each period behind what goes before that.
+
+    Judged by the response time of the whole budget with its switches, against the period.
+    """
     assert entry.reservation is not None
     mine = resource.servers[entry.reservation]
     others = [_server_task(resource.servers[number]) for number in entry.servers]

@@ -41,7 +41,10 @@ Spans: TypeAlias = "dict[TaskKey, Exact | None]"
 
 
 class Segments:
-    """The pieces of threads on some resources: when each ends, as response times are known by now."""
+    """The pieces of threads on some resources: when each ends, as response times are known by now.
+
+    Times in ns; used by cores and accelerators alike.
+    """
 
     def __init__(self, events: EventModels, resources: Sequence[Resource], spans: Spans) -> None:
         self.events, self.spans = events, spans
@@ -50,7 +53,11 @@ class Segments:
     def end_ns(
         self, resource: Resource, position: int, tasks: Sequence[Task | None], span_ns: Exact | None
     ) -> Exact | None:
-        """How long after the release of its thread a piece ends at the latest, `span_ns` after its own release."""
+        """How long after the release of its thread a piece ends at the latest, `span_ns` after its own release.
+
+        In ns; None without a bound, and where the end comes later than the thread's next release, for which the bound
+        does not hold.
+        """
         entry = resource.entries[position]
         pieces, index = self._place(entry)
         self.spans[entry.key] = span_ns
@@ -77,7 +84,10 @@ class Segments:
         return self.events.stages[self.events.stages[entry.key].first].separation_ns
 
     def apart_ns(self, entry: Entry) -> Exact | None:
-        """How far apart two releases of the thread of a piece are at least; None where that is not known."""
+        """How far apart two releases of the thread of a piece are at least; None where that is not known.
+
+        In ns.
+        """
         releases: Streams = self.events.streams(self.events.stages[entry.key].first)
         return None if releases is None else apart_ns(releases, self._separation_ns(entry))
 
@@ -128,12 +138,18 @@ class Segments:
         return None if rivals is None else Preempted(job, rivals, blocked)
 
     def away_ns(self, pieces: Sequence[TaskKey]) -> Exact:
-        """How long these pieces of a thread are away from its core together, in ns."""
+        """How long these pieces of a thread are away from its core together, in ns.
+
+        The sum of the spans of pieces on accelerators.
+        """
         return sum((self.spans[key] or 0 for key in pieces if self.events.stages[key].is_away), 0)
 
 
 def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
-    """How far apart two releases of a thread are at least; None where there is one only."""
+    """How far apart two releases of a thread are at least; None where there is one only.
+
+    In ns: period less jitter of a single stream, or the separation where that is greater; 0 for several streams.
+    """
     if not releases:
         return None
     streams = releases[0].period_ns - releases[0].jitter_ns if len(releases) == 1 else 0

@@ -17,7 +17,11 @@ WORDS = (
 
 
 def state_budgets(entries: Mapping[str, Any], parts: Mapping[str, ComponentDraft]) -> dict[str, dict[str, Any]]:
-    """Give the parts their budgets as properties; returns what AADL has no word for of the entries."""
+    """Give the parts their budgets as properties; returns what AADL has no word for of the entries.
+
+    The property of each part is appended to its draft in place (``SEI::MIPSBudget`` and so on). Budgets of other
+    components, of 0, or in units that SEI does not have are returned, to be kept as text.
+    """
     found = {}
     for name, entry in entries.items():
         rest = found[name] = dict(entry)

@@ -53,7 +53,11 @@ class Side:
         self.view = View(self.design)
 
     def value(self, tree: Tree) -> Any:
-        """A leaf; None where it is not offered."""
+        """A leaf; None where it is not offered.
+
+        None means that the decision has no effect in this design, such as the bus of a connection that stays on one
+        computer.
+        """
         try:
             return at(tree, self.view)
         except NotOffered:
@@ -100,7 +104,10 @@ class ChosenModel:
         self.wires = {name: item for item, name in writer.connections.names.items()}
 
     def text(self, response_times: Mapping[str, tuple[Exact, Exact]] | None = None) -> str:
-        """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time."""
+        """The package; `response_times`, best and worst in ns, go in as SEI::Response_Time.
+
+        AADL source whose system implementation extends the imported one and refines types, bindings and properties.
+        """
         self._slots()
         self._components(response_times or {})
         self._connections()

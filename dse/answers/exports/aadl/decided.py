@@ -25,7 +25,11 @@ LEFT_OPEN = ("priority", "core", "offset")
 
 
 class Decided:
-    """A document under one design."""
+    """A document under one design.
+
+    `document` is the plain data of the problem file; lists of options are replaced by the chosen option, figures that a
+    type states are copied to the part.
+    """
 
     def __init__(self, document: Mapping[str, Any], space: Space, design: Design) -> None:
         self.document = document
@@ -34,7 +38,10 @@ class Decided:
         self.view = View(design)
 
     def section(self, name: str) -> dict[str, dict[str, Any]]:
-        """The entries of a section, without empty slots and executors; ``type`` stays for processors and buses only."""
+        """The entries of a section, without empty slots and executors; ``type`` stays for processors and buses only.
+
+        Plain data by name. Executors that no thread of the design runs in are left out.
+        """
         found = {}
         running = (
             {str(item.get("executor")) for item in self.section("threads").values()} if name == "executors" else ()
@@ -46,7 +53,10 @@ class Decided:
         return found
 
     def type_of(self, section: str, name: str) -> dict[str, Any]:
-        """The figures of the type that a slot has."""
+        """The figures of the type that a slot has.
+
+        Plain data of the processor or bus type that is chosen for slot `name`, with its own decisions made.
+        """
         entry = self.section(section)[name]
         given = dict((self.document.get(TYPED[section]) or {}).get(entry["type"]) or {})
         return self._chosen(section, name, given)
@@ -91,7 +101,11 @@ class Decided:
         return {key: value for key, value in found.items() if value is not None}
 
     def value(self, section: str, name: str, key: str, value: Any) -> Any:
-        """A field's value in the design; None where the design has no use for it."""
+        """A field's value in the design; None where the design has no use for it.
+
+        Transmission times and totals are decided part by part; values by processor type are replaced by the one of the
+        chosen machine.
+        """
         if key == "transmission_time" and isinstance(value, dict):
             parts = self._of_machine(section, name, value) if not set(value) & PARTS else value
             return {part: self._one(f"{name}.{key}.{part}", text) for part, text in (parts or {}).items()} or None

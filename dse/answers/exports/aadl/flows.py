@@ -37,7 +37,11 @@ class FlowWriter:
     names: dict[str, str] = field(default_factory=dict)
 
     def write(self) -> None:
-        """All flows, in their order."""
+        """All flows, in their order.
+
+        Lines are added to the drafts of processes and of the root system. Raises `UsageError` for a flow of one
+        component, which AADL cannot state.
+        """
         for name, entry in self.flows.items():
             self.names[name] = self.named(name)
             self.steps[name] = steps_of(self._whole(entry), self.parts, self.wires)

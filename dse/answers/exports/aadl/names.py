@@ -102,18 +102,27 @@ def output_rate(hertz: Fraction) -> str | None:
 
 
 def real(value: Fraction) -> str | None:
-    """An aadlreal; None where it has no end as a decimal number."""
+    """An aadlreal; None where it has no end as a decimal number.
+
+    Exact decimal text with a point, such as ``0.25``; None for fractions such as 1/3.
+    """
     text = format((Decimal(value.numerator) / value.denominator).normalize(), "f")
     return (text if "." in text else f"{text}.0") if Fraction(text) == value else None
 
 
 def written_range(ends: tuple[Exact, Exact]) -> str:
-    """A range of times in ns, in whole ns: the least rounded down, the most up."""
+    """A range of times in ns, in whole ns: the least rounded down, the most up.
+
+    Text such as ``1 ms .. 2 ms``. Rounding outwards keeps the exported model's bounds safe.
+    """
     return format_time_range(TimeRange(int(ends[0] // 1), int(-(-ends[1] // 1))))
 
 
 def size(text: Any) -> str | None:
-    """A size in bytes, or in bits where it is no whole number of them."""
+    """A size in bytes, or in bits where it is no whole number of them.
+
+    Text such as ``8 Bytes`` or ``93 bits``; None where `text` is no size.
+    """
     try:
         return size_in_units(parse_size_bytes(str(text)))
     except (UnitError, ValueError, TypeError):
@@ -121,13 +130,19 @@ def size(text: Any) -> str | None:
 
 
 def size_in_units(size_bytes: int) -> str:
-    """A size in bytes as AADL's Data_Size: in bits where it was stated in bits, and is a whole number of them."""
+    """A size in bytes as AADL's Data_Size: in bits where it was stated in bits, and is a whole number of them.
+
+    Text such as ``8 Bytes`` or ``93 bits``; `size_bytes` may carry the exact size that was rounded up to whole bytes.
+    """
     bits = 8 * Fraction(unrounded(size_bytes))
     return f"{bits} bits" if bits % 8 and bits.denominator == 1 else f"{size_bytes} Bytes"
 
 
 def bandwidth(text: Any) -> str | None:
-    """A bandwidth in bit/s."""
+    """A bandwidth in bit/s.
+
+    Text such as ``250000.0 bitsps``; None where `text` is no bandwidth.
+    """
     try:
         return f"{parse_bandwidth_bps(str(text))}.0 bitsps"  # an aadlreal: OSATE takes no whole number
     except (UnitError, ValueError, TypeError):
@@ -135,7 +150,10 @@ def bandwidth(text: Any) -> str | None:
 
 
 def speed(text: Any) -> str | None:
-    """The speed of a processor in MIPS."""
+    """The speed of a processor in MIPS.
+
+    Text such as ``1200.0 MIPS``; None where `text` is no speed, or has no end as a decimal number.
+    """
     try:
         number = format_number(parse_speed_mips(str(text)))
     except (UnitError, ValueError, TypeError):
@@ -144,7 +162,11 @@ def speed(text: Any) -> str | None:
 
 
 def instructions(text: Any) -> str | None:
-    """The instructions of a dispatch, as a range."""
+    """The instructions of a dispatch, as a range.
+
+    Text such as ``1000.0 IPD .. 1000.0 IPD`` (instructions per dispatch); None where `text` is no number of
+    instructions, or has no end as a decimal number.
+    """
     try:
         number = format_number(parse_instructions(str(text)))
     except (UnitError, ValueError, TypeError):
@@ -154,13 +176,19 @@ def instructions(text: Any) -> str | None:
 
 
 def real_size(text: Any) -> str | None:
-    """A size in bytes, where AADL wants a real number."""
+    """A size in bytes, where AADL wants a real number.
+
+    Text such as ``8.0 Bytes``; None where `text` is no size.
+    """
     whole = size(text)
     return None if whole is None else whole.replace(" ", ".0 ")
 
 
 def extra(fields: Iterable[tuple[str, Any]]) -> str | None:
-    """Fields that AADL has no word for, as a list of texts ``key: value``."""
+    """Fields that AADL has no word for, as a list of texts ``key: value``.
+
+    One list of AADL strings for the property ``Extra``, which `dse import` reads back; None without fields.
+    """
     items = [quoted(f"{key}: {_flow(value)}") for key, value in fields]
     return f"({', '.join(items)})" if items else None
 
@@ -179,7 +207,10 @@ def _flow(value: Any) -> str:
 
 
 def comment(lines: Iterable[str]) -> str:
-    """Lines as comments."""
+    """Lines as comments.
+
+    Each line begins with ``--`` and ends with a newline; characters that do not print become blanks.
+    """
     safe = ("".join(char if char.isprintable() else " " for char in line) for line in lines)
     return "".join(f"-- {line}\n" for line in safe)
 
@@ -198,5 +229,8 @@ APPLIES_TO = {
 
 
 def applies_to(name: str, category: str) -> bool:
-    """Whether a property may be set of components of a category; an abstract one may have all."""
+    """Whether a property may be set of components of a category; an abstract one may have all.
+
+    `name` is a property of AADL, `category` a component category such as ``thread`` or ``device`` (SAE AS5506C).
+    """
     return category == "abstract" or category in APPLIES_TO[name]

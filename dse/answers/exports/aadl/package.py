@@ -10,7 +10,11 @@ from dse.importers.aadl.ours import OURS
 
 @dataclass
 class ComponentDraft:
-    """A component under construction: its type's features and flows, and what its implementation has."""
+    """A component under construction: its type's features and flows, and what its implementation has.
+
+    Lists hold lines of AADL without indentation, in the order in which they were added; `package_text` puts them
+    together.
+    """
 
     name: str
     category: str
@@ -25,14 +29,20 @@ class ComponentDraft:
 
 
 def kind_of(entry: str, leaving: str) -> str:
-    """What a flow specification is, with its ends."""
+    """What a flow specification is, with its ends.
+
+    ``path A -> B`` with both ends, ``sink A`` or ``source B`` with one.
+    """
     if entry and leaving:
         return f"path {entry} -> {leaving}"
     return f"sink {entry}" if entry else f"source {leaving}"
 
 
 def section_lines(name: str, lines: Iterable[str]) -> list[str]:
-    """A section of a declaration; nothing where it would be empty."""
+    """A section of a declaration; nothing where it would be empty.
+
+    Indented lines below the name of the section, such as ``features``.
+    """
     found = [f"      {line}" for line in lines]
     return [f"    {name}", *found] if found else []
 
@@ -40,7 +50,10 @@ def section_lines(name: str, lines: Iterable[str]) -> list[str]:
 def package_text(
     package: str, types: Iterable[str], parts: Iterable[ComponentDraft], wholes: Sequence[ComponentDraft]
 ) -> str:
-    """The package of `types`, then `parts`, then those with an implementation, of which the last is the system."""
+    """The package of `types`, then `parts`, then those with an implementation, of which the last is the system.
+
+    AADL source with ``with SEI`` and dse's own property set. Every draft of `wholes` gets an implementation ``NAME.i``.
+    """
     lines = [f"package {package}", "public", f"  with SEI, {OURS};", "", *types]
     for part in parts:
         lines += [f"  {part.category} {part.name}", *section_lines("features", part.features)]

@@ -12,7 +12,10 @@ PORT_TIMES = {"compute_execution_time": "Compute_Execution_Time", "response_time
 
 
 class PathStep(NamedTuple):
-    """A component (``""``: what is around the system) or connection; a component with the connections around it."""
+    """A component (``""``: what is around the system) or connection; a component with the connections around it.
+
+    `before` and `after` name the neighbours on the path, empty at the ends.
+    """
 
     kind: str
     name: str
@@ -21,7 +24,11 @@ class PathStep(NamedTuple):
 
 
 def steps_of(path: list[Any], components: Container[str], wires: Mapping[str, Mapping[str, Any]]) -> list[PathStep]:
-    """Components and connections in turn, each component with the connections before and behind it ("": none)."""
+    """Components and connections in turn, each component with the connections before and behind it ("": none).
+
+    `path` is a flow of the problem file; where two components follow each other, the connection between them is
+    inserted.
+    """
     flat: list[tuple[str, str]] = []
     for item in (one["element"] if isinstance(one, dict) else one for one in path):
         kind = "component" if item in components else "connection"
@@ -43,7 +50,10 @@ def steps_of(path: list[Any], components: Container[str], wires: Mapping[str, Ma
 def whole_path(
     path: list[Any], flows: Mapping[str, Mapping[str, Any]], components: Container[str], wires: Container[str]
 ) -> list[Any]:
-    """A path with what stands for other flows written out."""
+    """A path with what stands for other flows written out.
+
+    Recursive: a flow in a flow may contain further flows. `flows` has the entries of the file by name.
+    """
     found: list[Any] = []
     for item in path:
         if isinstance(item, str) and item not in components and item not in wires and item in flows:
@@ -77,7 +87,10 @@ def placed_flows(
 
 
 def stated_in(path: list[Any], steps: list[PathStep], components: Container[str]) -> Iterator[tuple[int, Any]]:
-    """The steps of a path with figures of their own, by number, and these."""
+    """The steps of a path with figures of their own, by number, and these.
+
+    Pairs of the position in `steps` and the mapping of the file, which has the element's own figures.
+    """
     numbers = [number for number, step in enumerate(steps) if step.kind == "component"]
     items = [item for item in path if isinstance(item, dict) or item in components]
     skipped = not isinstance(path[0], dict) and path[0] not in components

@@ -39,7 +39,11 @@ class ResizedPorts:
         self.root = _Refined()
 
     def add(self, wire: ConnectionInstance, size_bytes: int) -> bool:
-        """Note the size of what a connection carries; whether AADL can say it by a type of the sending port."""
+        """Note the size of what a connection carries; whether AADL can say it by a type of the sending port.
+
+        `size_bytes` is the size in the design. False where the port has no data type, or a component on the way cannot
+        be refined; the size is then stated in another way.
+        """
         component = wire.source
         if component is None or len(wire.source_path) != 1:
             return False
@@ -81,12 +85,18 @@ class ResizedPorts:
         return set(self.root.inner)
 
     def refined(self) -> Iterator[str]:
-        """The subcomponents of the root, refined; what they need is in `declarations` then."""
+        """The subcomponents of the root, refined; what they need is in `declarations` then.
+
+        Lines such as ``sensor : refined to process ...;``, one for each subcomponent with a changed port.
+        """
         for component, there in self.root.inner.items():
             yield self._line(component, there)
 
     def declarations(self) -> list[str]:
-        """The lines of the package before its system: data types, then components, those within others first."""
+        """The lines of the package before its system: data types, then components, those within others first.
+
+        Lines of AADL, to be written after `refined` was consumed.
+        """
         aliases = [f"  {alias} renames data {title};" for title, alias in self.renamed.items()]
         lines = [line for declared in self.types.values() for line in declared]
         return [*aliases, *([""] if aliases else []), *lines]

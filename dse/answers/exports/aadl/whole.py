@@ -38,7 +38,10 @@ PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Spor
 
 
 class WholeModel:
-    """Writes one design of a problem."""
+    """Writes one design of a problem.
+
+    The model is read back by `dse import` to a problem with equal figures, which `dse export` checks before it writes.
+    """
 
     def __init__(
         self,
@@ -63,7 +66,10 @@ class WholeModel:
         self.paths: dict[str, str] = {}
 
     def text(self, left_out: Iterable[str] = ()) -> str:
-        """The package; `left_out` are requirements, objectives and metrics (by name) that make no sense here."""
+        """The package; `left_out` are requirements, objectives and metrics (by name) that make no sense here.
+
+        AADL source. What AADL cannot state is kept in the property ``Extra`` of dse's own property set.
+        """
         self._slots()
         self._components()
         self._connections()

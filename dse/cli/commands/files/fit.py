@@ -10,7 +10,7 @@ import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option, write_page_figures
+from dse.cli.pages import answer, page_path, report_option, write_page_figures
 from dse.cli.saying import say
 
 REST = "-o FILE writes the catalogue, with every remark, for problem files to include; --all prints it."
@@ -85,7 +85,8 @@ def command(
     """
     if output == "-" and json_path == "-":
         raise click.UsageError("only one of -o and --json can go to standard output")
-    check_writable(output, json_path, report, *([_samples_path(output)] if output not in (None, "-") else []))
+    further = [_samples_path(output)] if output not in (None, "-") else []
+    check_writable(output, json_path, page_path(report), *further)
     from dse.fitting.fitted import samples_table
     from dse.questions.verbs.fit import fit
 

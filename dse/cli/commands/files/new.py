@@ -119,7 +119,7 @@ def _write_new(text: str, file: str, force: bool) -> int:
         raise UsageError(f"{file} exists already; --force overwrites it")
     _check_schema(Path(file))
     check_writable(file, replaces_problems=True)
-    write_text(file, text if file == "-" else explained(text))
+    write_text(file, text if file == "-" else _explained(text))
     if file != "-":
         _write_schema(Path(file))
         say(f"wrote {file}")
@@ -127,7 +127,7 @@ def _write_new(text: str, file: str, force: bool) -> int:
     return 0
 
 
-def explained(text: str) -> str:
+def _explained(text: str) -> str:
     """A problem file that names its schema, so that an editor with yaml-language-server completes and explains it."""
     return f"# yaml-language-server: $schema={SCHEMA_FILE}\n{text}"
 
@@ -140,7 +140,7 @@ def _check_schema(problem: Path) -> None:
 
 
 def _write_schema(problem: Path) -> None:
-    """The schema that `explained` names, beside the problem."""
+    """The schema that `_explained` names, beside the problem."""
     from dse.answers.forms.registry import schema
 
     path = problem.parent / SCHEMA_FILE
@@ -169,7 +169,7 @@ def _copy_example(source: Path, file: str | None, force: bool) -> int:
             copy.parent.mkdir(parents=True, exist_ok=True)
         check_writable(str(copy), replaces_problems=True)
         text = original.read_text(encoding="utf-8")
-        write_text(str(copy), explained(text) if copy is target and file != "-" else text)
+        write_text(str(copy), _explained(text) if copy is target and file != "-" else text)
         say(f"wrote {copy}")
     if file != "-":
         _write_schema(target)

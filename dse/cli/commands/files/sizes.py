@@ -8,7 +8,7 @@ import click
 
 from dse.cli.common import ExistingPath, all_option, check_writable, in_time, json_option, quiet_option
 from dse.cli.grouping import GroupedCommand
-from dse.cli.pages import answer, report_option
+from dse.cli.pages import answer, page_path, report_option
 
 LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at most 12 digits"
 
@@ -71,7 +71,7 @@ def command(
 
     TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
     """
-    check_writable(json_path, report)
+    check_writable(json_path, page_path(report))
     from dse.questions.verbs.sizes import sizes
 
     found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)

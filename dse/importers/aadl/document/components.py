@@ -81,7 +81,7 @@ class ComponentWriter:
         return {"partitions": self.partitions.entries, **found}
 
     def _position(self, component: Instance) -> int:
-        """Its place among all, where an export says so."""
+        """The place of a component among all, where an export states it."""
         found = self.model.properties.of(component, "Position", OURS)
         value = self.model.read(found, whole, "Position")
         return value if isinstance(value, int) else 0

@@ -34,7 +34,7 @@ ACCESSES = ("data access", "subprogram access", "subprogram group access", "acce
 LINKS = ("port", "feature group", "feature")
 
 
-def connections_of(flows: list[EndToEnd]) -> set[ConnectionInstance]:
+def _connections_of(flows: list[EndToEnd]) -> set[ConnectionInstance]:
     """The connections that flows run over."""
     return {step for flow in flows for step in flow.steps if isinstance(step, ConnectionInstance)}
 
@@ -51,7 +51,7 @@ class ConnectionWriter:
 
     def relevant(self, flows: list[EndToEnd]) -> list[ConnectionInstance]:
         """The connections that count: between ports, and whatever a flow runs over."""
-        on_flows = connections_of(flows)
+        on_flows = _connections_of(flows)
         return [
             item
             for item in self.model.wiring.instances
@@ -77,7 +77,7 @@ class ConnectionWriter:
         """The entries."""
         items = self.relevant(flows)
         self._tell_accesses(set(items))
-        self._on_flows = connections_of(flows)
+        self._on_flows = _connections_of(flows)
         leaving: dict[str, int] = {}
         for item in items:
             start = self._spelled(item.source, item.source_path)

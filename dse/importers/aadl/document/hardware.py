@@ -117,9 +117,9 @@ class HardwareWriter:
 
     def speed(self, component: Instance) -> Any:
         """The speed of a processor in MIPS, or None."""
-        return self.stated_speed(component, *SPEEDS)[1]
+        return self._stated_speed(component, *SPEEDS)[1]
 
-    def stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
+    def _stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
         """The first of these properties that gives a speed, and that in MIPS."""
         for name, group in names:
             found = self.model.properties.of(component, name, group)
@@ -130,7 +130,7 @@ class HardwareWriter:
 
     def put_speed(self, sheet: Sheet, component: Instance, *names: tuple[str, str]) -> None:
         """``speed``, by the first of these properties."""
-        found, value = self.stated_speed(component, *names)
+        found, value = self._stated_speed(component, *names)
         sheet.put("speed", found, f"{number_text(value)} MIPS" if value else None)
 
     def standing(self, flat: Flat) -> Instance:

@@ -264,16 +264,16 @@ class _Merger:
     def _tie(self, name: str, key: str, values: Sequence[Any]) -> None:
         """Rules: with an implementation the value that it gives."""
         for classifier, value in zip(self.subsystem.classifiers, values, strict=True):
-            mine, theirs = quoted(self.subsystem.name), quoted(name)
+            mine, theirs = _quoted(self.subsystem.name), _quoted(name)
             self.result["rules"].append(
-                f"{mine}.type == {quoted(classifier)} implies {theirs}.{key} == {_value(key, value)}"
+                f"{mine}.type == {_quoted(classifier)} implies {theirs}.{key} == {_value(key, value)}"
             )
 
 
-def quoted(name: str) -> str:
+def _quoted(name: str) -> str:
     """A name in a rule."""
     return "'" + name + "'" if "'" not in name else f'"{name}"'
 
 
 def _value(key: str, value: Any) -> str:
-    return quoted(value) if key in ("type", "processor", "bus") else str(value)
+    return _quoted(value) if key in ("type", "processor", "bus") else str(value)

@@ -71,7 +71,7 @@ def _number(value: Value, units: Mapping[str, Fraction], expected: str) -> tuple
     return value.value * units.get(unit, Fraction(1)), value.value, value.unit
 
 
-def time_of(value: Value) -> Span:
+def _time_of(value: Value) -> Span:
     """A time in ns, as text such as ``10 ms``."""
     worth, written, unit = _number(value, TIME_UNITS, "a time")
     key = unit.lower() or "ns"
@@ -81,11 +81,11 @@ def time_of(value: Value) -> Span:
 def time_range(value: Value) -> Span:
     """A range of times, or one, in ns."""
     if isinstance(value, Range):
-        low, high = time_of(value.low), time_of(value.high)
+        low, high = _time_of(value.low), _time_of(value.high)
         if low.high > high.low:
             raise WrongKindError("a range whose first value is not the larger one")
         return Span(low.low, high.high, f"{low.text} .. {high.text}")
-    return time_of(value)
+    return _time_of(value)
 
 
 def size_of(value: Value) -> Span:

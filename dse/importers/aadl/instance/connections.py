@@ -27,7 +27,10 @@ TURNED = {"in": "out", "out": "in", "provides": "requires", "requires": "provide
 
 @dataclass(frozen=True, eq=False)
 class Leaf:
-    """A feature, or one of a feature group: its path from the component, its direction as seen from there."""
+    """A feature, or one of a feature group: its path from the component, its direction as seen from there.
+
+    `around` is the flattened classifier in which the feature is declared.
+    """
 
     path: Path
     direction: str
@@ -45,7 +48,10 @@ class Wire:
 
 @dataclass(frozen=True, eq=False)
 class ConnectionInstance:
-    """A connection from end to end; an end is None where it is a feature of the root, whose path it still has."""
+    """A connection from end to end; an end is None where it is a feature of the root, whose path it still has.
+
+    `wires` are the declared connections that it is made of, from the source to the target (AS5506C, 14.3).
+    """
 
     source: Instance | None
     source_path: Path
@@ -85,7 +91,10 @@ def beyond(path: Path, feature: Path) -> Path | None:
 
 
 def indices(library: Library, dimensions: Sequence[Value | None]) -> list[str]:
-    """The indices of the elements of an array, as they are written: ``[1]``; one that is empty where it is no array."""
+    """The indices of the elements of an array, as they are written: ``[1]``; one that is empty where it is no array.
+
+    Every combination of the indices of the dimensions, from 1.
+    """
     sizes = [size_of_dimension(library, item) for item in dimensions]
     if None in sizes:
         return [""]
@@ -103,7 +112,10 @@ class Features:
         self._kept: list[Flat] = []
 
     def leaves(self, flat: Flat | None, name: str) -> list[Leaf]:
-        """A feature of a classifier, or those of a feature group; none where there is no such feature."""
+        """A feature of a classifier, or those of a feature group; none where there is no such feature.
+
+        Paths are relative to the component; directions are turned in inverse feature groups.
+        """
         if flat is None or name not in flat.features:
             return []
         key = (id(flat), name)

@@ -72,7 +72,10 @@ class EndToEnd:
 
 @dataclass(frozen=True)
 class UnreadFlow:
-    """A declared flow of which not everything could be followed, and why."""
+    """A declared flow of which not everything could be followed, and why.
+
+    Becomes an entry of `unread` in the problem file.
+    """
 
     name: str
     context: Instance
@@ -121,7 +124,10 @@ class Flows:
             self._by_source[item.source].append(item)
 
     def of(self, root: Instance) -> Iterator[EndToEnd]:
-        """All flows of a tree; what cannot be followed is told and left out."""
+        """All flows of a tree; what cannot be followed is told and left out.
+
+        `EndToEnd` objects; several ways through arrays get the suffixes ``_1``, ``_2`` and so on.
+        """
         contexts = (root, *root.below())
         declared = [
             (context, member)

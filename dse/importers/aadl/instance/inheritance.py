@@ -81,14 +81,20 @@ class Flat:
 
 
 class Flattener:
-    """Flattens classifiers of one library, each once."""
+    """Flattens classifiers of one library, each once.
+
+    Refinements are merged into what they refine, own properties go before inherited ones.
+    """
 
     def __init__(self, library: Library) -> None:
         self.library = library
         self._done: dict[int, Flat] = {}
 
     def flat(self, classifier: Classifier, environment: Environment | None = None) -> Flat:
-        """The classifier with what it inherits, under what is bound to its prototypes."""
+        """The classifier with what it inherits, under what is bound to its prototypes.
+
+        A `Flat`; kept for classifiers without prototypes bound from outside.
+        """
         if not environment and id(classifier) in self._done:
             return self._done[id(classifier)]
         chain = self._chain(classifier)

@@ -73,7 +73,10 @@ class Instance:
         return [child for child in there if _is_within(child.index, parts)] if parts else there
 
     def descend(self, path: Path) -> list[tuple[Instance, Path]]:
-        """Where a path leads: the components as far as there are any, and what is left of the path."""
+        """Where a path leads: the components as far as there are any, and what is left of the path.
+
+        Pairs of a component and the rest of the path; several where the path names elements of an array.
+        """
         found: list[tuple[Instance, Path]] = [(self, path)]
         done: list[tuple[Instance, Path]] = []
         while found:
@@ -115,7 +118,10 @@ class Instantiator:
         self._count = 0
 
     def build(self, root: Flat) -> Instance:
-        """The tree."""
+        """The tree.
+
+        Raises nothing for a mistake: it is noted in the library.
+        """
         top = Instance(root.classifier.name, root.classifier.category, root, None, None, root.classifier.place)
         self._fill(top, 0)
         for path in self.modes:
@@ -213,7 +219,10 @@ def is_active(modes: tuple[str, ...] | None, mode: str) -> bool:
 
 
 def contained(component: Instance) -> Iterator[tuple[Owned, Instance]]:
-    """Property associations with ``applies to`` in a component, and the component that their paths begin at."""
+    """Property associations with ``applies to`` in a component, and the component that their paths begin at.
+
+    Pairs; associations of the classifier and of the subcomponent's declaration.
+    """
     if component.flat is not None:
         for owned in component.flat.properties:
             if owned.association.applies:

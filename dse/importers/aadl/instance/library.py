@@ -59,7 +59,10 @@ class Library:
         self._doubts.setdefault((message, hint), []).append((about, place))
 
     def remarks(self) -> list[Diagnostic]:
-        """The doubts by place: one for each message, with the number of places, or of those that it is about."""
+        """The doubts by place: one for each message, with the number of places, or of those that it is about.
+
+        Warnings; equal remarks about several names are one.
+        """
         found = []
         for (message, hint), told in self._doubts.items():
             names, places = dict.fromkeys(name for name, _ in told if name), {place for _, place in told}
@@ -81,7 +84,10 @@ class Library:
             self.findings.append(finding(message, place, hint))
 
     def find(self, reference: Reference, package: str) -> Classifier | None:
-        """The classifier that a reference in a package means, or None."""
+        """The classifier that a reference in a package means, or None.
+
+        Names are compared without regard to case; renames of the package are followed.
+        """
         here = self.packages.get(package.lower())
         key = reference.name.lower()
         if reference.package:

@@ -44,7 +44,10 @@ class InstanceModel:
     _names: dict[Instance, str] = field(default_factory=dict)
 
     def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
-        """A value of its kind; None where there is none, or, with a finding, where it is of another kind."""
+        """A value of its kind; None where there is none, or, with a finding, where it is of another kind.
+
+        `reader` converts a value; its `WrongKindError` becomes a located mistake.
+        """
         if found is None:
             return None
         try:
@@ -80,7 +83,10 @@ class InstanceModel:
         return found is not None and is_true(found.value)
 
     def targets(self, found: Found | None) -> list[Instance]:
-        """The components that a binding refers to; what it does not find is told."""
+        """The components that a binding refers to; what it does not find is told.
+
+        Each once, in the order of the property; used for bindings to processors, buses and memories.
+        """
         if found is None:
             return []
         result: list[Instance] = []
@@ -105,7 +111,10 @@ class InstanceModel:
         return None
 
     def size_of_data(self, flat: Flat | None, component: Instance, depth: int = 0) -> Fraction | None:
-        """The size of a data classifier in bytes: as stated, else that of its parts; None where neither tells."""
+        """The size of a data classifier in bytes: as stated, else that of its parts; None where neither tells.
+
+        Exact; parts are the data subcomponents of the implementation.
+        """
         if flat is None or depth > MAX_DEPTH:
             return None
         self.properties.data_types[id(flat)] = flat

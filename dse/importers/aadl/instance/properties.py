@@ -136,7 +136,10 @@ class Properties:
         yield from sorted(given, key=lambda item: len(item[1].path))
 
     def of_feature(self, component: Instance, path: Path, name: str, group: str = "") -> Found | None:
-        """The property of a feature; `path` leads through feature groups."""
+        """The property of a feature; `path` leads through feature groups.
+
+        A `Found` with value and place: associations with ``applies to`` from outside first, then the feature's own.
+        """
         self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
         plain = tuple(item.partition("[")[0] for item in key)
@@ -245,7 +248,10 @@ class Properties:
             yield from (Stated(DATA_TYPE, one) for one in flat.properties if not one.association.applies)
 
     def is_asked(self, stated: Stated) -> bool:
-        """Whether something looked it up."""
+        """Whether something looked it up.
+
+        What nobody asked for is remarked as not understood.
+        """
         if stated.holder == DATA_TYPE:
             return stated.property[0] in ("data_size", "source_data_size")
         holders = [stated.holder, *([] if stated.holder in (FEATURE, MEMBER) else [ANY])]

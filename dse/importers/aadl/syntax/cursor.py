@@ -13,7 +13,10 @@ from dse.support.errors import Diagnostic
 
 
 class Cursor:
-    """The tokens of a file and a position among them; `remarks` collects what was read with a doubt."""
+    """The tokens of a file and a position among them; `remarks` collects what was read with a doubt.
+
+    Recursive descent with a look-ahead of any length; keys are tokens in small letters.
+    """
 
     def __init__(self, text: Text) -> None:
         self.text = text
@@ -122,7 +125,10 @@ class Cursor:
         return tuple(found)
 
     def skip(self, *ends: str) -> None:
-        """Move on to one of these tokens, past what is in brackets; fails where there is none."""
+        """Move on to one of these tokens, past what is in brackets; fails where there is none.
+
+        For parts of AADL that are not followed, such as annexes in a feature.
+        """
         start, depth = self.place, 0
         while depth or self.token.key not in ends:
             token = self.take()

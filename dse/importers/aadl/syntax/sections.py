@@ -52,7 +52,10 @@ def _is_another_section(cursor: Cursor) -> bool:
 
 
 def read_section(cursor: Cursor, name: str, into: Classifier) -> None:
-    """The entries of a section, behind its name."""
+    """The entries of a section, behind its name.
+
+    Entries are appended to the lists of `into`; an unknown section is skipped entry by entry.
+    """
     if cursor.accept("none", ";"):
         return
     readers: dict[str, Callable[[], object]] = {
@@ -107,7 +110,10 @@ def _in_modes(cursor: Cursor) -> tuple[str, ...] | None:
 
 
 def read_bindings(cursor: Cursor) -> tuple[Binding, ...]:
-    """``(prototype => category classifier, …)``, or nothing."""
+    """``(prototype => category classifier, …)``, or nothing.
+
+    Actuals that are no classifiers have the classifier None.
+    """
     if not (cursor.sees("(") and cursor.ahead().kind == "name" and cursor.ahead(2).key == "=>"):
         return ()
     cursor.expect("(")

@@ -114,7 +114,10 @@ Value: TypeAlias = Number | Text | Range | Listed | Record | Referred | Classifi
 
 
 def without_places(value: Value) -> Value:
-    """A value that is equal to another one of the same text elsewhere."""
+    """A value that is equal to another one of the same text elsewhere.
+
+    For comparing what two files say.
+    """
     match value:
         case Range(low, high):
             return Range(without_places(low), without_places(high))
@@ -137,7 +140,10 @@ class ModalValue:
 
 @dataclass(frozen=True, slots=True)
 class Association:
-    """``Set::Name => value applies to path in binding (…)``; `key` is the property's own name in small letters."""
+    """``Set::Name => value applies to path in binding (…)``; `key` is the property's own name in small letters.
+
+    One value for each mode; ``+=>`` appends to an inherited list.
+    """
 
     package: str
     name: str

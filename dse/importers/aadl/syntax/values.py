@@ -30,7 +30,7 @@ MOST_DIGITS = 60
 """The greatest number of digits, and the greatest exponent, that a number may have."""
 
 
-def text_within(quoted: str) -> str:
+def _text_within(quoted: str) -> str:
     """What is between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
     return _ESCAPED.sub(lambda found: _MEANT.get(found[1], found[1]) if found[1] else '"', quoted)
 
@@ -122,7 +122,7 @@ def _operand(cursor: Cursor) -> Value:
         return _number(cursor)
     if token.kind == "string":
         cursor.take()
-        return Text(text_within(token.text[1:-1]), place)
+        return Text(_text_within(token.text[1:-1]), place)
     if token.key in ("true", "false"):
         cursor.take()
         return Word("", token.key, False, place)

@@ -44,20 +44,20 @@ def as_text(value: Any) -> str:
         return spend_text("".join(as_text(item) for item in value))
     if isinstance(value, Entity):
         return value.text("file", "from", "name")
-    return "" if value is None else written(value)
+    return "" if value is None else _written(value)
 
 
-def written(value: Any) -> str:
+def _written(value: Any) -> str:
     """A value as Python writes it.
 
-    >>> written([1, {"a": "b"}, True])
+    >>> _written([1, {"a": "b"}, True])
     "[1, {'a': 'b'}, True]"
     """
     spend()
     if isinstance(value, list | tuple):
-        return spend_text(f"[{', '.join(map(written, value))}]")
+        return spend_text(f"[{', '.join(map(_written, value))}]")
     if isinstance(value, dict):
-        return spend_text(f"{{{', '.join(f'{written(key)}: {written(item)}' for key, item in value.items())}}}")
+        return spend_text(f"{{{', '.join(f'{_written(key)}: {_written(item)}' for key, item in value.items())}}}")
     if isinstance(value, Entity):
         return repr(as_text(value))
     try:
@@ -105,7 +105,7 @@ def _parameter(name: str, value: Any, line: int) -> list[Entity]:
     if isinstance(value, dict):
         return [part for key, inner in value.items() for part in _parameter(f"{name}.{key}", inner, line)]
     if isinstance(value, list | tuple) and len(value) != 1:
-        value = as_text(value) if any("$(" in as_text(item) for item in value) else written(value)
+        value = as_text(value) if any("$(" in as_text(item) for item in value) else _written(value)
     return [Entity("param", line, {"name": name, "value": as_text(value)})]
 
 

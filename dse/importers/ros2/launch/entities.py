@@ -52,7 +52,10 @@ class Entity:
 
 
 def problem(path: Path, message: str, line: int = 1, column: int = 0, hint: str = "") -> ProblemError:
-    """A mistake of a launch file."""
+    """A mistake of a launch file.
+
+    One `ProblemError` with one diagnostic; `hint` says what would be right.
+    """
     return ProblemError([Diagnostic(message, "", str(path), line, column, hint)])
 
 
@@ -109,7 +112,10 @@ def read_xml(path: Path) -> Entity:
 
 
 def read_yaml(path: Path) -> Entity:
-    """The actions of a YAML launch file. Errors as for `read_xml`."""
+    """The actions of a YAML launch file. Errors as for `read_xml`.
+
+    An `Entity` whose children are the actions, each with its line.
+    """
     file = LocatedFile(path, WHAT)
     top = file.root["launch"]
     if not isinstance(top.data, list):

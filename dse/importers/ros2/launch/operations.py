@@ -13,7 +13,7 @@ from dse.importers.ros2.launch.entities import Entity
 
 T = TypeVar("T", bound=Collection[Any])
 NAMES = 8
-"""So many names that are copied count as one piece of the allowance."""
+"""The number of copied names that count as one piece of the allowance."""
 MOST_BITS = 10_000
 """Whole numbers are not longer than this."""
 NUMBERS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -44,7 +44,10 @@ def counted(values: T) -> T:
 
 
 def sum_of(left: Any, right: Any) -> Any:
-    """``left + right``, as far as it is known."""
+    """``left + right``, as far as it is known.
+
+    Known numbers and lists are added, texts joined; `Unknown` where a part is only known at launch.
+    """
     if isinstance(left, list | tuple) and isinstance(right, list | tuple):
         return [*counted(left), *counted(right)]
     if isinstance(left, list | tuple) and isinstance(right, Unknown):
@@ -57,7 +60,10 @@ def sum_of(left: Any, right: Any) -> Any:
 
 
 def reckoned(kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """What an operator makes of two numbers; NotImplemented of anything else."""
+    """What an operator makes of two numbers; NotImplemented of anything else.
+
+    Division by 0 gives NotImplemented, too; a number that is too large raises `TooMuchError`.
+    """
     act = NUMBERS.get(kind)
     if act is None or not isinstance(left, int | float) or not isinstance(right, int | float):
         return NotImplemented
@@ -98,7 +104,10 @@ def _is_stored(item: ast.Name) -> bool:
 
 
 def is_open(value: Any) -> bool:
-    """Whether a value is not known before the launch."""
+    """Whether a value is not known before the launch.
+
+    Unknown values, and texts with substitutions.
+    """
     return isinstance(value, Unknown | Entity) or (isinstance(value, str) and "$(" in value)
 
 
@@ -141,7 +150,10 @@ def _is_same(left: Any, right: Any) -> bool:
 
 
 def entry_of(owner: Any, key: Any) -> Any:
-    """``owner[key]``; NotImplemented where there is none."""
+    """``owner[key]``; NotImplemented where there is none.
+
+    Also NotImplemented for texts with substitutions, whose length is not known.
+    """
     if isinstance(owner, dict):
         return owner.get(key, NotImplemented) if isinstance(key, str) else NotImplemented
     if isinstance(owner, str) and is_open(owner):

@@ -52,7 +52,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Timer:
-    """A parameter that states how often a timer comes: as a period or a rate in `unit`."""
+    """A parameter that states how often a timer comes: as a period or a rate in `unit`.
+
+    `stated` tells that the user's mapping names it; else the name was recognised.
+    """
 
     parameter: Parameter
     unit: str
@@ -61,7 +64,10 @@ class Timer:
 
     @property
     def words(self) -> str:
-        """The parameter as `ros2.parameters` of a problem file has it."""
+        """The parameter as `ros2.parameters` of a problem file has it.
+
+        Such as ``rate [int Hz]``.
+        """
         whole = "int " if re.fullmatch(r"[0-9]+", self.parameter.text) else ""
         return f"{self.parameter.name} [{whole}{self.unit}]"
 
@@ -111,7 +117,10 @@ def _unit_of(name: str) -> str:
 
 
 class ParameterFile:
-    """A parameter file: the entries of each node name, in their order."""
+    """A parameter file: the entries of each node name, in their order.
+
+    Node names may have the wildcards ``*`` and ``**``, as rcl reads them.
+    """
 
     def __init__(self, path: Path) -> None:
         """Read it.
@@ -148,7 +157,10 @@ class ParameterFile:
         return list(dict.fromkeys(name for name, _ in self.entries if "*" not in name))
 
     def of(self, node: str) -> list[Parameter]:
-        """The parameters of a node by its full name; a later one of the same name counts."""
+        """The parameters of a node by its full name; a later one of the same name counts.
+
+        In the order of the file; wildcard entries count as well.
+        """
         found: dict[str, Parameter] = {}
         spend(1 + len(self._with_stars))
         with_stars = [number for number in self._with_stars if is_named(node, self.entries[number][0])]
@@ -211,7 +223,10 @@ def is_like(text: str, pattern: str, least: int = 0) -> bool:
 
 
 def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[Stated]) -> tuple[list[Timer], list[str]]:
-    """The parameters of a node that are those of timers, and what is to be told of the others."""
+    """The parameters of a node that are those of timers, and what is to be told of the others.
+
+    Parameters are recognised by their last name (`KNOWN`), unless `stated` has the user's own mapping.
+    """
     timers, told = [], []
     for parameter in parameters:
         last = parameter.name.rpartition(".")[2]

@@ -35,9 +35,9 @@ from dse.importers.ros2.launch.texts import FILE, OF_PATHS, PARTS, by_percent, m
 
 START = "generate_launch_description"
 DEEPEST = 20
-"""So deep functions of the file may call each other."""
+"""The greatest depth of calls between functions of the file."""
 SIGNS = 8
-"""So many signs of an expression that is told count as one piece of the allowance."""
+"""The number of characters of a shown expression that count as one piece of the allowance."""
 
 
 def read_python(path: Path) -> Entity:

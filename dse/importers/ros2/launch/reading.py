@@ -66,7 +66,10 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
 
 
 def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
-    """The document of the nodes that a parameter file has by their names. Errors as for `read`."""
+    """The document of the nodes that a parameter file has by their names. Errors as for `read`.
+
+    `options` are those of ``dse import`` by name.
+    """
     with allowed(), at(path, 1):
         return _read_parameters(path, options)
 

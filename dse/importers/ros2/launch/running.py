@@ -21,12 +21,12 @@ from dse.support.errors import Diagnostic, ProblemError
 from dse.support.files.reading import obstacle, real
 
 MOST_INCLUDES = 5000
-"""So often files are included, be it one file many times."""
+"""The greatest number of includes, be it one file many times."""
 DEEPEST = 80
-"""So deep groups and included files may be within each other."""
+"""The greatest depth of groups and included files within each other."""
 MOST_NODES = 10_000
 NAMES = 8
-"""So many arguments that a group keeps count as one piece of the allowance."""
+"""The number of arguments kept by a group that count as one piece of the allowance."""
 PIECES = 20
 """What a node counts of the allowance, besides its remappings and parameters."""
 _PYTHON = re.compile(r"\$\(python ([^()]*)\)?")
@@ -38,7 +38,10 @@ TELLING = ("name", "exec", "plugin", "file", "namespace", "target")
 
 @dataclass
 class Started:
-    """A node: `container` is the full name of that in which it is, "" where it is a process of its own."""
+    """A node: `container` is the full name of that in which it is, "" where it is a process of its own.
+
+    Names are absolute, with namespaces applied; `remaps` are pairs (from, to).
+    """
 
     name: str
     file: Path
@@ -62,7 +65,10 @@ class Scope:
 
 @dataclass
 class Launch:
-    """Goes through launch files and notes what they start."""
+    """Goes through launch files and notes what they start.
+
+    Files are read, nothing is executed; what depends on the running system is left out with a remark.
+    """
 
     packages: Packages
     nodes: list[Started] = field(default_factory=list)
@@ -86,7 +92,10 @@ class Launch:
         self._file(file, context, Scope())
 
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
-        """Note what is left out, once."""
+        """Note what is left out, once.
+
+        A warning with file and line; equal remarks are told once.
+        """
         message = _PYTHON.sub(r"\1", message).translate(SHOWN)
         found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
         self.told.setdefault(found)
@@ -96,7 +105,7 @@ class Launch:
         if self.opened > MOST_INCLUDES:
             raise problem(file, f"more than {MOST_INCLUDES:,} times a file is included")
         if file not in self.files:
-            self.files[file] = read_launch(file)
+            self.files[file] = _read_launch(file)
         before, context.file = context.file, file
         self.including.append(file)
         scope = self._actions(self.files[file].children, context, scope)
@@ -162,7 +171,10 @@ class Launch:
     # --- what is set
 
     def declare(self, action: Entity, context: Context, scope: Scope) -> None:
-        """An argument of the file: as given, else its default."""
+        """An argument of the file: as given, else its default.
+
+        An argument without a value and default makes texts that use it *not static*.
+        """
         name = action.text("name")
         if "value" in action.texts:
             self.assign(action, context, scope)
@@ -185,13 +197,13 @@ class Launch:
         """A namespace for what follows."""
         return replace(scope, namespace=joined(scope.namespace, resolve(action.text("namespace"), context)))
 
-    def remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+    def _remap_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A remapping for all nodes that follow."""
         pair = (resolve(action.text("from"), context), resolve(action.text("to"), context))
         spend(len(scope.remaps))
         return replace(scope, remaps=(*scope.remaps, pair))
 
-    def set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
+    def _set_for_all(self, action: Entity, context: Context, scope: Scope) -> Scope:
         """A parameter for all nodes that follow."""
         spend(len(scope.parameters))
         return replace(scope, parameters=(*scope.parameters, *self._parameters([action], context, "")))
@@ -201,7 +213,7 @@ class Launch:
         items = action.later(context) if action.later is not None else action.children
         return self._actions(items, context, scope)
 
-    def leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
+    def _leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
         """What is no node."""
         words = resolve(action.text("cmd", "name", "value"), context)[:80]
         self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
@@ -210,12 +222,15 @@ class Launch:
         """What a Python file does not say."""
         resolve(action.text("name"), context)
 
-    def set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
+    def _set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
         """An environment variable that the file sets."""
         context.environment[resolve(action.text("name"), context)] = resolve(action.text("value"), context)
 
     def include(self, action: Entity, context: Context, scope: Scope) -> Scope:
-        """Another launch file, with its arguments."""
+        """Another launch file, with its arguments.
+
+        A missing file is a remark; a file that includes itself raises `ProblemError`.
+        """
         for given in action.of("arg", "let"):
             self.assign(given, context, scope)
         file = real(resolve(action.text("file"), context))
@@ -239,7 +254,10 @@ class Launch:
         self._composed(action, context, scope, found.name)
 
     def load(self, action: Entity, context: Context, scope: Scope) -> None:
-        """Nodes for a container that is started elsewhere."""
+        """Nodes for a container that is started elsewhere.
+
+        ``LoadComposableNodes``: the container may be in another launch file.
+        """
         target = resolve(action.text("target"), context)
         self._composed(action, context, scope, joined("/", target))  # launch_ros looks for it from the root
 
@@ -342,15 +360,15 @@ ACTIONS: Mapping[str, Act] = {
     "arg": Launch.declare,
     "let": Launch.assign,
     "push_ros_namespace": Launch.push,
-    "set_remap": Launch.remap_all,
-    "set_parameter": Launch.set_for_all,
-    "set_env": Launch.set_environment,
-    "set_environment": Launch.set_environment,
+    "set_remap": Launch._remap_all,
+    "set_parameter": Launch._set_for_all,
+    "set_env": Launch._set_environment,
+    "set_environment": Launch._set_environment,
     "include": Launch.include,
     "timer": Launch.apart,
     "opaque": Launch.apart,
     "unknown": Launch.unknown,
-    "executable": Launch.leave_out,
+    "executable": Launch._leave_out,
     "node": Launch.node,
     "lifecycle_node": Launch.node,
     "node_container": Launch.container,
@@ -391,7 +409,7 @@ def joined(namespace: str, name: str) -> str:
     return "/" + "/".join(part for part in found.split("/") if part)
 
 
-def read_launch(path: Path) -> Entity:
+def _read_launch(path: Path) -> Entity:
     """The actions of a launch file, by its suffix. Errors as for `read_xml`."""
     name = path.name.lower()
     if name.endswith(".py"):

@@ -15,7 +15,7 @@ from typing import Any
 from dse.importers.allowance import CHARACTERS, MOST_TEXT, spend, spend_text
 
 DEEPEST = 60
-"""So deep substitutions and parentheses may be within each other."""
+"""The greatest depth of substitutions and parentheses within each other."""
 HIDDEN = {ord("("): "\ue000", ord(")"): "\ue001"}
 """What stands for parentheses of an expression within a substitution."""
 SHOWN = {ord(hidden): chr(code) for code, hidden in HIDDEN.items()}
@@ -24,12 +24,18 @@ TRUE, FALSE = ("true", "1"), ("false", "0")
 
 
 class NotStaticError(Exception):
-    """What a text says is only known when the system is launched; the message says why."""
+    """What a text says is only known when the system is launched; the message says why.
+
+    The action that needs the text is left out with a remark.
+    """
 
 
 @dataclass
 class Context:
-    """What texts refer to: launch arguments by name, packages by name, the file in which the text stands."""
+    """What texts refer to: launch arguments by name, packages by name, the file in which the text stands.
+
+    An argument whose value is not static holds the reason.
+    """
 
     file: Path
     arguments: dict[str, str | NotStaticError]

@@ -177,10 +177,10 @@ def _put_together(given: Sequence[Any]) -> str:
     return f"{found}/" if found and len(parts) > 1 and not parts[-1] and not found.endswith("/") else found
 
 
-def parent_of(path: str) -> Any:
+def _parent_of(path: str) -> Any:
     """The folder that has a file; NotImplemented where a substitution says which.
 
-    >>> parent_of("$(find-pkg-share p)/a/b.yaml"), parent_of("$(filename)"), parent_of("$(var x)")
+    >>> _parent_of("$(find-pkg-share p)/a/b.yaml"), _parent_of("$(filename)"), _parent_of("$(var x)")
     ('$(find-pkg-share p)/a', '$(dirname)', NotImplemented)
     """
     if path == FILE:
@@ -209,7 +209,7 @@ def _suffix_of(path: str) -> Any:
 
 
 PARTS: Mapping[str, Callable[[str], Any]] = {
-    "parent": parent_of,
+    "parent": _parent_of,
     "name": _name_of,
     "stem": _stem_of,
     "suffix": _suffix_of,
@@ -217,7 +217,7 @@ PARTS: Mapping[str, Callable[[str], Any]] = {
 """What an attribute of a path is."""
 OF_PATHS: Mapping[str, Callable[[Sequence[Any]], Any]] = {
     "join": _put_together,
-    "dirname": lambda given: parent_of(as_text(given[0])) if given else NotImplemented,
+    "dirname": lambda given: _parent_of(as_text(given[0])) if given else NotImplemented,
     "basename": lambda given: _name_of(as_text(given[0])) if given else NotImplemented,
     **dict.fromkeys(SAME, lambda given: as_text(given[0]) if given else NotImplemented),
 }

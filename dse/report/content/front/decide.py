@@ -60,7 +60,10 @@ def decide_data(result: Result, baseline: Mapping[str, Fraction] | None = None) 
 
 
 def further_metrics(result: Result) -> list[tuple[int, str]]:
-    """The metrics that are no objectives and differ on the front: number, as `decide_data` counts them, and name."""
+    """The metrics that are no objectives and differ on the front: number, as `decide_data` counts them, and name.
+
+    Pairs of the metric's number in ``result.units`` and its name; the page offers them as columns and filters.
+    """
     objectives = {info.name for info in result.objectives}
     return [
         (number, name)
@@ -114,7 +117,7 @@ def _insist_data(result: Result) -> dict[str, Any]:
             "status": price.item.status,
             "front": list(price.item.front),
             "kept": price.kept,
-            "best": cost_words(result, price),
+            "best": _cost_words(result, price),
         }
         for price in prices(result)
     ]
@@ -133,7 +136,10 @@ def _figures(infos: Sequence[ObjectiveInfo], values: Mapping[str, int], result: 
 
 
 def insist_choices(result: Result) -> list[tuple[str, list[tuple[int, str, str]]]]:
-    """For each decision its options: number, text, and ``complete``, ``incomplete`` or ``infeasible``."""
+    """For each decision its options: number, text, and ``complete``, ``incomplete`` or ``infeasible``.
+
+    Pairs of a decision's name and its options; empty where the result has no price of insisting.
+    """
     found: dict[str, list[tuple[int, str, str]]] = {}
     if result.insisting is not None:
         for number, item in enumerate(result.insisting.options):
@@ -161,14 +167,21 @@ class Price:
 
     @property
     def state(self) -> str:
-        """``impossible``, ``unknown`` where the search was stopped, else how many points it keeps."""
+        """``impossible``, ``unknown`` where the search was stopped, else how many points it keeps.
+
+        Text for the column "alternatives kept".
+        """
         if self.item.status == "infeasible":
             return "impossible"
         return "unknown" if self.item.status == "incomplete" else str(self.kept)
 
 
 def prices(result: Result) -> list[Price]:
-    """The price of each option, in the order of the problem."""
+    """The price of each option, in the order of the problem.
+
+    For each option the best value of each objective with it, and what that loses against the best of the whole front,
+    in counting units. Requires `Result.insisting`.
+    """
     assert result.insisting is not None
     vectors = {point.id: point.objectives for point in result.front}
     vectors |= {point.id: point.objectives for point in result.insisting.points}
@@ -188,7 +201,10 @@ def prices(result: Result) -> list[Price]:
 
 
 def summary_words(result: Result) -> str:
-    """How many options keep the whole front, part of it or nothing, are impossible or unknown."""
+    """How many options keep the whole front, part of it or nothing, are impossible or unknown.
+
+    One sentence with the number of options of each of the five kinds.
+    """
     every = prices(result)
     size = len(result.front)
     done = [price for price in every if price.item.status == "complete"]
@@ -204,11 +220,15 @@ def summary_words(result: Result) -> str:
 
 
 def costly(result: Result) -> list[Price]:
-    """The options that no alternative of the front has, in the order of the problem."""
+    """The options that no alternative of the front has, in the order of the problem.
+
+    Only these cost something in the sense that no design of the front chooses them; options that are proved impossible
+    are among them.
+    """
     return [price for price in prices(result) if not price.kept]
 
 
-def cost_words(result: Result, price: Price) -> list[str]:
+def _cost_words(result: Result, price: Price) -> list[str]:
     """For each objective the best value with an option, and what that is worse than without insisting."""
     texts = []
     for info, value, lost in zip(result.objectives, price.best, price.lost, strict=False):
@@ -222,11 +242,15 @@ def cost_words(result: Result, price: Price) -> list[str]:
 
 
 def insisting_section(result: Result, top: int | None = None) -> Section:
-    """What the options cost that no alternative has, on a terminal the first of them; how many others there are."""
+    """What the options cost that no alternative has, on a terminal the first of them; how many others there are.
+
+    `top` is the number of rows on a terminal, None for all. Rows have the option, how many alternatives it keeps, and
+    the best objectives with it.
+    """
     said = texts(f"The price of insisting: {summary_words(result)}")
     rows = []
     for price in costly(result):
-        cells = cost_words(result, price) or [NOTHING] * len(result.objectives)
+        cells = _cost_words(result, price) or [NOTHING] * len(result.objectives)
         rows.append((f"{price.item.decision} {price.item.option}", price.state, *cells))
     if rows:
         headings = ("insisting on", "alternatives kept", *(f"best {info.name}" for info in result.objectives))

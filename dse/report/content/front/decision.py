@@ -40,7 +40,10 @@ SHAPES = 4
 
 @dataclass(frozen=True)
 class Banner:
-    """The answer in one box: `facts` say how sure it is, each with whether it is good news."""
+    """The answer in one box: `facts` say how sure it is, each with whether it is good news.
+
+    `state` chooses the colour: green, amber or red.
+    """
 
     state: Literal["good", "doubtful", "wrong"]
     title: str
@@ -50,7 +53,10 @@ class Banner:
 
 @dataclass(frozen=True)
 class Card:
-    """A kind of design: the point that stands for it, what it is, its objectives, and how many designs it has."""
+    """A kind of design: the point that stands for it, what it is, its objectives, and how many designs it has.
+
+    `figures` are pairs of an objective's name and its value as text.
+    """
 
     point: Point
     kind: int
@@ -103,7 +109,10 @@ def _with_colon(title: str) -> str:
 
 
 def cards(screen: Screen) -> list[Card]:
-    """A card for each kind of design, by the rank of its best; for each design where all are of one kind."""
+    """A card for each kind of design, by the rank of its best; for each design where all are of one kind.
+
+    In the order of rank; the page filters and highlights cards by the number of their kind.
+    """
     kinds = {point.id: number for number, kind in enumerate(screen.kinds.kinds) for point in kind.points}
     return [
         Card(
@@ -164,7 +173,10 @@ def _bound(screen: Screen, name: str, unit: str, alternatives: Sequence[Alternat
 
 
 def steps(screen: Screen) -> list[tuple[str, str]]:
-    """Commands to go on with, each with what it does; ``…`` stands for the options of this question."""
+    """Commands to go on with, each with what it does; ``…`` stands for the options of this question.
+
+    Pairs of a command and its meaning, such as a sweep of the nearest limit in ms and a study of margins.
+    """
     result = screen.result
     file = shlex.quote(result.problem.file)
     told = [(f"dse solve {file} … {option}", meaning) for option, meaning in screen.changing_steps()]

@@ -121,7 +121,11 @@ class Alternative:
 
 
 class Document:
-    """A result, ready to be set: built once, asked by the writers."""
+    """A result, ready to be set: built once, asked by the writers.
+
+    Parts are computed when they are first asked for and kept; `Alternative` objects are shared by the HTML page,
+    Markdown and the terminal.
+    """
 
     def __init__(self, result: Result) -> None:
         self.result = result
@@ -136,12 +140,20 @@ class Document:
 
     @cached_property
     def records(self) -> list[dict[str, Any]]:
-        """The points as data of the plots."""
+        """The points as data of the plots.
+
+        One mapping for each point with an axis value ``oN``, a text ``tN`` and a normalised value ``nN`` for each
+        objective.
+        """
         return front_records(self.result)
 
     @cached_property
     def baseline_record(self) -> dict[str, Any] | None:
-        """Today's design as a record of the scatter plot."""
+        """Today's design as a record of the scatter plot.
+
+        The keys ``oN`` and ``tN`` of each objective, for the mark of today's design; None where there is no valid
+        baseline.
+        """
         if self.reasoner.baseline is None:
             return None
         found: dict[str, Any] = {"id": "baseline"}
@@ -154,7 +166,10 @@ class Document:
 
     @cached_property
     def feasible(self) -> Feasible | None:
-        """All feasible designs, where they are few enough to look at each."""
+        """All feasible designs, where they are few enough to look at each.
+
+        A `Feasible` with count and objective vectors; None for larger problems. Drawn as grey points behind the front.
+        """
         from dse.questions.verbs.feasible_designs import (
             feasible_designs,  # with the second proof, which takes a while to import
         )
@@ -167,7 +182,10 @@ class Document:
         return tuple(map(self.alternative, self.result.front))
 
     def alternative(self, point: Point) -> Alternative:
-        """Everything that is said about a point of the front."""
+        """Everything that is said about a point of the front.
+
+        Computed on the first call for a point: one analysis of the design, its reasons, tables and warnings.
+        """
         if point.id not in self._known:
             self._known[point.id] = self._alternative(self.result.front.index(point))
         return self._known[point.id]
@@ -179,12 +197,18 @@ class Document:
 
     @property
     def summary(self) -> list[str]:
-        """What was asked and what was found, in sentences, with today's design."""
+        """What was asked and what was found, in sentences, with today's design.
+
+        Sentences in the order of a report: proof, first design, ties, waiting, baseline.
+        """
         return [*self.findings, *filter(None, [self.baseline_words])]
 
     @property
     def findings(self) -> list[str]:
-        """What was asked and what was found, in sentences, as far as nothing is computed for them."""
+        """What was asked and what was found, in sentences, as far as nothing is computed for them.
+
+        Sentences; no design is analysed for them, so that they are there at once.
+        """
         found = [proof_words(self.result)]
         if missing := missing_words(self.result):
             found.append(f"{TITLE}: {'; '.join(missing)}.")
@@ -210,7 +234,11 @@ class Document:
         return list(conflict_blocks(self.result)) if self.result.status == "infeasible" else []
 
     def table_of(self, points: Sequence[Point]) -> Table:
-        """Points with their objectives and the decisions in which the front differs."""
+        """Points with their objectives and the decisions in which the front differs.
+
+        Columns: rank, id, the point that it resembles (where there are variants), objectives, score, and decisions that
+        differ.
+        """
         infos = self.result.objectives
         variants = self.result.variants if any(point.id in self.result.variants for point in points) else {}
         has_score = any(point.score for point in points)
@@ -235,12 +263,18 @@ class Document:
 
     @cached_property
     def front_table(self) -> Table:
-        """Every point with its objectives and the decisions in which the front differs."""
+        """Every point with its objectives and the decisions in which the front differs.
+
+        One row for each point, in the order of rank.
+        """
         return self.table_of(self.result.front)
 
     @cached_property
     def varying(self) -> list[str]:
-        """The open decisions in which the points of the front differ."""
+        """The open decisions in which the points of the front differ.
+
+        Names of decisions in the order of the problem; empty for a front of one point.
+        """
         front = self.result.front
         return varying([point.decisions for point in front], self.result.open_decisions) if len(front) > 1 else []
 
@@ -260,7 +294,10 @@ class Document:
 
     @property
     def provenance(self) -> list[tuple[str, str]]:
-        """Where the figures come from: question, proof, versions, seed."""
+        """Where the figures come from: question, proof, versions, seed.
+
+        Pairs of a heading and a text, for the last section of a report: what is needed to reproduce the result.
+        """
         result, search, asked = self.result, self.result.search, self.result.problem.effective
         carried = (
             "; it, or a file that it names, was not there, and this is what the result carries"
@@ -293,7 +330,11 @@ class Document:
 
     @property
     def gaps(self) -> tuple[str, ...]:
-        """What the model does not see."""
+        """What the model does not see.
+
+        Sentences; some depend on the problem (buses without arbitration, overheads that are not stated), the others
+        hold for every result.
+        """
         asks = asks_for_responses(self.space)
         counted = f"{overhead_words(self.space)} {bound_words(self.space)}".rstrip() if asks else ""
         said = (
@@ -391,7 +432,10 @@ class Document:
         return Table("Decisions", headings, tuple(rows))
 
     def others_of(self, point: Point) -> list[OthersPart]:
-        """The further designs of a point."""
+        """The further designs of a point.
+
+        One `OthersPart` for each request, with the changes of each further design against the point.
+        """
         parts = []
         for others in self.result.others:
             if others.of != point.id:

@@ -85,7 +85,10 @@ def first_page(
 
 
 class Screen:
-    """The parts of the first screen of a result."""
+    """The parts of the first screen of a result.
+
+    Methods yield blocks in the order of the screen: head, table, choice, notes. The full report is `Document`'s.
+    """
 
     def __init__(self, document: Document, *, has_time: bool = True) -> None:
         self.document, self.result, self.has_time = document, document.result, has_time
@@ -103,7 +106,10 @@ class Screen:
         self.hidden = len(every) - len(self.shown)
 
     def head(self) -> Iterator[Block]:
-        """What changes the decision, what was found, what is counted."""
+        """What changes the decision, what was found, what is counted.
+
+        Warnings, then one line of status and one line of what latencies count and leave out.
+        """
         yield from self.warning_blocks()
         word, text, tone = found_words(self.result, self.kinds)
         yield Text(f"{word:<{HANG - 1}} {text}" if len(word) < HANG else f"{word}  {text}", tone, hang=HANG)
@@ -115,7 +121,10 @@ class Screen:
 
     @cached_property
     def warnings(self) -> list[str]:
-        """What is wrong with the first design, or with all of them."""
+        """What is wrong with the first design, or with all of them.
+
+        Sentences; any of them takes the place of a recommendation.
+        """
         if not self.result.front:
             return []
         space = self.result.space
@@ -132,7 +141,11 @@ class Screen:
             yield Text(f"WARNING  {text}", "wrong", hang=HANG)
 
     def table(self) -> Iterator[Block]:
-        """A row for each kind of design, and below it what the headings leave out."""
+        """A row for each kind of design, and below it what the headings leave out.
+
+        One row for each kind of design, its best objectives in one unit for each column; a front of one design shows
+        its bounds instead.
+        """
         points = [kind.point for kind in self.shown]
         if len(self.result.front) == 1:
             yield from outlook_table(self.result)
@@ -174,7 +187,10 @@ class Screen:
         yield from outlook_table(self.result)
 
     def designs(self, shown: Sequence[Point]) -> Iterator[Block]:
-        """Designs in the order of rank with every decision that differs."""
+        """Designs in the order of rank with every decision that differs.
+
+        `shown` are the points to list; the number of the others is said below.
+        """
         yield self.document.table_of(shown)
         hidden = len(self.result.front) - len(shown)
         yield from texts(f"{count_words(hidden, 'more design')}, ranked lower (--all)." if hidden else "", self.same)
@@ -182,7 +198,10 @@ class Screen:
 
     @property
     def same(self) -> str:
-        """Options that all designs share, computers first, and how many more there are."""
+        """Options that all designs share, computers first, and how many more there are.
+
+        One sentence with at most `MOST_SAME` options; empty for a front of one design or where nothing is shared.
+        """
         if len(self.result.front) == 1:
             return ""
         shared = self.result.front[0].decisions
@@ -196,7 +215,10 @@ class Screen:
 
     @property
     def recommends(self) -> bool:
-        """Whether one design is recommended."""
+        """Whether one design is recommended.
+
+        Only a complete front of several designs without warning and without a tie has a recommendation.
+        """
         is_proved = self.result.status == "complete" and len(self.result.front) > 1
         return is_proved and not self.warnings and len(near_scores(self.ranked)) == 1
 
@@ -206,7 +228,11 @@ class Screen:
         return self.kinds.kinds
 
     def choice(self, *, with_baseline: bool = True) -> Iterator[Block]:
-        """The recommendation, or why there is none."""
+        """The recommendation, or why there is none.
+
+        With a recommendation: what the design is, what it costs against the best of each objective, and its nearest
+        limits. `with_baseline` adds today's design.
+        """
         if not self.result.front:
             return
         result, first = self.result, self.result.front[0]
@@ -246,7 +272,10 @@ class Screen:
             yield from texts("  Nearest limit not computed: the time limit came first (`dse report` tells it).")
 
     def decided(self, point: Point) -> str:
-        """The open decisions of the only design, as far as there is room."""
+        """The open decisions of the only design, as far as there is room.
+
+        Options with the computers first, such as ``Spectra, can_125k``; empty where nothing is open.
+        """
         names = [name for name in self.result.open_decisions if name in point.decisions]
         names.sort(key=lambda name: name not in self.names.types)
         told = [self.names.option(name, point.decisions[name]) for name in names[: 2 * MOST_SAME]]
@@ -254,7 +283,10 @@ class Screen:
         return ", ".join(told) + (f" and {more} more (--explain)" if more else "")
 
     def limits(self, points: Sequence[Point], *, with_baseline: bool) -> Iterator[Block]:
-        """The nearest limits of designs, and what today's design is."""
+        """The nearest limits of designs, and what today's design is.
+
+        The limits of each of `points`, the one with the least slack first.
+        """
         reasoner = self.document.reasoner
         said = [(point, nearest_words(reasoner.margins(point), self.currency)) for point in points]
         for at, (point, text) in enumerate(said):
@@ -264,24 +296,31 @@ class Screen:
             yield Text(baseline_words(reasoner).replace("Baseline: ", "Baseline ", 1), hang=HANG)
 
     def notes(self, *, all_listed: bool) -> Iterator[Block]:
-        """What designs leave out or round, what to do next, and what the search took."""
+        """What designs leave out or round, what to do next, and what the search took.
+
+        The first `MOST_STEPS` further commands are suggested; the last line has effort and, where it is not 0, the exit
+        code.
+        """
         result = self.result
         told = (unused_words(result), extrapolated_words(result), rounding_words(result))
         yield from texts(*told, exclusion_words(result.space) if result.front else "")
-        for at, (option, meaning) in enumerate(list(self.next_steps(all_listed=all_listed))[:MOST_STEPS]):
+        for at, (option, meaning) in enumerate(list(self._next_steps(all_listed=all_listed))[:MOST_STEPS]):
             yield Text(f"{'Next' if not at else '':<4}  {option:<28}  {meaning}", hang=36)
         code = f"; exit code {result.exit_code}" if result.exit_code else ""
         yield Text(f"{effort_words(result)}{code}", "quiet")
 
     def changing_steps(self) -> Iterator[tuple[str, str]]:
-        """Options that would change the answer, each with what it does."""
+        """Options that would change the answer, each with what it does.
+
+        Pairs of an option and its meaning; nothing where the answer is complete and counts waiting.
+        """
         result = self.result
         if result.status == "incomplete":
             yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
         if result.leaves_out_contention and len(self.waiting.kept) < len(result.front) and self.waiting.checked:
             yield "--processing response-time", "counts waiting for the CPU, chooses cores"
 
-    def next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
+    def _next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:
         """Options to add to the command, each with what it does."""
         result = self.result
         if not result.front:
@@ -304,7 +343,10 @@ def _with_the_best(result: Result, kinds: Sequence[Kind], most: int) -> list[Kin
 
 
 def further_blocks(point: Point, parts: Sequence[OthersPart]) -> Iterator[Block]:
-    """Designs beside a point."""
+    """Designs beside a point.
+
+    `parts` are the further designs of one point, as `Document.others_of` gives them.
+    """
     for part in parts:
         yield from texts(f"#{point.id}: {part.words}")
         yield from labelled(part.designs)

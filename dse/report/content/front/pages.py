@@ -34,7 +34,10 @@ EXPLAINED = 3
 
 
 def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Section] = ()) -> Page:
-    """What is printed: `top` alternatives (None: all), and at the end the verdict, where the eye is."""
+    """What is printed: `top` alternatives (None: all), and at the end the verdict, where the eye is.
+
+    Sections: warnings, front, reasons, price of insisting, studies, summary.
+    """
     insisting = [insisting_section(document.result, top)] if document.result.insisting is not None else []
     screen = Screen(document)
     first = Section("warnings", "Warnings", tuple(screen.warning_blocks()))
@@ -44,14 +47,20 @@ def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Se
 
 
 def written_page(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> Page:
-    """What is written as Markdown: the verdict first, the whole table, reasons of at most `top`, the foundations."""
+    """What is written as Markdown: the verdict first, the whole table, reasons of at most `top`, the foundations.
+
+    Sections: summary, front, reasons, price of insisting, studies, and the question with its proof.
+    """
     fronts = _front_sections(document, top, is_file=True)
     sections = [_summary(document, Screen(document)), *fronts, *document.further_sections, *studies, _basis(document)]
     return Page(document.title, _lead(document.result), tuple(section for section in sections if section.blocks))
 
 
 def listed_points(result: Result, top: int | None) -> tuple[Point, ...]:
-    """The whole front where it has `top` points at most; else the first of those that are no variants."""
+    """The whole front where it has `top` points at most; else the first of those that are no variants.
+
+    Points in the order of rank.
+    """
     return result.front if top is None or len(result.front) <= top else result.leaders[:top]
 
 
@@ -64,13 +73,13 @@ def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Sec
     proof, *more = document.summary
     found = document.result
     said = (unused_words(found), extrapolated_words(found), rounding_words(found), exclusion_words(document.space))
-    verdict = verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
+    verdict = _verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
     blocks = [*texts(proof, tone="strong"), *document.conflicts, *verdict, *texts(*more)]
     blocks += texts(*said) if not document.conflicts else []
     return Section("summary", "Decision summary", tuple(blocks))
 
 
-def verdict_blocks(screen: Screen) -> list[Block]:
+def _verdict_blocks(screen: Screen) -> list[Block]:
     """What changes the decision, and the recommendation, for files."""
     return [*screen.warning_blocks(), *screen.choice(with_baseline=False)]
 
