@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.views import CyclicActivation, View
 from dse.space.architecture.joins import ALL, LATEST
-from dse.space.model.arrivals import Arrivals, arrivals_of
+from dse.space.model.arrivals import POLLING, Arrivals, arrivals_of
 from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import NotOffered, at, leaves
 from dse.support.graphs import shortest_cycle, strong_components
@@ -73,6 +73,38 @@ def input_room(space: Space, component: Component, wire: int, view: View) -> int
     size = at(space.connections[wire].queue_size, view)
     size = at(component.queue_size, view) if size is None else size
     return None if size is None else max(1, size)
+
+
+def kept_jobs(space: Space, component: Component, part: str, view: View) -> int | None:
+    """How many jobs of a task wait at most in an executor that polls, beside the one that runs; None where all wait.
+
+    A timer has one: a release that comes while a job of it waits is skipped. What one connection dispatches has as many
+    as the `queue_size` that is stated for it: the oldest message makes place for a new one.
+    """
+    if not may_poll(space, component) or not polls(space, component, view):
+        return None
+    found = arrivals(component, view)
+    if is_joined(component, view) or found.is_separated:
+        return None
+    if part == "thread" and found.by_timer:
+        return 1
+    if len(component.triggers) != 1:
+        return None
+    size = at(space.connections[component.triggers[0]].queue_size, view)
+    size = at(component.queue_size, view) if size is None else size
+    return None if size is None else max(1, size)
+
+
+def may_poll(space: Space, component: Component) -> bool:
+    """Whether an executor that polls runs a thread in some design."""
+    homes = [space.executors[number] for number in leaves(component.executor) if number is not None]
+    return any(POLLING in leaves(home.kind) for home in homes)
+
+
+def polls(space: Space, component: Component, view: View) -> bool:
+    """Whether an executor that polls runs a thread."""
+    number = at(component.executor, view)
+    return number is not None and at(space.executors[number].kind, view) == POLLING
 
 
 def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:

@@ -9,6 +9,7 @@ CONTRIBUTING.md adds an importer step by step.
 * `can.py`, `can_sizes.py`, `can_dbc.py`: CAN databases (DBC, KCD, SYM, ARXML), by cantools; sizes refused before it
   reads them, and what of DBC files is mended.
 * `amalthea.py`: Amalthea models.
+* `autoware/`: system design files of Autoware.
 * `allowance.py`: the limit on the parts and texts that one file may ask for.
 
 Not allowed here: an import of any folder but `support`; the schema of problem files checks the data later, in `spec`.

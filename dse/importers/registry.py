@@ -172,6 +172,19 @@ IMPORTERS: tuple[Importer, ...] = (
         function="read_parameters",
     ),
     Importer(
+        "autoware",
+        YAML,
+        "design files of Autoware: a system, module or node with those that it needs (ROS 2)",
+        "dse.importers.autoware.reading",
+        {
+            **OF_ROS2,
+            "mode": "the mode of the system; else its default one.",
+            "workspace": "the folder with the design files that FILE needs; else that around its package, or `design`.",
+        },
+        telltale=r"^autoware_system_design_format\s*:",
+        sure=tuple(f".{kind}.yaml" for kind in ("node", "module", "system")),
+    ),
+    Importer(
         "trace",
         (".txt",),
         "traces of ros2_tracing: the folder of a CTF trace, or what babeltrace2 prints of it (ROS 2)",

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
+from itertools import pairwise
 from typing import ClassVar, TypeAlias
 
 from dse.simulation.plan import Gap, ReservationShare, SimulatedTask, StepKey
@@ -77,6 +78,22 @@ class ExecutorQueue:
     is_busy: bool = False
     is_interrupt: ClassVar[bool] = False
 
+    def makes_place(self, job: Job, room: int) -> bool:
+        """Whether fewer jobs of its task than there is room for wait; else each takes what the next one would have had.
+
+        So the oldest message is dropped, and what it says lives on in the next. A release of a timer is skipped.
+        """
+        same = [other for _, other in (*self.window, *self.jobs) if other.task is job.task]
+        if len(same) < room:
+            return True
+        if job.task.period_ns is None:
+            same.append(job)
+            for key, born in same[1].births.items():
+                same[0].births.setdefault(key, []).extend(born)
+            for one, following in pairwise(same[1:]):
+                one.births = following.births
+        return False
+
     def take(self) -> Job:
         """The job that runs next; there is one.
 
@@ -90,7 +107,7 @@ class ExecutorQueue:
     def _chosen(self) -> list[tuple[int, Job]]:
         """The next job; of a wait set the oldest of each task, timers first."""
         kinds = {job.task.queue.kind for _, job in self.jobs if job.task.queue is not None}
-        if "wait_set" in kinds:
+        if not kinds.isdisjoint(("wait_set", "polling")):
             oldest: dict[object, tuple[int, Job]] = {}
             for item in self.jobs:
                 oldest.setdefault(item[1].task.key, item)
@@ -150,19 +167,22 @@ class Core:
         """Whether threads have used up their budget."""
         return self.budget_ns is not None and self.used >= self.budget_ns
 
-    def add(self, job: Job, order: int) -> None:
-        """A job that is ready, unless its executor has another one.
+    def add(self, job: Job, order: int) -> bool:
+        """A job that is ready, unless its executor has another one; whether there was room for it.
 
         `order` is the number of the arrival and breaks ties between equal priorities.
         """
         queue = job.task.queue
         if queue is None:
             self._list(job.task, job.task.urgency, order, job)
-            return
+            return True
         waiting = self.queues.setdefault(queue.executor, ExecutorQueue())
+        if job.task.keeps is not None and not waiting.makes_place(job, job.task.keeps):
+            return False
         waiting.jobs.append((order, job))
         if not waiting.is_busy:
             self._begin(waiting)
+        return True
 
     def done(self, job: Job) -> None:
         """A job has ended: its executor takes the next, its reservation goes on.

@@ -166,7 +166,8 @@ class _SimulationRun:
             self._place_section(job)
             core = self._core(task.core)
             self.sequence += 1
-            core.add(job, self.sequence)
+            if not core.add(job, self.sequence):
+                self.seen.dropped[task.name] += 1
             self._reschedule(core)
             return
         last = self.free.get(task.key, 0)  # jobs end in their order, also where they do not wait for each other
@@ -397,6 +398,9 @@ class _SimulationRun:
         entry = self.entries.setdefault(task.key, InputQueue())
         for key, born in onward.items() if task.key[1] == "thread" else ():
             self._note(key, born)
+        if task.keeps is not None and task.core is not None:
+            self._release(task, self.now, onward, number)
+            return
         room = link.capacity if link.capacity is not None and task.key[1] == "thread" else task.capacity
         if len(entry.waiting) >= room and (entry.busy or entry.waiting or self.now < entry.not_before):
             reason = "no room in its queue" if entry.busy else "sooner than its minimum separation"

@@ -38,7 +38,7 @@ class SimulatedTask:
     an executor. Of a piece of a thread with segments `first` is the number of the thread's first one. In a `share` of a
     core its urgency is that among what else is in there. `reads_late`: a job reads when it first gets its core. Where
     a job needs a message of each trigger `rooms` has for each of these, by its number, how many wait at most; None: any
-    number.
+    number. In an executor that polls `keeps` jobs of it wait at most; None: all that come.
     """
 
     key: TaskKey
@@ -58,6 +58,7 @@ class SimulatedTask:
     share: ReservationShare | None = None
     reads_late: bool = False
     rooms: Mapping[int, int | None] = field(default_factory=dict)
+    keeps: int | None = None
 
 
 @dataclass(frozen=True)
@@ -254,6 +255,7 @@ def build_plan(
     tasks = _tasks(space, figures, contention=contention, endless=endless_queues)
     shared = sorted({task.core for task in tasks.values() if task.core is not None})
     tasks |= _interrupts(space, figures, shared)
+    dropping = {task.name for task in tasks.values() if task.keeps is not None and task.core is not None}
     places: dict[int, list[StepKey]] = {}
     starts: dict[int, list[int]] = {}
     link_starts: dict[int, list[int]] = {}
@@ -279,7 +281,7 @@ def build_plan(
         exits=exits,
         lengths=[len(item.steps) for item in space.flows],
         outgoing=outgoing,
-        overloaded=[name for name, share in figures.shares.items() if share > 1],
+        overloaded=[name for name, share in figures.shares.items() if share > 1 and name not in dropping],
         guessed=_guessed(space, figures, tasks, links),
         gaps={place: gap for place in shared if (gap := _gap(space, figures, place)) is not None},
         meetings=_meetings(space, places),
@@ -362,7 +364,7 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
             is_serial = at_core is not None or not part.joins
             found[key] = SimulatedTask(
                 key, name, cost, None, None, at_core, 2 * urgency + bool(queue), is_serial, wait, section, queue=queue,
-                share=share if at_core is not None else None,
+                share=share if at_core is not None else None, keeps=_keeps(space, figures, key, endless=endless),
             )  # fmt: skip
         period = part.period_ns if part.period_ns is not None or part.rate_hz else figures.stimulus_ns(number)
         key = (number, "thread")
@@ -372,7 +374,7 @@ def _tasks(space: Space, figures: PlanFigures, *, contention: bool, endless: boo
             key, component.name, cost, period, part.separation_ns, at_core, 2 * urgency + 1, part.executes, capacity,
             section, part.phase, part.logical_ns, _queue(space, figures, key),
             None if component.pieces is None else component.pieces.members[0], share if at_core is not None else None,
-            part.reads_late, _rooms(space, figures, number),
+            part.reads_late, _rooms(space, figures, number), _keeps(space, figures, key, endless=endless),
         )  # fmt: skip
     return found
 
@@ -386,6 +388,22 @@ def _rooms(space: Space, figures: PlanFigures, number: int) -> dict[int, int | N
         takes_all = part.takes_newest or part.period_ns is not None
         found[wire] = 1 if takes_all else None if size is None else max(1, size)
     return found
+
+
+def _keeps(space: Space, figures: PlanFigures, key: TaskKey, *, endless: bool) -> int | None:
+    """How many jobs of a task wait in an executor that polls; None in others, and where all wait."""
+    number, part = key
+    figure, executor = figures.components[number], figures.executors[number]
+    if executor is None or figures.kinds[executor] != "polling" or figure.joins or figure.separation_ns is not None:
+        return None
+    if part == "thread" and figure.period_ns is not None:
+        return 1
+    wires = space.components[number].triggers
+    if endless or len(wires) != 1:
+        return None
+    size = figures.connections[wires[0]].queue_size
+    size = figure.queue_size if size is None else size
+    return None if size is None else max(1, size)
 
 
 def _share(space: Space, figures: PlanFigures, number: int) -> ReservationShare | None:
@@ -406,7 +424,7 @@ def _queue(space: Space, figures: PlanFigures, key: TaskKey) -> Queue | None:
         return None
     kind = figures.kinds[executor]
     is_thread = int(part == "thread")
-    if kind == "wait_set":  # timers first, then in the order of the file
+    if kind in ("wait_set", "polling"):  # timers first, then in the order of the file
         return Queue(executor, kind, (int(figures.components[number].period_ns is None), number, is_thread))
     return Queue(executor, kind, (*figures.inner[number], is_thread))
 

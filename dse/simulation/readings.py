@@ -201,10 +201,15 @@ class _DesignReader:
             section_ns=self.at(item.section_ns) or 0,
             phase=self.phase(item) if timed else None,
             logical_ns=self.logical_ns(item, period) if timed else None,
-            reads_late=timed and self.on_clocks and self.at(item.communication) not in AT_RELEASE,
+            reads_late=self.polls(item) or (timed and self.on_clocks and self.at(item.communication) not in AT_RELEASE),
             joins=self.at(item.join) == "all",
             takes_newest=self.at(item.pairing) == "latest",
         )
+
+    def polls(self, item: Component) -> bool:
+        """Whether an executor that polls runs it, whose jobs read when they begin."""
+        number = self.at(item.executor)
+        return number is not None and self.at(self.space.executors[number].kind) == "polling"
 
     def phase(self, item: Component) -> Phase | None:
         """The clock and the offset of a timer, where both are known and the profile counts them."""

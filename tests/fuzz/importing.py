@@ -11,6 +11,9 @@ from pathlib import Path
 
 from tests.answers.written import write_bag
 from tests.importers.test_amalthea import MODEL as AMALTHEA
+from tests.importers.test_autoware import FILES as DESIGN
+from tests.importers.test_autoware import FORMAT as DESIGN_FORMAT
+from tests.importers.test_autoware import write as write_design
 from tests.importers.test_can import DBC, KCD
 from tests.importers.test_drawn_flows import DrawnChain
 from tests.importers.test_reading import model
@@ -166,6 +169,10 @@ def sound_files(folder: Path) -> Iterator[Sound]:
     for name, text in (("msg/A.msg", MSG), ("srv/B.srv", SRV), ("action/C.action", ACTION), ("msg/Pair.idl", IDL)):
         yield Sound(f"mine/{name}", text.encode(), ("sizes", "--definitions", "FILE", "--json", "out.json"))
     yield Sound("model.amxmi", AMALTHEA.encode(), ("import", "FILE", "-o", "out.yaml"))
+    write_design(folder)
+    for name, text in DESIGN.items():
+        data = (DESIGN_FORMAT + text).encode()
+        yield Sound(f"design/{name}", data, ("import", "design/system/Robot.system.yaml", "-o", "out.yaml"))
     yield Sound(
         "trace.txt", "".join(trace().splitlines(keepends=True)[:300]).encode(), ("import", "FILE", "-o", "out.yaml")
     )

@@ -178,6 +178,7 @@ TOKENS = (
         "fifo",
         "callback_group",
         "wait_set",
+        "polling",
         "serves",
         "non_preemptive",
     ),

@@ -35,7 +35,7 @@ from .coverage import features
 from .deadlines import state_deadlines
 from .drawn import keep, kept
 from .evaluator import designs
-from .hosts import ask_for_responses, state_host_rules, state_hosts
+from .hosts import ask_for_responses, state_host_rules, state_hosts, state_polling
 from .problem import Problem, as_list
 from .question import add_question, add_rules, allow_what_is_needed
 
@@ -104,6 +104,7 @@ def draw(seed: int, size: str) -> str:
         state_reservations(reserved, document)
     if size == "hosted":
         state_hosts(random.Random(f"hosts {seed}"), document)
+    state_polling(random.Random(f"polling {size} {seed}"), document)
     share = 0.9 if size in ("grouped", "reserved", "segmented") else 0.7 if size == "hosted" else 0.2
     state_deadlines(random.Random(f"deadlines {size} {seed}"), document, share)
     add_rules(rng, document)

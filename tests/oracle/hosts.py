@@ -241,3 +241,23 @@ def state_host_rules(rng: random.Random, document: dict[str, Any]) -> None:
 
 def _quoted(text: str) -> str:
     return f"'{text}'" if " " in text else text
+
+
+def state_polling(rng: random.Random, document: dict[str, Any]) -> None:
+    """Some executors poll that were wait sets, and some topics that lead there keep their last messages.
+
+    Jobs of theirs read when they begin: nothing passes at a release in such a problem.
+    """
+    for executor in document.get("executors", {}).values():
+        kinds = as_list(executor["kind"])
+        if "wait_set" in kinds and rng.random() < 0.5:
+            executor["kind"] = _plain(["polling" if kind == "wait_set" else kind for kind in kinds])
+    homes = {name for name, body in document.get("executors", {}).items() if "polling" in as_list(body["kind"])}
+    inside = [name for name, body in document["threads"].items() if homes & set(as_list(body.get("executor")))]
+    for section in ("threads", "thread_types") if inside else ():
+        for body in document.get(section, {}).values():
+            body.pop("communication", None)
+    for way in document.get("connections", {}).values():
+        target = document["threads"][way["to"]] if way.get("to") in inside else {}
+        if target.get("dispatch_protocol") in ("aperiodic", "sporadic") and "port" not in way and rng.random() < 0.5:
+            way.setdefault("queue_size", rng.choice(["1", "2"]))

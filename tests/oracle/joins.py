@@ -108,6 +108,8 @@ class Joins:
         protocol = self.reading.protocol(name)
         if protocol == "hybrid" and self.joins(name):
             return None
+        if protocol in ("periodic", "hybrid") and self.reading.skipped_ns(name):
+            return None
         if protocol in ("periodic", "hybrid"):
             return [Tick(name, Fraction(self.reading.period_ns(name) or 0), 0, 0)]
         if not self.joins(name) and len(self.reading.triggers(name)) != 1:

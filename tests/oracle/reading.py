@@ -451,7 +451,7 @@ class Reading:
                 rows.append((name, "until a dispatch", 0, NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)))
             queue = self.get(arrival, "queue_size") if arrival is not None else None
             queue = self.get(name, "queue_size") if queue is None else queue
-            if queue is not None and not self.joins.joins(name):
+            if queue is not None and not self.joins.joins(name) and not self.is_polled(name):
                 rows.append((name, "queued", 0, int(queue) * worst))
         specified = not self.offered(name, "compute_execution_time")
         logical = self.logical_ns(name)
@@ -459,7 +459,8 @@ class Reading:
             rows.append((name, "logical execution time", logical, logical))
         else:
             rows.append((name, "specified" if specified else "processing time", best, worst))
-        return rows
+        own = self.own_job_ns(name, arrival)
+        return [*rows, (name, "own job", 0, -own)] if own else rows
 
     def is_stored(self, name: str, arrival: str) -> bool:
         """Whether what comes by a connection lies there until something else dispatches an event-triggered component.
@@ -479,7 +480,8 @@ class Reading:
         if self.protocol(name) == "hybrid" and joins:
             return self.joins.job_distances(name)
         if self.protocol(name) in ("periodic", "hybrid"):
-            return self.period_ns(name), self.period_ns(name)
+            period = self.period_ns(name) or 0
+            return period, period + self.skipped_ns(name)
         if name in self._awaited:
             raise InvalidDesign(f"{name} is in a cycle of event-triggered components")
         self._awaited.add(name)
@@ -498,6 +500,66 @@ class Reading:
         if soonest >= lost:
             return soonest, longest
         return max(soonest, separation), None if longest is None else longest + lost
+
+    def is_polled(self, name: str) -> bool:
+        """Whether an executor runs it that takes one job of each thread in a round, and drops what has no room."""
+        executor = self.executor_of(name)
+        return executor is not None and self.get(executor, "kind") == "polling"
+
+    def room(self, name: str, part: str) -> int | None:
+        """How many jobs wait there at most, beside one that runs; None: all that come."""
+        if not self.is_polled(name) or self.joins.joins(name) or self.protocol(name) == "sporadic":
+            return None
+        if part == "timer" and self.protocol(name) in ("periodic", "hybrid"):
+            return 1
+        triggers = self.triggers(name)
+        sizes = [self.get(each, "queue_size") for each in (*triggers, name)] if len(triggers) == 1 else []
+        stated = [int(size) for size in sizes if size is not None]
+        return max(1, stated[0]) if stated else None
+
+    def own_job_ns(self, name: str, arrival: str | None) -> Any:
+        """What a timer's period and its response time count twice, where its executor asks for more than a core.
+
+        Both a job of its own in the round that runs and a whole period count only for what the executor stores.
+        """
+        if arrival is None or not self.problem.counts_responses or self.room(name, "timer") is None:
+            return 0
+        if self.protocol(name) not in ("periodic", "hybrid") or self.get(name, "compute_execution_time") is None:
+            return 0
+        has_offset = self.is_active(name, "offset") and self.get(name, "offset") not in (None, "unknown")
+        if has_offset or self.get(name, "response_time") is not None:
+            return 0
+        home, used = self.executor_of(name), Fraction(0)
+        for other in self.problem.sections["threads"]:
+            if self.executor_of(other) != home:
+                continue
+            for field, rate in (("compute", self.rate), ("callback", self.input_rate)):
+                time = self.get(other, f"{field}_execution_time")
+                if time is not None and (field == "compute" or self.protocol(other) == "hybrid"):
+                    used += rate(other) * quantities.time_range(time)[1]
+        if used <= NS_PER_S:
+            return 0
+        longest = quantities.time_range(self.get(name, "compute_execution_time"))[1]
+        sender = self.problem.component(arrival).get("from")
+        is_inner = sender is not None and self.problem.section_of[sender] == "threads"
+        is_inner = (
+            is_inner and self.executor_of(str(sender)) == home and not sum(r[3] for r in self.connection_rows(arrival))
+        )
+        work = self.get(str(sender), "compute_execution_time") if is_inner else None
+        if self.protocol(name) == "hybrid" and arrival in self.triggers(name):
+            callback = self.get(name, "callback_execution_time")
+            is_inner, work = is_inner or callback is not None, work if callback is None else callback
+        is_inner = is_inner and work is not None and quantities.time_range(work)[1] > 0  # what takes no time waits not
+        return longest if is_inner else min(longest, self.period_ns(name) or 0)
+
+    def skipped_ns(self, name: str) -> Any:
+        """How much longer than its period two jobs of a timer are apart: a release is skipped while one waits."""
+        if self.room(name, "timer") is None or self.protocol(name) not in ("periodic", "hybrid"):
+            return 0
+        if self.get(name, "compute_execution_time") is None:
+            return 0
+        begins = self.processing(name)[1] - quantities.time_range(self.get(name, "compute_execution_time"))[1]
+        return begins if begins >= (self.period_ns(name) or 0) else 0
 
     def message_distances(self, connection: str) -> tuple[Any, Any]:
         """The shortest and the longest time between two messages of a connection; None for ever."""
@@ -681,7 +743,9 @@ class Reading:
         least, most = sum(row[2] for row in rows), sum(row[3] for row in rows)
         if self.is_active(name, "offset") and self.get(name, "offset") not in (None, "unknown"):
             most += min(self.late_ns(name), (self.period_ns(name) or 0) - rows[-1][3])
-        return least, most + self.first_period(flow) - self._renewed_ns(path[: path.index(name) + 1])
+        before = path[: path.index(name) + 1]
+        most += self._skipped_before(before) - self.own_job_ns(name, before[-2] if len(before) > 1 else None)
+        return least, most + self.first_period(flow) - self._renewed_ns(before)
 
     @in_common
     def disparity(self, name: str) -> Any:
@@ -711,6 +775,7 @@ class Reading:
                 found[at] = (name, "sampling", *wait)
                 run += spread - (wait[1] - wait[0])
             since = since + found if at is None else found[at + 1 :]
+            since = [row for row in since if row[1] != "own job"]
             timer = timer if at is None else name
             rows += found
             run += sum(row[3] - row[2] for row in found)
@@ -722,9 +787,11 @@ class Reading:
         rows, run = self.flow_parts(flow)
         best, worst = sum(row[2] for row in rows), sum(row[3] for row in rows)
         first = self.first_period(flow)
-        found = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run, "reaction": worst + first}
+        path = self.problem.paths[flow]
+        sensed = worst + first + (self.skipped_ns(path[0]) if self.problem.section_of[path[0]] == "threads" else 0)
+        found = {"min": best, "max": worst, "jitter": worst - best, "rows": rows, "run": run, "reaction": sensed}
         if first:
-            found["age"] = worst + first - self.last_period(flow)
+            found["age"] = worst + first - self.last_period(flow) + self._skipped_before(path)
         return found
 
     def first_period(self, flow: str) -> Any:
@@ -735,6 +802,18 @@ class Reading:
             gap = self.dispatch_gap_ns(first)
             return NO_BOUND_NS if gap is None else min(gap, NO_BOUND_NS)
         return period or 0
+
+    def _skipped_before(self, path: Sequence[str]) -> Any:
+        """What skipped releases add to an age: of each timer of a path but that which reads last."""
+        readers = [
+            name
+            for arrival, name in zip(["", *path], path, strict=False)
+            if self.problem.section_of[name] != "connections"
+            and (self._timer_period(name) is not None or (arrival and self.is_stored(name, arrival)))
+        ]
+        skipped = sum(self.skipped_ns(name) for name in readers[:-1] if self.problem.section_of[name] == "threads")
+        pairs = zip(["", *path], path, strict=False)
+        return skipped + sum(self.own_job_ns(name, arrival) for arrival, name in pairs if arrival)
 
     def last_period(self, flow: str) -> Any:
         """The period of the last component that a timer releases, or how far apart its dispatches are at most."""

@@ -193,9 +193,19 @@ class Scheduling:
             if not has_no_end([*before, *preempting], begun):
                 found.append(play_inside(before, preempting, begun, in_order=kind == "fifo"))
             found.append(self.chains.behind_the_rest(job, first, rest, preempting, in_order=kind == "fifo"))
+        if kind == "polling" and self.releases(job) is not None:
+            found.append(self._in_rounds(job, fellows, preempting))
         if kind == "fifo":
             found.append(self.chains.in_lines(job, fellows, preempting))
         return min((each for each in found if each is not None), default=None)
+
+    def _in_rounds(self, job: Job, fellows: Sequence[Job], preempting: Sequence[Any]) -> Fraction | None:
+        """One round that has begun, and one for each job that waits; in each everything in the executor runs once."""
+        room = self.reading.room(*job)
+        if room is None or sum(releases.often * work for releases, work in preempting) >= 1:
+            return None
+        work = (room + 1) * sum(self.times(each)[1] for each in [job, *fellows])
+        return play(Releases(()), work, preempting)
 
     def _known(self, jobs: Sequence[Job]) -> list[tuple[Releases, int]] | None:
         """When jobs come, and their work; None where one may be late without a bound."""

@@ -1,4 +1,4 @@
-"""Remarks of `check` on threads that several inputs dispatch, and on threads that drop messages.
+"""Remarks of `check` on threads that several inputs dispatch, and on threads that drop what comes.
 
 docs/semantics.md, section 3.8.
 """
@@ -6,18 +6,21 @@ docs/semantics.md, section 3.8.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import ceil, floor
 
 from dse.analysis.latency.contributors import flow_rows
 from dse.analysis.latency.joined_inputs import may_wait_for_inputs
+from dse.analysis.latency.processing import processing_row
 from dse.analysis.latency.rows import JOIN_METHOD, has_no_bound
-from dse.analysis.rates import arrivals, dispatch, is_joined, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, dispatch, is_joined, is_periodic, kept_jobs, may_poll, polls, rate_hz
+from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.views import View
 from dse.space.architecture.activation import may_be_event_triggered
 from dse.space.architecture.joins import LATEST, may_join
 from dse.space.model.flows import Flow
 from dse.space.model.space import Component, Space
-from dse.space.model.trees import leaves
-from dse.support.units import format_rate
+from dse.space.model.trees import at, leaves
+from dse.support.units import format_duration, format_rate, shown
 
 SHOWN = 3
 """Threads, and inputs of a thread, are named up to so many."""
@@ -80,6 +83,37 @@ def dropping(space: Space, view: View) -> Iterator[str]:
         if space.profile == "dse" and coming > rule.most:
             rate, most = format_rate(coming), format_rate(rule.most)
             yield f"{component.stated_as} drops messages: they come at {rate}, and it is sporadic, at most {most}"
+
+
+def skipping(space: Space, view: View) -> Iterator[str]:
+    """Timers of a design that skip releases in executors that poll, how often at most, and topics that drop messages.
+
+    Response times tell for how long a job waits: of a design in which these are not counted nothing is known.
+    """
+    for number, component in enumerate(space.components):
+        if not may_poll(space, component) or not polls(space, component, view):
+            continue
+        home = space.executors[at(component.executor, view)].name
+        room = kept_jobs(space, component, "thread", view)
+        execution = at(component.execution_ns, view)
+        if room is None or execution is None:
+            continue
+        waits = processing_row(space, component, view).max_ns - execution[1]
+        if waits >= UNBOUNDED_NS:
+            continue
+        rate = rate_hz(space, ("activation", number), view)
+        most = floor(waits * rate / NS_PER_S)
+        if is_periodic(component, view) and most:
+            yield (
+                f"{component.stated_as} may skip {most} of {most + 1} releases: a job of it waits for up to "
+                f"{format_duration(ceil(waits))} in {shown(home)}, and a release that comes meanwhile is skipped"
+            )
+        elif most >= room:
+            kept = "the last" if room == 1 else f"the last {room}"
+            yield (
+                f"{component.stated_as} may drop messages: a job of it waits for up to {format_duration(ceil(waits))} "
+                f"in {shown(home)}, they come at {format_rate(rate)}, and its queue keeps {kept}"
+            )
 
 
 def _endless(space: Space, flow: Flow, view: View) -> Iterator[str]:

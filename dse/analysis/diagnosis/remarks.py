@@ -15,11 +15,11 @@ from math import ceil
 from typing import NamedTuple
 
 from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
-from dse.analysis.diagnosis.join_remarks import drifting_joins, dropping, endless_waits, unsaid_joins
+from dse.analysis.diagnosis.join_remarks import drifting_joins, dropping, endless_waits, skipping, unsaid_joins
 from dse.analysis.latency.contributors import element_rows, elements_of, flow_rows
 from dse.analysis.latency.exact_chains import MOST_RELEASES, repeats_too_late
 from dse.analysis.latency.offset_advice import boundaries, clock_gains
-from dse.analysis.latency.rows import Row
+from dse.analysis.latency.rows import OWN_JOB_METHOD, Row
 from dse.analysis.latency.sampling import METHOD
 from dse.analysis.measures import build_measure
 from dse.analysis.osate.latency import FlowPosition
@@ -75,7 +75,8 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
     threads without execution time.
     """
     for flow in space.flows:
-        reversed_rows = dict.fromkeys(_reversed(row) for row in flow_rows(space, flow, view))
+        rows = [row for row in flow_rows(space, flow, view) if row.max_method != OWN_JOB_METHOD]
+        reversed_rows = dict.fromkeys(map(_reversed, rows))
         yield from _too_small(space, flow, [text for text in reversed_rows if text])
         if repeats_too_late(space, flow, view):
             yield (
@@ -85,6 +86,7 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
     yield from _late_reads(space, view)
     yield from endless_waits(space, view)
     yield from dropping(space, view)
+    yield from skipping(space, view)
     yield from _bus_remarks(space, view)
     yield from outside_words(dict.fromkeys(outside_sizes(space, view)))
     untimed = [item.name for item in _on_processors(space) if at(item.execution_ns, view) is None]

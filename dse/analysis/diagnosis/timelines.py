@@ -65,7 +65,7 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
     for item in sorted((item for item in here if not item.is_piece), key=_urgency):
         window = item.window
         if isinstance(window, Queued):
-            if window.kind != "wait_set":
+            if window.kind not in ("wait_set", "polling"):
                 return _of_executor(core, item, window)
         elif isinstance(window, Preempted):
             found = worst_job_ns(window.task, window.rivals, window.blocked_ns)

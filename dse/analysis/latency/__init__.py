@@ -7,6 +7,7 @@ Read `contributors.py` first: the contributor table of a flow, row by row (docs/
 * `contributors.py`: the rules of latency, element by element.
 * `metrics.py`: metrics of flows as terms.
 * `stored_inputs.py`: waits of data for the next dispatch of their reader.
+* `skipping.py`: releases that a timer skips, and its own job, which data do not wait for twice.
 * `joined_inputs.py`: waits of a message for those of all other triggers.
 * `sampling.py`: waits between neighbours on one clock, in closed form.
 * `clock_reads.py`: waits of a reader on a clock, with response times and offsets left open.

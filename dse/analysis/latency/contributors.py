@@ -18,9 +18,10 @@ from dse.analysis.latency.rows import (
     in_flow,
 )
 from dse.analysis.latency.sampling import METHOD, Pair, missing_ns, pair_of, spread_ns, wait_ns
+from dse.analysis.latency.skipping import own_job_row
 from dse.analysis.latency.stored_inputs import stored_row
 from dse.analysis.osate.latency import FlowPosition, place_rows, places_of
-from dse.analysis.rates import is_event_triggered, is_joined, is_periodic
+from dse.analysis.rates import is_event_triggered, is_joined, is_periodic, may_poll, polls
 from dse.analysis.terms import picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import AT_RELEASE
@@ -70,6 +71,8 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
             rows.append(row)
     if not step.only_reads:
         rows += _job_rows(space, component, view)
+        own = own_job_row(space, step, component, view)
+        rows += [own] if own is not None else []
     return tuple(rows)
 
 
@@ -230,6 +233,8 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
         size = at(component.queue_size, view)
     if size is None or not is_event_triggered(component, view) or is_joined(component, view):
         return None  # in a join of all the queue holds what waits for the others
+    if may_poll(space, component) and polls(space, component, view):
+        return None  # its response time counts what waits
     each = worst_ns(space, component, view)[0]
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
 

@@ -15,7 +15,7 @@ from functools import reduce
 from typing import NamedTuple, TypeAlias
 
 from dse.analysis.latency.deliveries import delivery_ns
-from dse.analysis.latency.processing import callback_ns
+from dse.analysis.latency.processing import callback_ns, skipped_ns
 from dse.analysis.latency.rows import JOIN_METHOD, UNBOUNDED_JOIN, Row
 from dse.analysis.latency.stored_inputs import message_gap_ns, pieces_until, processing_ns
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, is_periodic, passes_rates_on, rate_hz
@@ -356,7 +356,8 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
     """The origins of the releases of a component, from those of the components before it."""
     component = space.components[number]
     if not passes_rates_on(component, view):
-        return (Origin("component", number, at(component.period_ns, view)),)
+        is_whole = not skipped_ns(space, number, view)
+        return (Origin("component", number, at(component.period_ns, view)),) if is_whole else None
     if is_periodic(component, view):
         return None  # a release goes on where all have come
     joins = is_joined(component, view)

@@ -23,16 +23,18 @@ from dse.analysis.latency.joined_inputs import may_wait_for_inputs
 from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
 from dse.analysis.latency.sampling import LET
+from dse.analysis.latency.skipping import skipped_terms
 from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row, waits_for_others
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
-from dse.analysis.rates import is_joined, is_periodic
+from dse.analysis.rates import is_joined, is_periodic, may_poll
 from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
+from dse.space.architecture.activation import must_be_event_triggered
 from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin
 from dse.space.model.criteria import Metric
 from dse.space.model.flows import Flow, Step
@@ -51,6 +53,7 @@ def flow_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     yield from _latency_terms(space, flow, "latency" if kind in ("reaction time", "data age") else kind)
     if kind in ("reaction time", "data age"):
         yield Term(f"first period of {flow.name}", lambda view: ZERO + _first_period_ns(space, flow, view))
+        yield from skipped_terms(space, flow, kind)
     if kind == "data age":
         yield Term(f"last period of {flow.name}", lambda view: ZERO - _last_period_ns(space, flow, view))
 
@@ -72,6 +75,7 @@ def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     *before, last = _latency_terms(space, flow, "latency")
     yield from before
     yield _read_late(space, flow.steps[-1], last)
+    yield from skipped_terms(space, flow, kind)
     yield Term(f"first period of {flow.name}", lambda view: ZERO + _first_period_ns(space, flow, view))
     yield Term(f"last period of {flow.name}", lambda view: ZERO - _last_period_ns(space, flow, view))
 
@@ -312,6 +316,8 @@ def _counts_waiting(space: Space, number: int) -> bool:
     component = space.components[number]
     if component.processor is None or not space.is_last_piece(number):
         return False
+    if may_poll(space, component) and not must_be_event_triggered(component):
+        return False  # where it samples, its own job may be taken off
     is_ever = set(leaves(component.communication)) != {LET}
     return space.profile == "dse" and component.response_ns is None and always_executes(space, number) and is_ever
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed, scheduled_ns
 from dse.analysis.latency.sampling import LET, LET_METHOD
+from dse.analysis.rates import is_periodic, kept_jobs, may_poll
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.tasks import elapsed_ns
 from dse.analysis.views import View
@@ -82,3 +83,28 @@ def callback_ns(space: Space, component: Component, view: View) -> tuple[Exact, 
     """The shortest and longest time of that callback, in ns; 0 where there is none."""
     row = callback_row(space, component, view)
     return (0, 0) if row is None else (row.min_ns, row.max_ns)
+
+
+def skipped_ns(space: Space, number: int, view: View) -> Exact:
+    """How much longer than its period two jobs of a timer may be apart by their releases, in ns; 0 if it skips none.
+
+    A job waits at most for its response time less its longest execution. Where that is shorter than a period it has
+    begun when the next is released.
+    """
+    waits = longest_wait_ns(space, number, view)
+    return waits if waits is not None and waits >= at(space.components[number].period_ns, view) else 0
+
+
+def longest_wait_ns(space: Space, number: int, view: View) -> Exact | None:
+    """How long a job of a timer in an executor that polls waits until it begins, in ns; None of any other component.
+
+    Releases that come meanwhile are skipped.
+    """
+    component = space.components[number]
+    if not may_poll(space, component) or not is_periodic(component, view):
+        return None
+    execution = at(component.execution_ns, view)
+    if execution is None or kept_jobs(space, component, "thread", view) is None:
+        return None
+    waits: Exact = processing_row(space, component, view).max_ns - execution[1]
+    return waits

@@ -14,7 +14,7 @@ from functools import partial, reduce
 from typing import NamedTuple
 
 from dse.analysis.latency.deliveries import delivery_ns
-from dse.analysis.latency.processing import callback_ns, processing_row
+from dse.analysis.latency.processing import callback_ns, processing_row, skipped_ns
 from dse.analysis.latency.rows import DISPATCH_METHOD, UNBOUNDED_DISPATCH, Row, counts_responses
 from dse.analysis.memo import Recall
 from dse.analysis.messages.stages import counted_buses
@@ -108,9 +108,10 @@ class Distance(NamedTuple):
 def dispatch_gap_ns(space: Space, number: int, view: View) -> Exact:
     """The longest time between two dispatches of a component, in ns; `UNBOUNDED_NS` where nothing bounds it.
 
-    A timer is released once in each period (one that waits for all inputs goes on at the first release after they have
-    come), and what comes from outside comes at its rate; what a job sends comes as much later as its processing and
-    transmission may spread. Each way to be dispatched bounds the time by itself; a join of all needs the slowest.
+    A timer is released once in each period, unless it skips a release (one that waits for all inputs goes on at the
+    first release after they have come), and what comes from outside comes at its rate; what a job sends comes as much
+    later as its processing and transmission may spread. Each way to be dispatched bounds the time by itself; a join of
+    all needs the slowest.
     Messages that come while a job runs, sooner than a separation or sooner than a stated rate may be lost, which adds
     that time where messages can come so closely (docs/semantics.md, section 3.1).
     """
@@ -181,7 +182,7 @@ def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: 
     if not is_event_triggered(component, view):
         period: Exact = at(component.period_ns, view)
         if not joins:
-            return Distance(period, period)
+            return Distance(period, period + skipped_ns(space, number, view))
         slowest = _together([_to_timer(space, wire, found, view) for wire in component.triggers], joins=True)
         return Distance(period, None if slowest is None else slowest + period)
     ways = [_deliveries(space, wire, found, view) for wire in component.triggers]

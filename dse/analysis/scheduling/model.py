@@ -66,6 +66,8 @@ class Stage:
     rooms
         of one that needs an event of each of its releases for a job, how many of each wait at most for the others
         (None: as many as come); none where each event of any of them releases a job.
+    keeps
+        how many of its jobs wait in an executor that polls; what comes beyond is dropped. None where all wait.
     """
 
     key: TaskKey
@@ -81,6 +83,7 @@ class Stage:
     follows: Release | None = None
     has_section: bool = False
     rooms: tuple[int | None, ...] = ()
+    keeps: int | None = None
 
     @property
     def first(self) -> TaskKey:

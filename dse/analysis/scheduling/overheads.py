@@ -66,7 +66,7 @@ def safe_bounds(space: Space, design: Design | None = None) -> Mapping[str, tupl
 
     threads = [item for item in space.components if item.section == "threads"]
     pieces = [item.pieces.thread for item in threads if item.pieces is not None]
-    waiting = [item for item in space.executors if is_any(item.kind, ("wait_set",))]
+    waiting = [item for item in space.executors if is_any(item.kind, ("wait_set", "polling"))]
     alone = [item for item in threads if item.pieces is None]
     stated = [item.name for item in alone if is_any(item.protocol, (*BY_INPUTS, "hybrid"))]
     unstated = [item.name for item in alone if is_any(item.protocol, (None,)) and is_any(item.period_ns, (None,))]

@@ -23,7 +23,7 @@ from dse.analysis.messages.stages import (
     message_key,
     message_stage,
 )
-from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, rate_hz
+from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
@@ -179,6 +179,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         _follows(space, component, view) if part == "thread" and space.executors else None,
         bool(component.section_ns),
         _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
+        kept_jobs(space, component, part, view),
     )
 
 

@@ -66,7 +66,9 @@ def add_hosted_rows(board: Board, waiting: Waiting, number: int) -> None:
         for item, there in beside:
             at_least(waiting.work(item), here, there)
         for kind, literal in kinds[home].items():
-            first = [pair for pair in beside if kind == "wait_set" or _goes_first(pair[0], threads[number])]
+            first = [
+                pair for pair in beside if kind in ("wait_set", "polling") or _goes_first(pair[0], threads[number])
+            ]
             if kind == "fifo" or not first:
                 continue
             shares = sum(_share(waiting, item, there) for item, there in first)

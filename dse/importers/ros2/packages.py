@@ -22,7 +22,7 @@ class Packages:
 
     def __init__(self, file: Path, stated: str | None) -> None:
         """`stated` is the folder that the user names; without one it is that around the package of the file."""
-        self.root = Path(stated) if stated is not None else _workspace_of(file)
+        self.root = Path(stated) if stated is not None else workspace_of(file)
         self._found: dict[str, Path] | None = None
 
     def __call__(self, name: str) -> Path | None:
@@ -32,7 +32,7 @@ class Packages:
         return self._found.get(name)
 
 
-def _workspace_of(file: Path) -> Path | None:
+def workspace_of(file: Path) -> Path | None:
     """The folder ``src`` or the repository around the package that has the file, else the folder around the package."""
     folders = list(real(file).parents)
     package = next((folder for folder in folders if (folder / "package.xml").is_file()), None)

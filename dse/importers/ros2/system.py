@@ -123,7 +123,7 @@ def is_of_topic(wire: str, port: str, topic: str) -> bool:
     return wire == name or (wire.startswith(f"{name}.") and port != "data")
 
 
-def _stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
+def stated_options(options: Mapping[str, Any]) -> tuple[int | None, str | None]:
     """The cores and the rate that the user states.
 
     Raises
@@ -147,7 +147,7 @@ class Writer:
 
     def __init__(self, file: LocatedFile, system: System, options: Mapping[str, Any], kind: str) -> None:
         self.file, self.system, self.kind = file, system, kind
-        self.cores, self.rate = _stated_options(options)
+        self.cores, self.rate = stated_options(options)
         self.places: dict[Key, Found] = {}
         self.names = Names()
         self.names.new(COMPUTER)

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
+from dse.analysis.latency.rows import counts_responses
+from dse.analysis.rates import may_poll
 from dse.questions.sensitivity.design_function import DesignFunction, OutputComparison
 from dse.questions.sensitivity.intervals import (
     ZERO,
@@ -82,6 +84,9 @@ class Box:
         """
         if not function.applies:
             raise NotProvedError("the figures of the analysis cannot be followed over a range of inputs")
+        space = function.inputs.problem.space
+        if counts_responses(space) and any(may_poll(space, item) for item in space.components):
+            raise NotProvedError("latencies may fall where an executor of kind `polling` begins to be overloaded")
         ranges = [*self.ranges(function.inputs.nominal), *(item.range for item in function.further)]
         seeds = seeds_of(self.uncertain, len(function.inputs.nominal), function.further)
         parts = [_BoxedProgram(program, ranges, seeds) for program in self._programs(function, ranges)]

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from dse.space.architecture.clocks import AT_RELEASE
 from dse.space.architecture.processors import read_named
 from dse.space.architecture.segments import accelerator
+from dse.space.model.arrivals import POLLING
 from dse.space.model.space import Component, Executor, Processor, Reservation
 from dse.space.model.trees import Choice, Tree, graft, leaves
 from dse.space.properties import FieldReader, Ledger, Owner
@@ -172,6 +174,11 @@ def build_executors(
             if thread.priority is not None and "callback_group" not in given.kind:
                 message = f"a {given.kind[0]} executor knows no priorities among its threads"
                 ledger.error(("threads", stated_as, "priority"), message, "state that of the executor")
+            if POLLING in given.kind and AT_RELEASE & set(leaves(components[number].communication)):
+                message = (
+                    f"jobs of an executor that polls read when they begin, those of {shown(stated_as)} at their release"
+                )
+                ledger.error((*path, "kind"), message, "leave its `communication` out, or take another kind")
         is_open = any(isinstance(components[number].executor, Choice) for number in members)
         for field_name in ("kind", "priority", "processor") if is_open else ():
             ledger.narrow(f"{name}.{field_name}", partial(where_there_is_one, components, members, index))

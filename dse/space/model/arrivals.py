@@ -29,6 +29,8 @@ PROTOCOLS: Mapping[str, Arrivals] = {
     "hybrid": Arrivals(by_timer=True),  # its inputs run its callback
 }
 """By the protocol that a file states; without one a component with a period is periodic, any other aperiodic."""
+POLLING = "polling"
+"""The kind of an executor that drops what it has no room for."""
 BY_INPUTS = tuple(name for name, arrivals in PROTOCOLS.items() if arrivals.by_inputs)
 
 

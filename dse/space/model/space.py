@@ -426,7 +426,7 @@ class Space:
         return {decision.name: index for index, decision in reversed(tuple(enumerate(self.decisions)))}
 
 
-ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set"]
+ExecutorKind: TypeAlias = Literal["fifo", "callback_group", "wait_set", "polling"]
 
 
 @dataclass(frozen=True)

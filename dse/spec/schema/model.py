@@ -57,7 +57,7 @@ from dse.spec.schema.resources import Partition as Partition
 from dse.spec.schema.resources import ResourceBudget as ResourceBudget
 
 Protocol: TypeAlias = Literal["periodic", "aperiodic", "sporadic", "hybrid"]
-ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set"], Respelt()]
+ExecutorKind: TypeAlias = Annotated[Literal["fifo", "callback_group", "wait_set", "polling"], Respelt()]
 Communication: TypeAlias = Annotated[Literal["implicit", "at_dispatch", "let"], Respelt()]
 Join: TypeAlias = Literal["any", "all"]
 Pairing: TypeAlias = Literal["fifo", "latest"]

@@ -17,6 +17,12 @@ No job of an executor preempts another of it; what goes before the OS thread on 
   jobs of one callback as they come: until one starts, all that comes of others may go before it, as theirs of polled
   callbacks. That is a safe bound, whatever the order.
 
+* ``polling``: a wait set that drops. At a polling point it takes a job of each callback that has one, and polls again
+  when these are over, so that in a round each callback runs at most once; at most so many jobs of a callback wait, and
+  what comes beyond is dropped. A job is over within as many rounds after the running one as jobs of its callback may
+  wait, however much comes (H. Teper, T. Betz, M. Guenzel, D. Ebner, G. von der Brueggen, J. Betz and J.-J. Chen,
+  "End-to-end timing analysis and optimization of multi-executor ROS 2 systems", RTAS 2024).
+
 Jobs of one chain never wait for each other (`dse.analysis.scheduling.policies.chains_in_executor`): what others of its
 chain did in a busy period was over when a job was released, and took no longer than until then. Where of each chain at
 most one job waits at a time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
@@ -109,6 +115,11 @@ class Queued:
         how long less urgent work outside of the executor may keep the core, at most.
     is_in_line
         no earlier job of the task itself waits when one comes, and lines of jobs bound what does (`Fellow.line`).
+    rounds
+        after so many rounds of all that the executor runs a job is over; None where it does not poll, or the task has
+        no bound on how many jobs wait.
+    is_known
+        whether releases of all fellows are known; else only rounds bound the response time.
 
     Examples
     --------
@@ -135,6 +146,8 @@ class Queued:
     higher: tuple[Task, ...] = ()
     blocked_ns: Exact = 0
     is_in_line: bool = False
+    rounds: int | None = None
+    is_known: bool = True
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound."""
@@ -184,15 +197,18 @@ class Queued:
         behind = _longest(less)
         begun = max(blocked, behind)
         tasks = [item.task for item in urgent]
+        with suppress(EndlessError):
+            if self.rounds is not None and load(outside) < 1:
+                found.append(_in_rounds(Work(task, tasks, outside, blocked), self.rounds))
         used = load((task, *tasks, *outside))
-        if used > 1 or (used == 1 and (begun or not task.streams or any(map(is_late, (task, *tasks, *outside))))):
-            return None
-        with suppress(EndlessError):
-            work = Work(task, tasks, outside, begun)
-            found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
-        with suppress(EndlessError):
-            if any(item.is_kin for item in self.fellows):
-                found.append(_in_chain(kind, task, (urgent, less), outside, blocked))
+        is_full = used == 1 and (begun or not task.streams or any(map(is_late, (task, *tasks, *outside))))
+        if used <= 1 and not is_full and self.is_known:
+            with suppress(EndlessError):
+                work = Work(task, tasks, outside, begun)
+                found.append(_fifo(work) if kind == "fifo" else _grouped(work, behind))
+            with suppress(EndlessError):
+                if any(item.is_kin for item in self.fellows):
+                    found.append(_in_chain(kind, task, (urgent, less), outside, blocked))
         return min(found, key=attrgetter("response_ns"), default=None)
 
     def _jobs_before(self, worst: WorstJob) -> list[tuple[Task, int]]:
@@ -234,6 +250,7 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     assert task is not None and entry.executor is not None
     kind, stages = resource.kinds[entry.executor], succession.events.stages
     fellows: dict[int, Task] = {}
+    is_known = True
     before = gaps_and_servers(resource, entry, tasks)
     higher = [item for item in before if item is not None]
     if len(higher) < len(before):
@@ -241,7 +258,7 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
     for rival in entry.rivals:
         other, found = resource.entries[rival], tasks[rival]
         if found is None and counts_once(resource, entry, rival):
-            found = once(stages[other.key])
+            found, is_known = once(stages[other.key]), is_known and kind != "polling"
         if found is None:
             return None
         if other.executor == entry.executor:
@@ -258,14 +275,21 @@ def beside(resource: Resource, position: int, tasks: Sequence[Task | None], succ
         other_stage = stages[resource.entries[rival].key]
         line = chains.line(other_stage) if is_in_line else None
         made.append(Fellow(found, rival in entry.urgent, chains.never_meet(mine, other_stage), line))
-    return Queued(kind, task, tuple(made), tuple(higher), entry.blocking_ns, is_in_line)
+    rounds = None if kind != "polling" or mine.keeps is None else mine.keeps + 1
+    if rounds is None and not is_known:
+        return None
+    return Queued(kind, task, tuple(made), tuple(higher), entry.blocking_ns, is_in_line, rounds, is_known)
 
 
 def counts_once(resource: Resource, entry: Entry, position: int) -> bool:
-    """Whether one job of another stage may have begun before a stage, and no more of them matter."""
-    if entry.executor is None or resource.entries[position].executor != entry.executor or position in entry.urgent:
+    """Whether no more than one job of another stage matters to a stage, however often these come.
+
+    In a callback group a less urgent one may have begun before; in an executor that polls one runs in each round.
+    """
+    if entry.executor is None or resource.entries[position].executor != entry.executor:
         return False
-    return resource.kinds[entry.executor] == "callback_group"
+    kind = resource.kinds[entry.executor]
+    return kind == "polling" or (kind == "callback_group" and position not in entry.urgent)
 
 
 def _longest(fellows: Iterable[Fellow]) -> Exact:
@@ -308,6 +332,12 @@ def _in_lines(work: Work) -> WorstJob:
     """A job that waits for one job of each line: none of these comes again before it has ended."""
     before = work.blocked_ns + work.task.worst_ns + sum(item.worst_ns for item in work.fellows)
     return WorstJob(0, work.end(before), 0, lines=tuple(work.fellows))
+
+
+def _in_rounds(work: Work, rounds: int) -> WorstJob:
+    """A job that is over after so many rounds, in each of which each callback runs once at most."""
+    before = rounds * (work.task.worst_ns + sum(item.worst_ns for item in work.fellows))
+    return WorstJob(0, work.end(work.blocked_ns + before), 0, lines=tuple(work.fellows) * rounds)
 
 
 def _in_chain(
