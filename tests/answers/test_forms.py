@@ -30,7 +30,10 @@ UNSEEN = {
             "AnyResult.under_way",
         ),  # only where one was stopped
     },
-    "explanation": {"Demand.kind", "Demand.text", "Demand.origin"},
+    "explanation": {
+        *("Demand.kind", "Demand.text", "Demand.origin"),
+        *(f"MessageResponse.{name}" for name in ("because", "blocked_by", "earlier_ns", "over_ns")),  # tests/buses
+    },
     "sensitivity": {"SensitivityResult.left_out", "Uncertain.unbounded"},
     "simulation": {"Simulation.stopped"},  # held by tests/answers/test_writing.py
 }

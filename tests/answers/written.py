@@ -126,6 +126,19 @@ devices: {z: {period: 30 ms}}
 connections: {c: {from: a, to: b}, d: {from: z, to: b}}
 flows: {f: {path: [a, b]}, g: {path: [z, b]}}
 """
+LATE_MESSAGE = """
+dse: 1
+name: late message
+bus_types: {can: {bandwidth: 250 kbit/s, frame: can, price: 1 EUR}}
+buses: {b: {type: can}}
+devices: {sink: {}, d0: {period: 5 ms}, d1: {period: 5 ms}, d2: {period: 5 ms}, d3: {period: 5 ms}}
+connections:
+  m0: {from: d0, to: sink, port: data, bus: b, data_size: 8 B, identifier: 16}
+  m1: {from: d1, to: sink, port: data, bus: b, data_size: 8 B, identifier: 18}
+  m2: {from: d2, to: sink, port: data, bus: b, data_size: 8 B, identifier: 20}
+  m3: {from: d3, to: sink, port: data, bus: b, data_size: 8 B, identifier: 22, deadline: 2 ms}
+objectives: [minimise price]
+"""
 CONTENDED = """
 dse: 1
 name: contended
@@ -185,6 +198,7 @@ PROBLEMS = {
     "waiting": WAITING,
     "later": LATER,
     "contended": CONTENDED,
+    "late_message": LATE_MESSAGE,
     "pump": PUMP,
     "node": NODE,
     "shared": SHARED,
@@ -223,6 +237,7 @@ COMMANDS = (
     "analyse contended.yaml --response-times --json contended.json",
     "explain contended.yaml --all --json why_contended.json",
     "explain contended.yaml --json least.json",
+    "explain late_message.yaml --json late_message.json",
     "analyse osate.yaml --json osate.json",
     "analyse node.yaml --json node.json",
     "analyse missed.yaml --json missed.json",

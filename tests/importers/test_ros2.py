@@ -291,7 +291,7 @@ NAMES = {
     "same": ("nodes: {a: /c, b: /c}", 'ros2.nodes.b: "a" has this name too'),
     "field": (
         "parameters: {a.deadline: x}",
-        "ros2.parameters.a.deadline: expected THREAD.period, THREAD.rate or THREAD.offset",
+        "ros2.parameters.a.deadline: expected THREAD.period, THREAD.rate, THREAD.offset or THREAD.PARAMETER",
     ),
     "thread": ("parameters: {c.period: x}", 'ros2.parameters.c.period: there is no thread "c"'),
     "unit": ("parameters: {a.period: 'x [Hz]'}", "ros2.parameters.a.period: expected the name of a parameter"),

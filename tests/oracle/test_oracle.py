@@ -690,9 +690,10 @@ KINDS = {
 
 
 def test_the_generator_covers_every_kind() -> None:
-    """Within the first 500 seeds."""
+    """Within the first 500 seeds; those that are known to do so come first."""
     missing = set(KINDS)
-    for seed in dict.fromkeys((*COVERING, *range(500))):
+    known = (3, 4, 10, 13, 14, 20, 21, 31, 47, 48, 53, 118, 153, 258)
+    for seed in dict.fromkeys((*COVERING, *known, *range(500))):
         missing -= features(random_problem(seed, "tiny")) if missing else set()
         if not missing:
             break

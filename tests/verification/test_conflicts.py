@@ -14,7 +14,7 @@ import dse
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search.front import SearchLimits
 from tests.helpers.effort import LONG, count
-from tests.helpers.support import ENUMERABLE
+from tests.helpers.support import ENUMERABLE, SLOW
 from tests.questions.explain.test_random_conflicts import infeasible
 from tests.verification.shared import copied, question_once
 
@@ -76,7 +76,7 @@ def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[st
             break
 
 
-@pytest.mark.parametrize("path", ENUMERABLE, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [path for path in ENUMERABLE if path.stem not in SLOW], ids=lambda path: path.stem)
 def test_conflicts_of_shipped_problems(path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     question_once(monkeypatch)
     problem = dse.load(path)

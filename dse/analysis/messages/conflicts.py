@@ -59,7 +59,7 @@ class Conflict:
         }
 
     def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
-        """Those that would be in time as the last, but have a number lower than another; None where one can be last."""
+        """The messages in time as the last whose number is lower than that of another; None where one can be last."""
         known = self.candidates(space, view)
         if known is None:
             return None

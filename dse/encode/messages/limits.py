@@ -61,7 +61,7 @@ class MessageLimits:
         self.space, self.model, self.chosen, self.limits = space, model, chosen, limits
 
     def copy(self, model: cp_model.CpModel) -> MessageLimits:
-        """The same for a copy of the model."""
+        """The limits of a copy of the model."""
         return MessageLimits(self.space, model, self.chosen, self.limits)
 
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:

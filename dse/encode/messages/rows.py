@@ -35,9 +35,9 @@ from dse.support.units import Exact
 MOST_CASES = 16
 """A message with more combinations of options than this is left out."""
 MOST_TIMES = 24
-"""So many different times by which messages are due have rows."""
+"""At most this many different times by which messages are due have rows."""
 MOST_STEPS = 6
-"""So many intervals end where the jobs of the messages change last before the end; a few even ones come before."""
+"""The number of intervals that end where the jobs of the messages change last; a few even ones come before."""
 EVEN = 4
 
 

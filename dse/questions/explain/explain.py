@@ -264,7 +264,7 @@ class Explainer:
 
     def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
         """The conflicts with the relaxations that mend them."""
-        self.listener.asks("looking for what mends it")
+        self.listener.asks("looking for what makes it feasible")
         members = self._statements({number for item in found.conflicts for number in item.members})
         give_up = self._give_up(found.smallest)
         if found.smallest is None and (not found.limited or self.designs.unseen):

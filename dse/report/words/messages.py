@@ -103,7 +103,7 @@ def late_message_words(late: LateMessage) -> str:
 
 def _would_do(late: LateMessage) -> str:
     if late.before is None:
-        return "" if late.message.identifier is None else "; late with any identifier beside the others in their order"
+        return "" if late.message.identifier is None else "; late with any identifier while the others keep theirs"
     free = "" if late.identifier is None else f", with {late.identifier:#x} for example"
     named = listed(late.makes_late[:MOST_NAMED])
     more = f" and {len(late.makes_late) - MOST_NAMED} more" if len(late.makes_late) > MOST_NAMED else ""

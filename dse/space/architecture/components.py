@@ -102,7 +102,7 @@ def build_component(
     clock = clock_of(ledger, spec, section, name, processor)
     by_value = read_parameters(ledger, name, given) if section == "threads" else None
     if by_value is not None and any(item.compute_execution_time for item in (given, *(one for _, one in owner.types))):
-        text = "a parameter states what it takes with each of its values: it has no execution time besides"
+        text = "a parameter states what it takes with each of its values: it has no other execution time"
         ledger.error((*by_value.path, "compute_execution_time"), text)
     join, pairing = read_join(ledger, spec, owner, protocol, period) if section == "threads" else (None, None)
     categories = [given.category, *(model.category for _, model in owner.types)]
