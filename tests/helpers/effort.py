@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 _FACTOR, _, _FIRST = os.environ.get("DSE_EFFORT", "1").partition(":")
 FACTOR = float(_FACTOR or "1")
-USUALLY = 0.1
+USUALLY = 0.04
 """So many of the cases that a test names are drawn without more effort: the whole suite has to end in minutes."""
 FIRST = int(_FIRST or "0")
 """The first seed."""

@@ -16,7 +16,7 @@ from dse.search.front import SearchLimits, search_front
 from dse.search.solver import bounding, strategy
 from dse.search.solver.settings import BARE, CLOSING_RANGE, NARROWING, SolverSettings
 from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished
-from tests.helpers.effort import cases, count
+from tests.helpers.effort import LONG, cases, count
 from tests.helpers.support import brute_front
 from tests.helpers.thread_systems import KINDS, draw, front, text_of
 from tests.helpers.tuned import tune
@@ -74,7 +74,7 @@ def test_clauses_alone_are_exact(kind: str, seed: int, monkeypatch: pytest.Monke
     assert found(text_of(system)) == front(system)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if LONG or kind != "mixed"])  # which takes as long as the rest
 @pytest.mark.parametrize("seed", cases(10, 7 * SEEDS))
 def test_response_times_in_flows_are_exact(kind: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """No response time is tabulated: bounds first, and what solutions teach."""

@@ -13,7 +13,7 @@ import pytest
 import dse
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search.front import SearchLimits
-from tests.helpers.effort import LONG, count
+from tests.helpers.effort import LONG, count, few
 from tests.helpers.support import ENUMERABLE, SLOW
 from tests.questions.explain.test_random_conflicts import infeasible
 from tests.verification.shared import copied, question_once
@@ -91,7 +91,7 @@ def test_conflicts_of_shipped_problems(path: Any, monkeypatch: pytest.MonkeyPatc
     check(result.to_dict(), problem, "model", random.Random(1), 1 if with_responses and not LONG else OF_SHIPPED)
 
 
-@pytest.mark.parametrize("part", range(6))
+@pytest.mark.parametrize("part", few(range(6), 3))
 def test_conflicts_of_random_problems(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
     question_once(monkeypatch)
     seen = 0
