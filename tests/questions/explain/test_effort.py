@@ -40,7 +40,7 @@ def test_conflicts_are_heard_of_as_soon_as_they_are_known() -> None:
     found = explain_asked(loads(TEXT), Wishes(every=True), Listener(asked.append, heard.append))
     assert pairs_of(heard) == pairs_of([[demand for demand, _ in item.members] for item in found.conflicts])
     assert pairs_of(heard) == sorted(PAIRS)
-    assert asked[0].startswith("5 demands without a design") and asked[-1] == "looking for what mends it"
+    assert asked[0].startswith("5 demands without a design") and asked[-1] == "looking for what makes it feasible"
     assert any(text.startswith("2 demands without a design") for text in asked)
 
 
