@@ -4,6 +4,7 @@ Read `model.py` first: it reads like a contents page. Then `linear.py`: literals
 
 * `model.py`: the whole model of a space.
 * `linear.py`: the model under construction, literals of options, linear forms.
+* `literals.py`: literals by index, the same in every copy of a model.
 * `decisions.py`: one option for each active decision; structure and rules.
 * `requirements.py`: requirements as linear constraints.
 * `sums.py`, `table_parts.py`: measures as linear forms; large tables as sums of smaller ones.

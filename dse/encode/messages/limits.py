@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ortools.sat.python import cp_model
 
@@ -20,6 +19,7 @@ from dse.analysis.messages.conflicts import conflicts, is_own_deadline
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.views import View
 from dse.encode.linear import Board
+from dse.encode.literals import Chosen, literal_of
 from dse.encode.messages.reasons import Conditions, conditions_of, conflict_conditions
 from dse.encode.messages.rows import add_rows
 from dse.space.model.space import Design, Space
@@ -67,7 +67,7 @@ class MessageLimits:
     def settled(self, design: Design, is_true: Callable[[cp_model.IntVar], bool]) -> bool:
         """Whether all messages meet their limits in a design; where one does not, the model has learnt from it."""
         view = View(design)
-        held = [item for item in self.limits if item.guard is None or is_true(self._literal(item.guard))]
+        held = [item for item in self.limits if item.guard is None or is_true(literal_of(self.model, item.guard))]
         by_deadline = {item.message: item for item in held if item.is_deadline}
         is_late = False
         for bus in counted_buses(self.space):
@@ -102,21 +102,16 @@ class MessageLimits:
 
     def _forbid(self, held: Sequence[MessageLimit], conditions: Conditions) -> None:
         """Not all of the conditions together while all these limits are asked for."""
-        clause = [self._literal(item.guard).negated() for item in held if item.guard is not None]
+        clause = [literal_of(self.model, item.guard).negated() for item in held if item.guard is not None]
         for literals in conditions:
             if len(literals) == 1:
-                clause.append(self._literal(literals[0]).negated())
+                clause.append(literal_of(self.model, literals[0]).negated())
                 continue
             none = self.model.new_bool_var("")
             for index in literals:
-                self.model.add_implication(none, self._literal(index).negated())
+                self.model.add_implication(none, literal_of(self.model, index).negated())
             clause.append(none)
         self.model.add_bool_or(clause)
-
-    def _literal(self, index: int) -> Any:
-        if index < 0:
-            return self.model.get_int_var_from_proto_index(-index - 1).negated()
-        return self.model.get_int_var_from_proto_index(index)
 
 
 def message_limits_of(board: Board) -> MessageLimits | None:
@@ -124,14 +119,7 @@ def message_limits_of(board: Board) -> MessageLimits | None:
     if not board.message_limits:
         return None
     if board.messages is None:
-        options = [[literal.index for literal in literals] for literals in board.options]
-        inactive = [literal.index if literal is not None else None for literal in board.inactive]
-
-        def chosen(decision: int, option: int) -> int:
-            found = options[decision][option] if option >= 0 else inactive[decision]
-            assert found is not None
-            return found
-
+        chosen = Chosen.of_model(board.options, board.inactive).literal
         board.messages = MessageLimits(board.space, board.model, chosen, board.message_limits)
         add_rows(board, [(item.message, item.guard) for item in board.message_limits if item.is_deadline])
     found: MessageLimits = board.messages

@@ -11,6 +11,7 @@ from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.encode.literals import literal_of
 from dse.encode.scheduling.places import Places, Thread
 from dse.encode.scheduling.reasons import Reason
 
@@ -33,9 +34,7 @@ class Combined:
 
     def literal(self, index: int) -> Any:
         """The solver's literal of an index; below 0 its negation."""
-        if index < 0:
-            return self.model.get_int_var_from_proto_index(-index - 1).negated()
-        return self.model.get_int_var_from_proto_index(index)
+        return literal_of(self.model, index)
 
     def variable(self, index: int) -> cp_model.IntVar:
         """The solver's variable of an index."""

@@ -35,6 +35,7 @@ from dse.analysis.measures import Term
 from dse.analysis.memo import Recall, Watching
 from dse.analysis.views import Case, View, tabulate
 from dse.encode.linear import Board, greatest
+from dse.encode.literals import Chosen, literal_of
 from dse.encode.search_order import strategy_of_places
 from dse.encode.tuning import CoreLimitClauses
 from dse.space.core_symmetry import interchangeable_cores
@@ -62,7 +63,7 @@ class CoreLimits:
         self,
         space: Space,
         model: cp_model.CpModel,
-        literals: Literals,
+        literals: Chosen,
         limits: Sequence[CoreLimit],
         tuning: CoreLimitClauses,
     ) -> None:
@@ -122,28 +123,12 @@ class CoreLimits:
         self.clauses[number] += 1
         item, watching = self.limits[number], Watching(View(design))
         keeps_cores(item.limit, watching, too_many(item.limit, View(design)))
-        clause = [self.literals.of(decision, option) for decision, option in watching.asked.items()]
+        clause = [self.literals.literal(decision, option) for decision, option in watching.asked.items()]
         clause += [] if item.guard is None else [item.guard]
         self.model.add_bool_or([self._literal(index).negated() for index in clause])
 
-    def _literal(self, index: int) -> cp_model.IntVar:
-        return self.model.get_int_var_from_proto_index(index)
-
-
-@dataclass(frozen=True)
-class Literals:
-    """The literals of options and of inactive decisions, by index, which serve every copy of a model."""
-
-    options: Sequence[Sequence[int]]
-    inactive: Sequence[int | None]
-
-    def of(self, decision: int, option: int) -> int:
-        """The literal of an option, or of the decision's being inactive."""
-        if option >= 0:
-            return self.options[decision][option]
-        index = self.inactive[decision]
-        assert index is not None
-        return index
+    def _literal(self, index: int) -> Any:
+        return literal_of(self.model, index)
 
 
 class _Rows:
@@ -203,7 +188,7 @@ class _Rows:
         return shares
 
     def _all(self, conditions: Sequence[tuple[int, int]]) -> list[Any]:
-        return [self.owner._literal(self.literals.of(decision, option)) for decision, option in conditions]
+        return [self.owner._literal(self.literals.literal(decision, option)) for decision, option in conditions]
 
     def _places(self, number: int) -> list[Any]:
         """For each core whether the thread runs there: as stated, as decided, or as the model likes."""
@@ -258,10 +243,7 @@ def core_limits_of(board: Board) -> CoreLimits | None:
     if not board.core_limits:
         return None
     if board.cores is None:
-        options = [[literal.index for literal in literals] for literals in board.options]
-        inactive = [literal.index if literal is not None else None for literal in board.inactive]
-        board.cores = CoreLimits(
-            board.space, board.model, Literals(options, inactive), board.core_limits, board.tuning.core_limit_clauses
-        )
+        chosen = Chosen.of_model(board.options, board.inactive)
+        board.cores = CoreLimits(board.space, board.model, chosen, board.core_limits, board.tuning.core_limit_clauses)
     found: CoreLimits = board.cores
     return found

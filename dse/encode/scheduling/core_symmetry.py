@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.encode.literals import literal_of
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.core_symmetry import are_offered_in_order, interchangeable_cores
 from dse.space.model.space import Space
@@ -21,11 +21,6 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
     """
     threads = places.on(processor)
     clauses: list[int] = []
-
-    def literal(index: int) -> Any:
-        found = model.get_int_var_from_proto_index(index if index >= 0 else -index - 1)
-        return found if index >= 0 else found.negated()
-
     never = -places.true - 1
     for cores in interchangeable_cores(space, processor, fixable=places.fixable):
         for former, core in pairwise(cores if are_offered_in_order(space, cores) else ()):
@@ -35,7 +30,7 @@ def number_cores(space: Space, model: cp_model.CpModel, places: Places, processo
                     continue
                 look_at_the_clock()
                 before = [_column(other, processor, former, never) for other in threads[:position]]
-                clause = model.add_bool_or([literal(-here - 1), *(literal(index) for index in before)])
+                clause = model.add_bool_or([literal_of(model, index) for index in (-here - 1, *before)])
                 clauses.append(clause.index)
     return clauses
 

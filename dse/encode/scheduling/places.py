@@ -15,6 +15,7 @@ from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.tasks import work_ns
 from dse.analysis.views import View, allowed_options, tabulate
 from dse.encode.linear import Board
+from dse.encode.literals import Chosen
 from dse.encode.rates import RateTable, RateVariables
 from dse.space.architecture.joins import may_join
 from dse.space.model.space import Component, Space
@@ -87,8 +88,8 @@ class Places:
             for core in range(len(self.threads[number].cores[processor]))
             if board.space.unequal_cores
         }
-        self.options = [[literal.index for literal in literals] for literals in board.options]
-        self.inactive = [literal.index if literal is not None else None for literal in board.inactive]
+        self._chosen = Chosen.of_model(board.options, board.inactive)
+        self.options = self._chosen.options
 
     def on(self, processor: int) -> list[Thread]:
         """The threads that may run on a processor, in the order of the file."""
@@ -105,11 +106,7 @@ class Places:
 
     def chosen(self, decision: int, option: int) -> int:
         """The literal of an option, or of the decision's being inactive."""
-        if option < 0:
-            index = self.inactive[decision]
-            assert index is not None
-            return index
-        return self.options[decision][option]
+        return self._chosen.literal(decision, option)
 
 
 def _thread(board: Board, rates: RateVariables, number: int, component: Component) -> Thread:

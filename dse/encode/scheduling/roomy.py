@@ -13,6 +13,7 @@ from ortools.sat.python import cp_model
 
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import View
+from dse.encode.literals import literal_of
 from dse.encode.model import EncodedSpace
 from dse.encode.scheduling.places import Places
 from dse.space.model.space import Design
@@ -32,17 +33,15 @@ def least_used(encoded: EncodedSpace, design: Design, point: Sequence[int]) -> c
     model = encoded.model.clone()
     model.clear_objective()
     model.clear_hints()
-
-    def literal(index: int) -> cp_model.LiteralT:
-        found = model.get_int_var_from_proto_index(index if index >= 0 else -index - 1)
-        return found if index >= 0 else found.negated()
-
     for objective, value in zip(encoded.objectives, point, strict=True):
-        model.add(literal(objective.variable.index) == value)
+        model.add(literal_of(model, objective.variable.index) == value)
     for slot in places.space.processors:
-        model.add_bool_and([literal(places.chosen(slot.type_decision, design[slot.type_decision]))])
+        chosen = places.chosen(slot.type_decision, design[slot.type_decision])
+        model.add_bool_and([literal_of(model, chosen)])
     terms = list(_terms(places, View(design)))
-    model.minimize(cp_model.LinearExpr.weighted_sum([literal(index) for index, _ in terms], [use for _, use in terms]))
+    model.minimize(
+        cp_model.LinearExpr.weighted_sum([literal_of(model, index) for index, _ in terms], [use for _, use in terms])
+    )
     return model
 
 

@@ -32,6 +32,7 @@ from dse.analysis.limits import Limit
 from dse.analysis.rates import NS_PER_S
 from dse.analysis.views import tabulate
 from dse.encode.linear import EXACT_LIMIT
+from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.places import Places, Thread, Turn
@@ -112,10 +113,8 @@ class Rows:
         return all(all(share) for share in shares)
 
     def literal(self, index: int) -> Any:
-        """The solver's literal of an index."""
-        if index < 0:
-            return self.model.get_int_var_from_proto_index(-index - 1).negated()
-        return self.model.get_int_var_from_proto_index(index)
+        """The solver's literal of an index; below 0 its negation."""
+        return literal_of(self.model, index)
 
     def steady_rate(self, rate: Rate) -> Rate:
         """The highest rate of a timer that is not above a rate; 0 below all."""
