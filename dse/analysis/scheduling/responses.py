@@ -121,7 +121,7 @@ class Response:
 
     @property
     def delays(self) -> Annotated[tuple[Delay, ...], Json("interference", kind=tuple[Interference, ...])]:
-        """The interference with its worst job, by task; empty where it has no bound."""
+        """The interference with the worst job of the thread, by task; empty where the response time has no bound."""
         return self.parts.delays()
 
     @property

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Break:
-    """The value of an input at which a requirement is first violated, in one direction.
+    """The end of an input's margin in one direction, beyond which a requirement is violated.
 
     Exact values of the input in base units; the first violated value exists only for inputs that are whole numbers.
     """
