@@ -1,4 +1,4 @@
-"""Who runs what and what carries what in a design."""
+"""The processors of components and the buses of connections in a design."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _climb(space: Space, bus: int | None, view: View, stack: list[int]) -> None:
 
 
 def carriers_of(space: Space, bus: int, view: View) -> tuple[int, ...]:
-    """What carries a virtual bus directly.
+    """The bus that carries a virtual bus directly.
 
     Indices of buses, empty where the virtual bus is not carried by another one.
     """
@@ -157,7 +157,7 @@ def carrying_ns(
 
 
 def bit_times_ns(bus: Bus) -> set[Fraction]:
-    """Of what all transmission times of a bus with frames are multiples; nothing for others.
+    """Times of which all transmission times of a bus with frames are multiples, such as a bit time; else empty.
 
     Times in ns, over all types of the bus and all their bandwidths; used to find a common time scale.
     """
@@ -165,7 +165,7 @@ def bit_times_ns(bus: Bus) -> set[Fraction]:
 
 
 def byte_times_ns(bus: Bus) -> set[Fraction]:
-    """What a byte may take on a bus whose transmission time follows from its bandwidth; nothing for others.
+    """The byte times of a bus whose transmission time follows from its bandwidth; empty for other buses.
 
     Times in ns: eight bits over each bandwidth that the bus may have.
     """

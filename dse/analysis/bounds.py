@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a thread, connection or device adds to a figure.
+    """The contribution of one thread, connection or device to a figure.
 
     In the unit of the figure; parts of a bound add up to it.
     """
@@ -68,7 +68,7 @@ class Impossible:
 
 
 class Ends:
-    """What summands may be, over all designs of a space: each is looked at once, however many ask.
+    """The range of each summand over all designs of a space, computed once for each term.
 
     The terms must stay alive while the object does: they are recognised by identity.
     """
@@ -114,7 +114,7 @@ def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
 
 
 def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Contribution, ...]:
-    """What each thread, connection or device adds to the bound of a sum, largest first; nothing if not all is known."""
+    """The contributions to the bound of a sum, largest first; empty unless the range of every term is known."""
     found: dict[str, Fraction] = {}
     for term in limit.measure.terms:
         bound = _bound(ends, term, side, nonnegative=False)
@@ -154,7 +154,7 @@ def _with_limit(
 
 
 def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
-    """What no design is better than, as `Measure.integer` counts; None where that is not known, or not in time.
+    """A bound that no design improves on, as `Measure.integer` counts; None where none is known, or not in time.
 
     An integer in counting units, rounded to the safe side.
     """

@@ -32,7 +32,7 @@ SHARED = 256
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What a design amounts to.
+    """The figures of a design, and its verdicts.
 
     `objectives` and `metrics` are integers in the counting units of the evaluator's measures, in the order of the
     problem; `breaches` says why the design is not valid, `verdicts` how it meets each requirement.
@@ -151,7 +151,7 @@ class Evaluator:
         return Evaluation(canonical(self.space, design), objectives, (), verdicts)
 
     def invalid(self, design: Design) -> list[str]:
-        """Why the design is none, in words.
+        """The reasons why a combination of options is no valid design, in words.
 
         Sentences; empty for a valid design, which may still violate requirements.
         """

@@ -68,7 +68,7 @@ class EachCore:
 
     @property
     def room(self) -> Room:
-        """What a core may carry, as a share of it.
+        """The capacity of a core that the limit allows, as a share of the core.
 
         The capacity for bin packing, 1 for a whole core.
         """
@@ -115,7 +115,7 @@ class Limit:
 
 
 class Reading(Protocol):
-    """How requirements are made limits: `build_limit`, or with other figures.
+    """A function that makes a requirement a limit: `build_limit`, or one that uses other figures.
 
     Takes a space, a requirement and flags, and returns a `Limit`; explanations use another reading without waiting.
     """
@@ -179,7 +179,7 @@ class Verdict:
 
     @property
     def slack(self) -> Annotated[Fraction, NULL]:
-        """How far the value is from the limit; negative where it is missed, null where the value is unbounded.
+        """The distance from value to limit; negative where the limit is missed, null where the value is unbounded.
 
         In the unit of the metric; value and limit are those that decide (`who`).
         """
@@ -278,7 +278,7 @@ def excess(space: Space, limit: Limit) -> Measure:
 
 
 def thread_values(limit: Limit, view: View, threads: Collection[str] | None = None) -> dict[str, Fraction]:
-    """What each thread that must keep the limit of one core uses in a design, in the measure's unit; all, or some.
+    """The use of each thread that counts in a limit on single cores, in a design and in the measure's unit.
 
     Names to exact shares. `threads` restricts the names; a limit that is not about cores gives an empty mapping.
     """

@@ -74,7 +74,7 @@ class Answering(View):
 
 
 class Watching(View):
-    """Another view, with a note of every decision that is asked for, and of every response time that it knows.
+    """A view that records every decision that is read, and every response time that it already knows.
 
     What is asked becomes the path in the memory under which a value is stored.
     """

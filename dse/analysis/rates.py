@@ -30,7 +30,7 @@ def is_event_triggered(component: Component, view: View) -> bool:
 
 
 def arrivals(component: Component, view: View) -> Arrivals:
-    """What releases the jobs of a component.
+    """The arrival rule by which the jobs of a component are released.
 
     The rule of its dispatch protocol in this design.
     """
@@ -76,7 +76,7 @@ def input_room(space: Space, component: Component, wire: int, view: View) -> int
 
 
 def kept_jobs(space: Space, component: Component, part: str, view: View) -> int | None:
-    """How many jobs of a task wait at most in an executor that polls, beside the one that runs; None where all wait.
+    """The most jobs of a task that wait in an executor that polls while one runs; None where all that come wait.
 
     A timer has one: a release that comes while a job of it waits is skipped. What one connection dispatches has as many
     as the `queue_size` that is stated for it: the oldest message makes place for a new one.
@@ -252,7 +252,7 @@ def summands(space: Space, key: RateKey) -> list[RateKey]:
 
 
 def source_rates_of(space: Space, key: RateKey) -> frozenset[Fraction]:
-    """What a rate may be beside that, over all designs: a timer's, or what a connection states.
+    """The rates that a timer or a connection states at this point, over all designs.
 
     In Hz, exact: the rates that enter the system at this point, for a common denominator of all rates.
     """

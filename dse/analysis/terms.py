@@ -70,7 +70,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Sampled:
-    """What `step` of a flow adds to a metric of `kind`, times `factor`: whoever has formulas of his own can ask them.
+    """The contribution of `step` to a metric of `kind`, times `factor`, as data for formulas outside the analysis.
 
     The design is asked of the view that `asked` makes of a view of it.
     """
@@ -135,7 +135,7 @@ class Phased:
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """What data wait for in one case until a reader on a clock has them, but for response times and offsets; in ns.
+    """The wait of data until a reader on a clock reads them, in one case, without response times and offsets; in ns.
 
     Without a sender on its clock whose offset is known, too, they wait `base_ns`. With one, d = offset of the receiver
     - offset of the `sender`, and W for what threads wait for others on their cores: from the sender's release until

@@ -185,7 +185,7 @@ def covers(space: Space) -> tuple[Cover, ...]:
 
 
 def slot_users(space: Space) -> Iterator[tuple[Slot, list[tuple[str, Callable[[View], bool]]]]]:
-    """For each slot the names of what may be bound to it, with a predicate that tells whether it is.
+    """The possible users of each slot: their names, with a predicate that tells whether a design binds them to it.
 
     Pairs of a slot and its users (name, predicate), processors first.
     """
@@ -219,7 +219,7 @@ def _existing_cores(space: Space) -> Iterator[Predicate]:
 
 
 def has_core_text(component: Component) -> str:
-    """What is demanded of the core of a thread, in words.
+    """The text of the rule that the core of a thread is one that its processor has.
 
     Also used to recognise the predicate among the breaches of a design.
     """

@@ -104,7 +104,7 @@ def is_met(decision: Decision, index: int, view: View) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Case(Generic[T]):
-    """Where every decision of `conditions` takes the option beside it, the formula has `value`.
+    """One case of a tabulated formula: its `value` where every decision of `conditions` takes the option given there.
 
     `conditions` are pairs (decision, option); cases of a table exclude each other and cover all designs.
     """

@@ -264,7 +264,7 @@ class Analysis(Answer):
 
     @property
     def metric_values(self) -> Annotated[Mapping[str, Any], Json(kind=Mapping[str, MetricValue])]:
-        """Every metric.
+        """The value and the unit of every metric.
 
         Names of metrics to mappings with ``value`` (exact) and ``unit``, in the form of JSON.
         """
@@ -272,7 +272,7 @@ class Analysis(Answer):
 
     @property
     def overheads(self) -> Mapping[str, Sequence[str]]:
-        """What response times count beside execution times, with the threads or processors of which it is stated.
+        """The overheads that response times count, with the threads or processors for which each is stated.
 
         Keys are *blocking*, *context switches*, *interrupts* and *throttling*; names are in the order of the file,
         empty where the problem states none.

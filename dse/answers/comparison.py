@@ -106,7 +106,7 @@ class DesignComparison(Answer):
 
     @property
     def of(self) -> Literal["designs"]:
-        """What is compared."""
+        """The kind of things compared."""
         return "designs"
 
     @property
@@ -127,7 +127,7 @@ class DesignComparison(Answer):
 
     @property
     def requirements(self) -> Mapping[str, tuple[Holds, Holds]]:
-        """How both meet each requirement; null where the problem does not state it.
+        """The verdicts of both results on each requirement; null where a problem does not state it.
 
         Texts of requirements to pairs of ``holds``-verdicts.
         """
@@ -197,16 +197,16 @@ class ResultComparison(Answer):
 
     @property
     def of(self) -> Literal["results"]:
-        """What is compared."""
+        """The kind of things compared."""
         return "results"
 
     @property
     def fact_texts(self) -> Mapping[str, tuple[str | None, str | None]]:
-        """What was asked and found, in words, of both."""
+        """The facts of the questions and findings of both results, in words."""
         return _pairs(self.facts)
 
     def frame(self) -> pandas.DataFrame:
-        """What was asked and found, side by side; columns ``name``, ``one`` and ``other``.
+        """The questions and findings of both results side by side; columns ``name``, ``one`` and ``other``.
 
         A `pandas.DataFrame` with one row for each fact, such as the status or a requirement; all cells are texts.
         """

@@ -35,7 +35,7 @@ class Broken:
 
     @classmethod
     def of(cls, miss: Miss) -> Broken:
-        """What the referee found, without the number that stands for no bound.
+        """The verdict of the referee, without the number that stands for no bound.
 
         `value` is None where a response time in the metric has no bound; `unbounded` names the threads.
         """
@@ -58,7 +58,7 @@ class Contended:
 
     @property
     def status(self) -> Literal["kept", "broken", "not checked"]:
-        """Whether it keeps every requirement then.
+        """The verdict on the design with waiting counted: whether it keeps every requirement.
 
         ``not checked`` stands in files only: a design that was not judged before the time limit.
         """
@@ -70,7 +70,7 @@ NOT_JUDGED = {"status": "not checked", "broken": []}
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:
-    """What one valid design keeps.
+    """Judge one valid design with contention counted.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def judge(referee: ContentionReferee, design: Design) -> Contended:
 
 
 def contended(found: Judged) -> Contended:
-    """What the referee said of a design.
+    """The verdicts of the referee on a design with waiting counted.
 
     One `Broken` for each requirement that the design misses with waiting counted; none means that it keeps all.
     """
@@ -89,7 +89,7 @@ def contended(found: Judged) -> Contended:
 
 
 class ContentionBasis(Data):
-    """What the fronts leave out, and how their designs are judged all the same."""
+    """The effects that the fronts of a study leave out, and the basis on which their designs are judged."""
 
     left_out: Annotated[bool, "Whether response times are left out of the latencies."]
     cores: Annotated[
@@ -98,7 +98,7 @@ class ContentionBasis(Data):
 
 
 def basis_dict(space: Space) -> dict[str, Any] | None:
-    """What the fronts of a study leave out and are judged by, for JSON; None where they leave out nothing.
+    """The `ContentionBasis` of a study's fronts as JSON; None where the fronts leave out nothing.
 
     Whether response times are left out, and who chooses the cores.
     """
@@ -120,7 +120,7 @@ class CoreUse:
 
 
 def core_use(space: Space, design: Design) -> dict[str, CoreUse]:
-    """How the cores of each processor with several cores are used, by its name.
+    """The use of the cores of each processor with several cores, by the name of the processor.
 
     Processors with one core are left out. Loads are exact, in ppm of one core, by the stated, decided or first-fit
     assignment of threads.

@@ -63,11 +63,11 @@ class Example:
 
     @property
     def broken_texts(self) -> list[str]:
-        """What it breaks, in the user's words."""
+        """The demands that the design violates, in the user's words."""
         return [demand.text for demand in self.breaks]
 
     def besides(self, *expected: Demand) -> tuple[Demand, ...]:
-        """What it breaks beyond what is expected of it.
+        """The demands that the design violates beyond the expected ones.
 
         Demands in the order of `breaks`; an empty tuple where the design violates nothing but `expected`.
         """
@@ -148,7 +148,7 @@ class MinimalConflict:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """What happens when one demand alone gives, and all others hold.
+    """The outcome of relaxing one demand alone while all others hold.
 
     `helps` says whether that leaves a design; `example` is one. For a requirement `limit` is its own and `closest` the
     exact one nearest to it at which there is a design (beyond it, where the `operator` is strict), both in `unit`; a
@@ -229,7 +229,7 @@ class GiveUp:
 
 @dataclass(frozen=True)
 class Offer:
-    """What options that are not among the alternatives would change.
+    """The effect of further options that the file does not allow.
 
     `price` is in hundredths of the currency; None means that the options alone do not make the problem feasible.
     """
@@ -241,7 +241,7 @@ class Offer:
 
 
 class Effort(Data):
-    """What the explanation took."""
+    """The effort of an explanation: solver calls and wall time."""
 
     solver_calls: Annotated[int, "How often the solver was called."]
     wall_s: Annotated[float, "Seconds that passed."]
@@ -322,7 +322,7 @@ class Explanation(Answer):
 
     @property
     def effort(self) -> Annotated[Explanation, Json(kind=Effort)]:
-        """What it took."""
+        """The effort of the explanation."""
         return self
 
     def with_(self, **changes: Any) -> Explanation:

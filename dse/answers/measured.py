@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Seen:
-    """What was measured of one thing, in the unit of what it is held against."""
+    """The measured values of one figure, in the unit of the prediction that they are compared with."""
 
     JSON_NAME = "SeenForm"
 
@@ -58,7 +58,7 @@ class Prediction:
 
     @property
     def verdict(self) -> Literal["inside", "above", "below", "both"]:
-        """Where the measured values lie.
+        """The position of the measured values against the prediction.
 
         ``both`` where samples lie below the minimum and above the maximum; an upper bound alone has no *below*.
         """
@@ -68,7 +68,7 @@ class Prediction:
 
     @property
     def beyond(self) -> Fraction:
-        """How far beyond the prediction, at most.
+        """The greatest distance of a measured value outside the prediction.
 
         In the unit of the prediction; 0 where every sample is inside.
         """
@@ -117,7 +117,7 @@ class Input:
 
     @property
     def stated(self) -> tuple[Fraction, Fraction]:
-        """What the file states.
+        """The range that the file states.
 
         A pair (low, high) in the unit of the figure.
         """
@@ -161,7 +161,7 @@ class Kept:
 
     @property
     def is_newly_broken(self) -> bool:
-        """Whether it holds with the figures of the file, but not with measured ones, or not as measured itself.
+        """Whether the requirement holds with the figures of the file, but not with measured figures or as measured.
 
         These requirements are what measuring was for: the prediction said that they hold.
         """
@@ -205,12 +205,12 @@ class MeasuredComparison(Answer):
 
     @property
     def of(self) -> Literal["measured"]:
-        """What is compared."""
+        """The kind of things compared."""
         return "measured"
 
     @property
     def tolerance_ppm(self) -> Fraction:
-        """How far the mean of periods and rates may be from what is stated.
+        """The tolerance of the mean of measured periods and rates.
 
         In ppm of the stated value.
         """
@@ -218,7 +218,7 @@ class MeasuredComparison(Answer):
 
     @property
     def is_as_predicted(self) -> bool:
-        """Every metric inside its prediction, no figure beyond what the file states.
+        """Whether every metric is inside its prediction, and no figure beyond its stated range.
 
         With `still_holds` it is the verdict of the comparison.
         """
@@ -228,7 +228,7 @@ class MeasuredComparison(Answer):
 
     @property
     def still_holds(self) -> bool:
-        """Every requirement holds with the measured figures, and as far as its metric was measured.
+        """Whether every requirement holds with the measured figures, and with its measured metric where there is one.
 
         Judged with measured figures in the place of stated ones, and with the observed metric where it was recorded.
         """

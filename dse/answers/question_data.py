@@ -1,4 +1,4 @@
-"""What answers say of the question and its problem: settings, objectives, files, and which problem it was."""
+"""The question and the problem as answers state them: settings, objectives, files, identification."""
 
 from __future__ import annotations
 

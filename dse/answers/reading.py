@@ -29,7 +29,7 @@ def read_result(path: str | Path) -> dict[str, Any]:
 
 
 def read_stated(path: str | Path) -> dict[str, Any]:
-    """What a file states that says it is a result; its fields may still be anything.
+    """Read the data of a file that claims to be a result; its fields are not yet checked.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def read_stated(path: str | Path) -> dict[str, Any]:
 
 
 def no_json(text: str, error: ValueError, otherwise: str = "is not JSON") -> str:
-    """What a text is that was to be a file of `--json`, and is no JSON: a problem file, or `otherwise`.
+    """The error for a text that should be a file of `--json` and is no JSON: a problem file, or `otherwise`.
 
     A sentence for the error message; `error` is what the JSON reader says, with line and column.
     """

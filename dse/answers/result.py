@@ -184,7 +184,7 @@ class Result(Answer):
 
     @property
     def ranked_by(self) -> Annotated[Mapping[str, str], Json(kind=Ranking)]:
-        """How the points are ranked.
+        """The ranking of the points, in words.
 
         A mapping with ``method``, such as ``ideal``, and ``words``, which has every parameter.
         """
@@ -432,7 +432,7 @@ class Clash:
 
     @property
     def miss(self) -> Fraction | None:
-        """How far `closest` is beyond `limit`.
+        """The distance of `closest` beyond `limit`.
 
         In `unit`, at least 0; None for rules and where no closest limit is known.
         """
@@ -454,7 +454,7 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Search:
-    """What the search did: solver calls, seconds, workers and seed.
+    """The effort of the search: solver calls, seconds, workers and seed.
 
     It is the only part of a result that differs between two runs of one question with the same seed.
     """

@@ -166,7 +166,7 @@ class RobustResult(Answer):
 
 
 class Robust(Data):
-    """What a robust front costs against the nominal one."""
+    """The robust front compared with the nominal front."""
 
     OF = RobustResult
     WRITTEN = (

@@ -89,7 +89,7 @@ class FlowObservation:
 
     @property
     def outside(self) -> int:
-        """How many latencies lie outside `bounds_ns`.
+        """The number of latencies outside `bounds_ns`.
 
         A count of data, whatever the reason, contention that the question does not count included.
         """
@@ -114,7 +114,7 @@ class FlowObservation:
 
     @property
     def outside_words(self) -> str:
-        """What lies outside the bounds of the question that was asked, and why; empty where nothing does.
+        """The sentence on latencies outside the bounds of the question, with the reason; empty where none are.
 
         Words such as "3 of 200 latencies of main (...)" for the summary of a run.
         """
@@ -187,7 +187,7 @@ class TaskObservation:
 
     @property
     def outside_words(self) -> str:
-        """What lies outside the bound, and why; empty where nothing does."""
+        """The words for a value outside the bound, with the reason; empty where it is inside."""
         if not self.is_outside:
             return ""
         why = "" if self.is_compared else " (some threads are dispatched at no stated rate)"
@@ -225,7 +225,7 @@ class DisparityObservation:
 
     @property
     def outside_words(self) -> str:
-        """What lies outside the bound, and why; empty where nothing does."""
+        """The words for a value outside the bound, with the reason; empty where it is inside."""
         return f"the disparity of {self.name}{f' ({self.excuse})' if self.excuse else ''}" if self.is_outside else ""
 
 

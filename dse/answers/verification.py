@@ -80,7 +80,7 @@ class Verification(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 0 verified, 4 rejected, 5 unfinished.
+        """The exit code of the command line: 0 verified, 4 rejected, 5 unfinished.
 
         From the status alone: *verified*, *rejected* or *unfinished*.
         """

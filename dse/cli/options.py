@@ -197,7 +197,7 @@ def question_of(options: dict[str, Any], objectives: tuple[str, ...] = ()) -> Qu
 
 
 class Top(click.ParamType[int | None]):
-    """How many alternatives to show: a number, or ``all``.
+    """The parameter type for the number of alternatives to show: a number, or ``all``.
 
     Numbers from 1; raises a usage error of click for anything else.
     """

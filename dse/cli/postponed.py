@@ -19,7 +19,7 @@ POSTPONED = {"ortools.sat.python.cp_model": "pandas", "pydantic.plugin._loader":
 
 
 def postpone() -> None:
-    """From now on in this process; what is imported already stays.
+    """Postpone imports of heavy modules in this process; modules that are already imported stay.
 
     An import hook that replaces heavy modules by placeholders, which load the module on first use.
     """

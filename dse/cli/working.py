@@ -53,7 +53,7 @@ class Working:
 
     @property
     def seconds(self) -> float:
-        """How long the command has worked."""
+        """The wall time since the command began, in seconds."""
         return time.monotonic() - self._begun
 
     def tell(self, text: str) -> None:

@@ -81,7 +81,7 @@ class OpenTerm:
     message: int | None = None
     """The connection whose transmission and waiting for its bus it is."""
     waiting: Callable[[View, Fraction], int] | None = None
-    """What it is where the message waits so long (ns); None where limits on messages can be given up."""
+    """The value of the term for a wait of the message in ns; None where limits on messages can be relaxed."""
 
 
 class SolverModel(cp_model.CpModel):
@@ -197,7 +197,7 @@ class Board:
             self.model.add_exactly_one(literals)
 
     def forbid(self, literals: Sequence[Any]) -> None:
-        """Not all of the literals together; where there is a guard, only while it is true.
+        """Forbid that all literals are true together; where there is a guard, only while it is true.
 
         One clause of the negated literals.
         """

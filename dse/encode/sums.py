@@ -38,7 +38,7 @@ class Branch:
     form: Form
 
     def counted(self, sign: int, offset: int, step: int) -> tuple[frozenset[int], int, dict[int, int]]:
-        """Its literals, and constant and coefficients of its form (times `sign`) in steps above an offset.
+        """The literals of the case, and the constant and coefficients of its form, in steps above an offset.
 
         For the grid of values that the sum can have in a part of the space.
         """

@@ -48,7 +48,7 @@ Sizes = tuple[int, int]
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How measurements become figures; see `fit_measurements`.
+    """The options of a fit of measurements to lines; see `fit_measurements`.
 
     `sizes` and `without` select message sizes in bytes; `extremes` asks for tails up to what one sample in as many
     exceeds.

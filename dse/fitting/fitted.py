@@ -92,7 +92,7 @@ class Transport:
 
     @property
     def where(self) -> str:
-        """What was measured, and on what.
+        """The transport and the platform of the measurements.
 
         ``TRANSPORT on PLATFORM``, or what there is of it.
         """
@@ -133,7 +133,7 @@ class Execution:
 
     @property
     def where(self) -> str:
-        """What was measured, and on what."""
+        """The transport and the platform of the measurements."""
         return " on ".join(part for part in (self.name, self.platform) if part)
 
 

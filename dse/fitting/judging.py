@@ -51,7 +51,7 @@ class Remark:
 
 @dataclass(frozen=True)
 class Goodness:
-    """How well a line goes through the extremes of the sizes.
+    """The goodness of fit of a line through the extremes of the sizes.
 
     Times in ns; an envelope has nothing beyond it.
     """
@@ -64,7 +64,7 @@ class Goodness:
 
 
 def goodness(points: Points, line: LinearModel, *, upper: bool) -> Goodness:
-    """How well a line fits points.
+    """The goodness of fit of a line to points.
 
     `points` are pairs of a size in bytes and a time in ns; `upper` looks for maxima above the line, else for minima
     below.

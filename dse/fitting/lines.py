@@ -115,7 +115,7 @@ def below_upper(low: LinearModel, high: LinearModel, best_fixed: Part, best_slop
 
 
 def squares_parts(points: Points) -> tuple[Part, Part]:
-    """Of least squares: the mean of what is left, and the slope of a line through a point at size 0.
+    """The parts of least squares: the mean residual, and the slope of a line through a point at size 0.
 
     Two functions: the best fixed time for a slope, and the best slope for a fixed time.
     """
@@ -127,7 +127,7 @@ def squares_parts(points: Points) -> tuple[Part, Part]:
 
 
 def lower_envelope_parts(points: Points) -> tuple[Part, Part]:
-    """Of the lower envelope: the least of what is left.
+    """The parts of the lower envelope: the least residual, and the least slope from a point at size 0.
 
     Two functions: the greatest fixed time below all points for a slope, and the greatest slope for a fixed time.
     """
@@ -138,7 +138,7 @@ def lower_envelope_parts(points: Points) -> tuple[Part, Part]:
 
 
 def quantile_parts(samples: Iterable[tuple[int, Floats]], share: Fraction) -> tuple[Part, Part]:
-    """Of a quantile line: the quantile of what is left, for a slope with each sample counting as its size.
+    """The parts of a quantile line: the quantile of residuals, and that of slopes with samples weighted by size.
 
     Two functions: the fixed time for a slope, and the slope for a fixed time, such that the share `share` lies below.
     """

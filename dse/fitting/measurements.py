@@ -29,7 +29,7 @@ _PLAIN = re.compile(r"[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+([eE][+-]?
 
 
 class MeasuredGroup(NamedTuple):
-    """What was measured together: a transport, a platform, a component, a thread; "" where the file does not say.
+    """A group of samples with one transport, platform, component and thread; "" where the file does not state one.
 
     Samples of one group are fitted together.
     """

@@ -65,7 +65,7 @@ _PLAIN = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,2})?")
 
 @dataclass
 class Observed:
-    """What was measured of one thing: `figure` of `name` (which is "" where the metric is about the whole system).
+    """The measured values of one figure: `figure` of `name` ("" where the metric is about the whole system).
 
     Figures are in coherent units (s, B, B/s, Hz, 1); `unit` is what the file wrote the first of them in. `samples` are
     kept where there are any; rows with the figures of many have none. `count` is None where a row does not say it.
@@ -107,7 +107,7 @@ class Observed:
         return self.total / (self.count or 1) if self.is_mean_known else None
 
     def merged(self, other: Observed) -> Observed:
-        """What both say of the same thing: the least, the greatest, and the mean of all where that is known.
+        """Merge two observations of one figure: the least, the greatest, and the mean of all where it is known.
 
         A new object; samples are dropped.
         """
@@ -125,7 +125,7 @@ class Observed:
 
 
 def read_observed(paths: Sequence[Path]) -> tuple[list[Observed], list[str]]:
-    """What files of measurements say, in their order, and the columns that say nothing for this.
+    """Read files of measurements, in their order; also returns the columns that are not used.
 
     Raises
     ------

@@ -42,7 +42,7 @@ _CURRENT: ContextVar[_Allowance | None] = ContextVar("allowance", default=None)
 
 @contextmanager
 def allowed(pieces: int = PIECES) -> Iterator[None]:
-    """What is read inside has one allowance.
+    """Give everything that is read in the ``with`` block one common allowance.
 
     `pieces` is the number of parts and texts; expansion beyond it raises `TooMuchError`.
     """
@@ -95,7 +95,7 @@ def spend_text(text: str) -> str:
 
 @contextmanager
 def at(path: Path, line: int) -> Iterator[None]:
-    """What is too much, or nested too deeply, becomes a mistake of a file.
+    """Report input that is too large, or nested too deeply, as a mistake of a file.
 
     Raises
     ------

@@ -69,7 +69,7 @@ class Element:
         return (item for item in self.parts if item.tag in tags)
 
     def all(self) -> Iterator[Element]:
-        """It, and whatever is in it, in the order of the file.
+        """The element and all elements inside it, in the order of the file.
 
         Depth-first; each element uses up a piece of the allowance.
         """

@@ -38,7 +38,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Imported:
-    """What an importer made of a file.
+    """The document that an importer made from a file, with remarks.
 
     `document` is plain data with the keys of a problem file (or of a file to include); `remarks` say what was not
     understood or left out, each with its place; `places` tell where a value comes from, by its path in the document.
@@ -236,7 +236,7 @@ def is_model(path: Path) -> bool:
 
 
 def found_below(folder: Path, pattern: str) -> Iterator[Path]:
-    """What is called so in a folder and those within it, folder by folder; symbolic links are not followed.
+    """The files and folders below a folder whose name matches a pattern; symbolic links are not followed.
 
     `pattern` is a shell pattern; names in alphabetical order within each folder.
     """
@@ -303,7 +303,7 @@ def _check_content(path: Path) -> None:
 
 
 def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any] | None = None) -> Imported:
-    """What a file of another format says, as a document.
+    """Import a file of another format as a document.
 
     Raises
     ------

@@ -149,7 +149,7 @@ class Builder(Generic[P]):
         self._document.setdefault("objectives", []).extend(f"maximise {metric}" for metric in metrics)
 
     def set(self, section: str, value: Value) -> None:
-        """Any other key of the file's top level, such as ``baseline``, ``metrics`` or ``uncertainty``.
+        """Set any other key of the file's top level, such as ``baseline``, ``metrics`` or ``uncertainty``.
 
         `value` is plain data as a file has it: text, numbers, lists and mappings, checked only when the problem is
         built. A section that is set a second time replaces the first.

@@ -153,7 +153,7 @@ class Model(os.PathLike[str]):
 
     @property
     def options(self) -> dict[str, str]:
-        """What is stated, by name.
+        """The import options that are stated, by name.
 
         At most ``root``, ``mode`` and ``library`` (folders separated by commas), as the options of ``dse import`` have
         them; what is not stated is left out.

@@ -59,7 +59,7 @@ def decisions_as_texts(design: Decided) -> list[str]:
 
 
 class Question(TypedDict, total=False):
-    """What a caller adds to the question of a problem file.
+    """The keywords by which a caller extends the question of a problem file.
 
     ``max_METRIC`` limits a metric, as text with a unit: ``"20 ms"`` for every flow, processor or bus, ``"my_flow=20
     ms"`` or ``{"my_flow": "20 ms"}`` for one. ``require`` holds requirements and rules in the words of the problem
@@ -138,7 +138,7 @@ class Changes:
         return any((self.limits, self.require, self.objectives, self.fix, *self.settings.values()))
 
     def then(self, more: Changes) -> Changes:
-        """These changes and further ones: limits, requirements and fixed decisions add up, the others replace.
+        """Combine with further changes: limits, requirements and fixed decisions add up, the other settings replace.
 
         A new `Changes`; neither of the two is modified. Of settings and objectives the later statement holds, so that a
         result's question can be asked again with one more limit.
@@ -203,7 +203,7 @@ def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str
 
 
 class Limited(NamedTuple):
-    """How a limit of a metric is told: an example; what each has its own, if that is so; its name; else whose it is.
+    """The parts of the help text on a limit of a metric: example, elements with a limit each, name, owner.
 
     Used to write the keyword's help text: `example` is a value with its unit, such as ``20 ms``.
     """

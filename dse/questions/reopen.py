@@ -217,7 +217,7 @@ ANSWERS: Final[Mapping[str, tuple[str, str]]] = {
 
 @arguments.checked(path=arguments.path)
 def read(path: str | Path) -> DataAnswer | Form:
-    """What a command wrote with ``--json``, of any format, as it was written: nothing is computed again.
+    """Read a file that a command wrote with ``--json``, of any format, without computing anything again.
 
     Parameters
     ----------

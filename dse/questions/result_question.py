@@ -121,7 +121,7 @@ def stated_question(space: Space) -> dict[str, Any]:
 
 
 def question_of(space: Space, effective: Mapping[str, Any]) -> Question:
-    """What the question of a result asks beyond that of the file's space, in the words of `Problem.ask`.
+    """The question of a result, as far as it differs from the file's question, as keywords of `Problem.ask`.
 
     Keywords for `Problem.ask`: settings that differ, requirements and rules that the file does not state, decisions
     fixed beyond it, and the objectives where they differ.

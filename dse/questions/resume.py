@@ -146,7 +146,7 @@ def _read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQu
 
 
 def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:
-    """What a robust result says of the nominal front, in the form of a result.
+    """The nominal front of a robust result, in the form of a result.
 
     A mapping in the form of a plain result, so that its checks can be used for the nominal front. `data` is not
     modified.

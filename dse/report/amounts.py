@@ -61,7 +61,7 @@ def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 
 
 
 def slack_words(slack: Fraction, unit: str, currency: str, digits: int = 6) -> str:
-    """How far a value is from its limit; a dash where the value is unbounded.
+    """The slack between a value and its limit as text; a dash where the value is unbounded.
 
     Text such as ``1.934 ms``, in the unit that engineers read, rounded to `digits` decimals.
     """
@@ -102,7 +102,7 @@ def _limit_words(margin: Margin, currency: str) -> str:
 
 
 def rate_words(loss: Delta, gain: Delta, currency: str) -> str:
-    """What one unit of gain costs: ``138.9 EUR per ms``.
+    """The rate of a trade-off, loss per unit of gain: ``138.9 EUR per ms``.
 
     `loss` and `gain` are two objectives of one step on the front; their quotient is in display units, with four digits.
     """
@@ -145,7 +145,7 @@ MOST_ROWS = 400
 
 
 def decisions_text(chosen: Mapping[str, str], names: Sequence[str]) -> str:
-    """Some decisions of a design in words.
+    """The text of the named decisions of a design.
 
     Text such as ``computer Spectra, ekf.period 5 ms``, in the order of `names`; the suffix ``.type`` is dropped.
     """

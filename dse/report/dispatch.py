@@ -53,7 +53,7 @@ Told: TypeAlias = (
 
 
 def page_of(answer: Told) -> Page:
-    """What is said of an answer, whole.
+    """The complete page of an answer.
 
     A `Page` for the answer of any verb, chosen by its type.
     """

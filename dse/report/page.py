@@ -103,7 +103,7 @@ class Table:
 
     @property
     def left_out(self) -> str:
-        """What a file says of the rows that it does not have; "" where it has all."""
+        """The remark on rows that a file leaves out; "" where it has all rows."""
         more = len(self.rows) - len(self.written)
         return f"{more} more rows are in JSON and CSV." if more else ""
 

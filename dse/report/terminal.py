@@ -58,7 +58,7 @@ def print_page(console: Console, page: Page, *, every: bool = False, lines: int 
 
 
 def page_height(console: Console, page: Page) -> int:
-    """How many lines a page takes that is printed whole.
+    """The height of a page that is printed in full, in lines.
 
     Counted by printing into a buffer with the console's width; decides between the whole page and its brief form.
     """

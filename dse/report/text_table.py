@@ -43,7 +43,7 @@ class Grid:
         return max([body, *(cell_len(part) for part, _ in _parts(self.headings[at]))])
 
     def most(self, at: int) -> int:
-        """How wide a column is where nothing is wrapped.
+        """The width of a column without wrapping.
 
         In columns of the terminal: wide letters count as two.
         """
@@ -92,7 +92,7 @@ class Grid:
         return lines
 
     def only(self, columns: Sequence[int]) -> Grid:
-        """Some of the columns.
+        """The grid with the given columns only.
 
         `columns` are indices; headings, rows and the columns that align right are kept in that order.
         """

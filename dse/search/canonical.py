@@ -24,7 +24,7 @@ from dse.space.model.space import Design
 
 @dataclass
 class InOrder:
-    """How depth-first searches in the order of the file went, from point to point, each with its settings.
+    """Statistics of depth-first searches in the order of the file, by solver settings.
 
     Counts misses and successes and the work of each setting, to choose the setting for the next point.
     """
@@ -34,7 +34,7 @@ class InOrder:
     spent: dict[SolverSettings, float] = field(default_factory=dict)  # work, in vain or not
 
     def elsewhere(self) -> InOrder:
-        """What this says of points that are not near: what designs cost, and which relaxations are in vain.
+        """The statistics that also hold for distant points: the cost of designs, and the failed relaxations.
 
         A copy with the costs, and with the misses of settings that have a linear relaxation.
         """

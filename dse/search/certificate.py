@@ -15,7 +15,7 @@ ANYTHING = 2**62
 
 @dataclass(frozen=True)
 class ObjectiveScale:
-    """How a search counts: each objective in steps above an offset; `everywhere` is the bound of all, in steps.
+    """The unit of each objective in a search: steps above an offset; `everywhere` bounds all objectives, in steps.
 
     The solver counts whole steps from 0; results have counting units.
     """
@@ -48,7 +48,7 @@ class ObjectiveScale:
         return tuple(steps for steps, _ in parts)
 
     def held(self, bounds: Iterable[Bound]) -> list[Bound]:
-        """What regions of a wider question, in counted objectives, hold of this one: in steps, none inside another.
+        """The regions of a wider question, in counted objectives, as regions of this one in steps, none inside another.
 
         A bound is rounded up to the next value that there is here: the region holds the same designs as before. One
         that is below all values leaves nothing of its region.
@@ -67,7 +67,7 @@ class ObjectiveScale:
 
 @dataclass(frozen=True)
 class FrontSearch:
-    """What a search found and proved.
+    """The points that a search found, and the regions that it proved empty.
 
     `points` maps objective vectors (counted, as `Measure.integer` gives them) to designs. `unexplored` are the regions
     still open and `refuted` those proved empty: exclusive upper bounds in the same units, minimised objectives
@@ -96,7 +96,7 @@ class FrontSearch:
 
 
 def narrowed(search: FrontSearch, senses: Sequence[str], keeps: Callable[[Design], bool]) -> FrontSearch:
-    """What a search found for a narrower question: only the designs that `keeps` accepts are designs of that.
+    """The state of a search for a narrower question, whose designs are those that `keeps` accepts.
 
     What was refuted stays refuted. What only points dominated that are none any more is open again.
     """

@@ -34,7 +34,7 @@ class Insistence:
         self.whole = replace(whole, points=points, frame=ObjectiveScale(self._encoded.everywhere, offsets, steps))
 
     def known(self, decision: int, option: int) -> FrontSearch:
-        """What of the whole front is the front with an option, and what is left to search.
+        """The part of the whole front that has an option, and the regions left to search for the front with the option.
 
         As with a fixed decision, a design that has no use for the decision is one that has the option.
         """

@@ -37,7 +37,7 @@ def signed(evaluator: Evaluator, values: Bound) -> tuple[int, ...]:
 
 
 def claimed_by(evaluator: Evaluator, encoded: EncodedSpace, steps: Bound) -> tuple[int, ...]:
-    """What the solver says of a design with a point: its objectives in their own sense.
+    """The objectives that the solver claims for a design, each in its own sense.
 
     The referee compares them with the analysis of the design.
     """

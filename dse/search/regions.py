@@ -71,7 +71,7 @@ class RefutedRegions:
         return any(inside(region, known) for known in self.regions)
 
     def add(self, region: Bound) -> None:
-        """No design lies strictly below `region`.
+        """Record that no design lies strictly below `region`.
 
         Regions that the new one contains are dropped.
         """
@@ -106,7 +106,7 @@ class SearchRegions:
         self.refuted = RefutedRegions()
 
     def refute(self, region: Bound) -> None:
-        """No design lies strictly below `region`; drop every open region inside.
+        """Record that no design lies strictly below `region`, and drop every open region inside.
 
         Proved by a solver call, or known from the bounds of objectives.
         """
@@ -187,7 +187,7 @@ def local_upper_bounds(start: Bound, points: Iterable[Bound], most: int) -> list
 
 
 def restrict(encoded: EncodedSpace, regions: Sequence[Bound], floor: Bound | None = None) -> None:
-    """Only designs in one of the regions, with objectives of at least `floor`.
+    """Restrict the model to designs in one of the regions, with objectives of at least `floor`.
 
     Sets domains of the model's objective variables and switches; nothing is added to the model.
     """
@@ -205,7 +205,7 @@ def restrict(encoded: EncodedSpace, regions: Sequence[Bound], floor: Bound | Non
 
 @contextmanager
 def valued(model: cp_model.CpModel, least: int | None, most: int | None) -> Iterator[None]:
-    """What is minimised has only values from `least` to `most`, as far as they are known.
+    """Limit the minimised objective to values from `least` to `most`, as far as they are known.
 
     Bounds of the objective in solver steps; the domain is cleared at the end.
     """

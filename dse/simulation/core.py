@@ -42,7 +42,7 @@ class Job:
 
     @property
     def is_interrupt(self) -> bool:
-        """Whether it is none of a thread.
+        """Whether the job is an interrupt, not a job of a thread.
 
         Interrupts run before every thread and do not use a thread's budget.
         """
@@ -50,7 +50,7 @@ class Job:
 
     @property
     def is_held(self) -> bool:
-        """Whether it is inside its section, not at either end of it.
+        """Whether the job is inside its non-preemptive section, not at either end of the section.
 
         Such a job is not preempted by other threads.
         """
@@ -130,7 +130,7 @@ class Server:
 
     @property
     def left(self) -> Exact:
-        """What is left of its budget.
+        """The remaining budget of the reservation.
 
         In ns.
         """

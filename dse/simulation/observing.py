@@ -31,7 +31,7 @@ class Setting:
 
 @dataclass
 class Observation:
-    """What a run showed: latencies by flow, response times by task (most), what was lost where.
+    """The observations of a run: latencies by flow, longest response times by task, lost messages by place.
 
     `dropped` has for each connection how many of its messages made place for newer ones before a join of all took them.
 

@@ -391,7 +391,7 @@ def _rooms(space: Space, figures: PlanFigures, number: int) -> dict[int, int | N
 
 
 def _keeps(space: Space, figures: PlanFigures, key: TaskKey, *, endless: bool) -> int | None:
-    """How many jobs of a task wait in an executor that polls; None in others, and where all wait."""
+    """The most jobs of a task that wait in an executor that polls; None in other executors, and where all wait."""
     number, part = key
     figure, executor = figures.components[number], figures.executors[number]
     if executor is None or figures.kinds[executor] != "polling" or figure.joins or figure.separation_ns is not None:

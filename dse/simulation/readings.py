@@ -73,7 +73,7 @@ class ConnectionFigures:
 
 @dataclass(frozen=True)
 class Overheads:
-    """What a processor takes from its threads: two context switches for a job, and what goes before all of them.
+    """The overheads of a processor: the time of two context switches for each job, and the interrupts.
 
     In ns.
     """

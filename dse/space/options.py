@@ -66,7 +66,7 @@ ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_sw
 
 
 def unknown_field(space: Space, name: str) -> tuple[str, str]:
-    """What is wrong with a name that no field has, and which come close.
+    """The error message for a name that no field has, and a hint with the closest names.
 
     A message and a hint; fields of the same component are suggested first.
     """

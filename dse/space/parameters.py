@@ -22,7 +22,7 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 
 @dataclass(frozen=True)
 class _Times:
-    """What a thread takes with one value of a parameter, as a type of a thread would state it."""
+    """The execution time of a thread for one value of a parameter, in the form of a thread type."""
 
     compute_execution_time: Any
 

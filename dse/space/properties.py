@@ -46,7 +46,7 @@ class Owner:
 
 @dataclass
 class Ledger:
-    """What building a space collects: decisions, what rules may refer to, and every mistake found.
+    """The records of building a space: decisions, names that rules may refer to, and every mistake found.
 
     Names in doubt after a mistake are remembered, so that no further message follows from the first.
     """
@@ -149,7 +149,7 @@ class Ledger:
         return any(mentions(text, word) for word in words)
 
     def origin(self, path: Path) -> str:
-        """Where `path` stands in the problem file, as ``file:line``.
+        """The position of `path` in the problem file, as ``file:line``.
 
         Text; shown with requirements, rules and objectives in every answer.
         """
@@ -242,7 +242,7 @@ def type_choice(decision: int | None, branches: Sequence[Tree]) -> Tree:
 
 @dataclass(frozen=True)
 class Unstated:
-    """What a type counts with in a field that it does not state: no option of anything.
+    """The default value of a field that a type does not state; it is no option of a decision.
 
     A default of the schema; a decision is only made of what the file states.
     """

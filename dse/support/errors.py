@@ -178,7 +178,7 @@ class UsageError(DseError):
 
 @contextmanager
 def about(path: object) -> Iterator[None]:
-    """What is wrong with the use of a file is told with its path.
+    """Add the path of a file to each `UsageError` about its use.
 
     Raises
     ------

@@ -23,7 +23,7 @@ from typing import Annotated, Any, Final, TypeAlias
 
 
 class Mark(Enum):
-    """How values are written, where their type does not say it.
+    """A mark on the type of a field that says how its values are written.
 
     Used in `Annotated` of a field, such as ``Annotated[Fraction, NULL, "text"]``; the codec reads it.
     """

@@ -126,7 +126,7 @@ class TimeLimit:
         return self if self.seconds is None else self.sparing((self.seconds - self.left_s) / 2)
 
     def at_most(self, seconds: float) -> TimeLimit:
-        """What is left, but no more than so many seconds from now.
+        """The limit, but at most `seconds` from now.
 
         A new limit; `seconds` may be infinite.
         """
@@ -140,7 +140,7 @@ _DEADLINE: ContextVar[float | None] = ContextVar("deadline", default=None)
 
 @contextmanager
 def until(limit: TimeLimit | float | None) -> Iterator[None]:
-    """What is computed inside ends with `OutOfTime` soon after a limit, or a moment of the monotonic clock.
+    """End the computation in the ``with`` block by `OutOfTime` soon after a limit or a time of the monotonic clock.
 
     None is no limit; of two limits, one inside the other, the sooner holds.
     """
@@ -197,7 +197,7 @@ def in_time(items: Iterable[T], every: int = 100) -> Iterator[T]:
 
 @dataclass
 class Work:
-    """What reads something of any size, piece by piece: it looks at the clock once in `EVERY` pieces.
+    """A count of pieces read, which checks the clock once in `EVERY` pieces.
 
     So what is small is always read, however little time there is.
 

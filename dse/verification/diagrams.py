@@ -57,7 +57,7 @@ class Node:
 
     @cached_property
     def remainders(self) -> dict[Any, Any]:
-        """What was found out about it for some of the options (`dse.verification.restricted_diagrams`)."""
+        """The known remainders of the node for some of the options (`dse.verification.restricted_diagrams`)."""
         return {}
 
 

@@ -34,7 +34,7 @@ class Prover(Protocol):
 
     @property
     def left_aside(self) -> str:
-        """What it does not look at where it tells which of several designs is the first; empty where all counts."""
+        """The decisions not compared between designs with one objective vector, in words; empty where all are."""
         ...
 
     def in_region(
@@ -57,7 +57,7 @@ class Prover(Protocol):
         ...
 
     def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether it is easily proved of several at once that `earlier_design` finds none.
+        """Whether one quick proof shows for several claims that `earlier_design` finds no design.
 
         True is a proof for every pair of a vector and a design; False says nothing.
         """

@@ -56,7 +56,7 @@ class Row:
 
     @cached_property
     def alone(self) -> dict[int, list[int]]:
-        """What the options of a decision add in the parts that look at it alone."""
+        """The summands of each decision's options, in the parts that look at this decision alone."""
         found: dict[int, list[int]] = {}
         for part in self.parts:
             if isinstance(part, Node) and not is_deep(part):
@@ -81,7 +81,7 @@ class Row:
 
 
 class Reduction:
-    """What every design has in common: rows, and for each decision the positions of options that they leave."""
+    """The rows that every design keeps, and for each decision the positions of options that the rows leave."""
 
     def __init__(self, tables: Tables) -> None:
         self.tables = tables
@@ -161,7 +161,7 @@ class ReducedRegion:
         self._forms = [] if levels is None else [add_pools, add_levels]  # those that were not asked yet
 
     def is_refuted(self, limit: float, deadline: float | None) -> bool:
-        """Whether it can be shown, with so much deterministic time, that there is no solution.
+        """Whether the question is proved infeasible within `limit` of deterministic time.
 
         True is a proof; False means a solution, or no answer within `limit` and `deadline`.
         """
@@ -402,7 +402,7 @@ def _add_in_steps(
 
 
 class RemainingOptions:
-    """What is left of each decision, as the position of an option and as literals, each where it is asked for.
+    """The remaining options of each decision as variables: the position of the option, and one literal per option.
 
     Variables are made on first use, and the two forms are linked where both exist.
     """

@@ -82,7 +82,7 @@ class Remainder:
 
 
 def remainder(diagram: Node, left: Left) -> Remainder:
-    """What is left of a diagram: the same object wherever the same options are."""
+    """The remainder of a diagram with some options; one object for equal options."""
     looked_at = diagram.looked_at
     where = tuple([tuple(left[decision]) for decision in looked_at])
     found = diagram.remainders.get(where)

@@ -27,7 +27,7 @@ class Sum:
     waits: tuple[tuple[int, int], ...] = ()
     """Threads with how often their waiting counts on top, in units of the tables' `Waits`."""
     passages: tuple[tuple[int, int], ...] = ()
-    """Times of flows until a component reads, by their places in the tables' `passages`, and how often each counts."""
+    """Times of flows until a component reads, as places in the tables' `passages`, each with its multiplicity."""
     floors: tuple[Diagram, ...] = ()
     """Diagrams whose sum these are never less than, as often as they count."""
 
@@ -158,7 +158,7 @@ class Waits:
     priorities: Mapping[int, Diagram]
     latest: Mapping[int, Diagram]
     messages: Mapping[int, Callable[[View], Fraction]] = field(default_factory=dict)
-    """For each message what it waits in a design, in ns, by a key below 0."""
+    """The wait of each message in a design, in ns, by a key below 0."""
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:
         """The time between two jobs of a thread; None where there is one only.

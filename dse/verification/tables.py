@@ -40,7 +40,7 @@ ONE = Fraction(1)
 FEW_DECISIONS = 10
 """With more open decisions a response time surely has too many cases to tabulate."""
 FEW_OF_MESSAGES = 5
-"""So has that of a message, which depends on all on its bus."""
+"""With more open decisions the response time of a message has too many cases: it depends on all of its bus."""
 FEW_LEAVES = 100
 """A response time with more cases than this is judged design by design."""
 FEW_CASES = 300
@@ -409,7 +409,7 @@ def may_hold_waiting(space: Space, metric: Metric) -> bool:
 
 
 def _waited(term: Term, view: View) -> Fraction:
-    """How much more a figure is than where nothing waits."""
+    """The increase of a figure by waiting, against its value without any waiting."""
     return term.value(view) - _least_of(term, view)
 
 

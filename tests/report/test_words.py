@@ -56,6 +56,8 @@ LEANING = re.compile(r"The same|That of|Those |See `|So (often|many|much|deep|lo
 """How a docstring begins that needs the one above it."""
 NOT_READ_YET = ("encode/scheduling", "verification/scheduling")
 """Folders where a docstring may still lean on its neighbour."""
+CLAUSE = re.compile(r"What\b")
+"""How a public docstring begins that has a clause in place of the noun of the field."""
 
 
 def public_docstrings(tree: ast.AST) -> Iterator[str]:
@@ -90,6 +92,16 @@ def test_no_docstring_leans_on_its_neighbour() -> None:
         for node in ast.walk(tree)
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
         if LEANING.match(str(node.value.value))
+    ]
+    assert found == []
+
+
+def test_public_docstrings_begin_with_a_noun_or_a_verb() -> None:
+    found = [
+        f"{path.relative_to(DSE)}: {text.splitlines()[0]}"
+        for path, tree in modules()
+        for text in public_docstrings(tree)
+        if CLAUSE.match(text)
     ]
     assert found == []
 

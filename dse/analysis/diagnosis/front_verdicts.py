@@ -77,7 +77,7 @@ def with_contention(space: Space) -> Space | None:
 
 @dataclass(frozen=True)
 class Judged:
-    """What a design breaks, as `design` of `space`, the question with contention and the order that it is judged in."""
+    """The violations of a design, as `design` of `space`: the question with contention and an order of threads."""
 
     misses: tuple[Miss, ...]
     space: Space
@@ -101,7 +101,7 @@ class ContentionReferee:
         self._limits = self._limits_of(counted)
 
     def judge(self, design: Design) -> Judged:
-        """What a valid design keeps and breaks, in the order of the requirements.
+        """The violations of a valid design with contention counted, in the order of the requirements.
 
         Raises
         ------
@@ -149,7 +149,7 @@ def core_by(space: Space, component: Component, view: View) -> str:
 
 
 def core_origins(space: Space) -> frozenset[str]:
-    """Who chooses the cores of threads on processors with several, in the words of `core_by`, in any design.
+    """The ways in which threads on processors with several cores get their core in any design, as `core_by` names them.
 
     A subset of ``stated``, ``decided`` and ``first-fit``; empty where each processor has one core.
     """
@@ -178,7 +178,7 @@ def cores_of(space: Space, design: Design) -> Mapping[int, int]:
 
 
 def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:
-    """Who runs where on each processor with several cores, and whether that keeps all that is required of cores.
+    """The assignment of threads to cores on each processor with several, and whether it meets the limits on cores.
 
     Processor indices to `Spread` objects with cores, loads and status; remembered for each space.
     """

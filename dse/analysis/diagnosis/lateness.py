@@ -99,7 +99,7 @@ class Late:
 
     @property
     def is_late_alone(self) -> bool:
-        """Whether its own work takes longer than it may.
+        """Whether the thread's own work alone exceeds its limit.
 
         No order of threads can help then.
         """
@@ -107,7 +107,7 @@ class Late:
 
     @property
     def ends_ns(self) -> Exact | None:
-        """When a job of it ends after its release, if `waits` tell it; else null.
+        """The latest end of a job after its release, where `waits` has it; else null.
 
         In ns: the sum of the segments' response times.
         """
@@ -164,7 +164,7 @@ class Teller:
                 yield self._late(found, verdict.limit, partial(_holds, verdict))
 
     def unbounded(self, number: int) -> Late | None:
-        """Why a thread, by number, has no bound where nobody limits its response time; None where it has one.
+        """The reason why a thread without a limit has no response-time bound; None where it has a bound.
 
         A `Late` without a limit; the cause is an overloaded core, or a thread of higher priority without a bound.
         """

@@ -33,7 +33,7 @@ OF_BUSES = ("load", "busy")
 
 @dataclass(frozen=True)
 class Use:
-    """What a thread uses of a core, or a connection of a bus.
+    """The share of a core that one thread uses, or the share of a bus that one connection uses.
 
     Shares are exact, in ppm.
     """

@@ -69,7 +69,7 @@ class _Transfer:
 
 
 def design_remarks(space: Space, view: View) -> Iterator[str]:
-    """Everything to remark of a design.
+    """All remarks on a design.
 
     Sentences about minima above maxima, messages that are dropped, extrapolated sizes, reads that data just miss, and
     threads without execution time.
@@ -398,7 +398,7 @@ def _sizes(space: Space, bus: int, item: Connection, view: View) -> SizeRange | 
 
 
 def outside_words(found: Collection[Outside]) -> Iterator[str]:
-    """What is to be said of them, in one sentence; nothing where there are none.
+    """The remark that transmission times are extrapolated to other message sizes; nothing where `found` is empty.
 
     At most one sentence with at most `SHOWN_OF_KNOWN_SIZES` messages.
     """

@@ -37,7 +37,7 @@ MOST_ROUNDS = 10_000
 
 @dataclass(frozen=True)
 class Shorter:
-    """What alone would let a late thread end in time.
+    """A reduction of one execution time that alone lets a late thread meet its limit.
 
     In ns; the least whole cut that is enough while every other time stays.
     """
@@ -81,7 +81,7 @@ class Trials:
         return solution_of(self.space, self.view).system
 
     def candidates(self, keys: Sequence[TaskKey]) -> list[Candidate]:
-        """What may be shortened for these tasks of a thread: they, what goes before them, and what blocks them.
+        """The times whose reduction shortens the response times of these tasks: their own, interference and blocking.
 
         At most `MOST_CANDIDATES`; jobs and sections with no time are left out.
         """

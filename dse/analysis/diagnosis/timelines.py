@@ -27,7 +27,7 @@ SECTION = "less urgent"
 
 @dataclass(frozen=True)
 class Piece:
-    """Some job of a thread (from 1) has the core, from the beginning of the busy period on.
+    """A piece of a busy period: an interval in which one job of a thread runs; `job` counts from 1.
 
     Times in ns from the beginning of the busy period; a preempted job has several pieces.
     """

@@ -152,7 +152,7 @@ def _arrival_ns(space: Space, step: Step, view: View) -> tuple[Step, Exact, Exac
 
 
 def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
-    """What sampling adds to the largest difference of latencies within one run (docs/semantics.md, section 3.6).
+    """The contribution of sampling to the run jitter of a flow, in ns (docs/semantics.md, section 3.6).
 
     None where it is that of all runs: offsets are known, or the clocks drift.
     """
@@ -167,7 +167,7 @@ def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """What offsets say of a wait, with d = offset of the receiver - offset of the sender.
+    """The range of a wait by its offsets, with d = offset of the receiver - offset of the sender.
 
     It is at most (d + `most_ns`) mod `step_ns`, and at least (d + `least_ns`) mod `step_ns` less `less_ns`, and 0.
     """
@@ -179,7 +179,7 @@ class Phase:
 
 
 def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exact], Phase | None]:
-    """What an element of a flow adds at least and at most without what its offsets say, and what they say.
+    """The least and greatest contribution of an element of a flow without its offsets, and the `Phase` of these.
 
     That is None for sampling of other clocks.
     """

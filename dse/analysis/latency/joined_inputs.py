@@ -100,7 +100,7 @@ class Join:
         return connection.name if connection.source is None else self.space.components[connection.source].stated_as
 
     def room(self, wire: int) -> int | None:
-        """How many messages of an input wait at most; None where all that come do.
+        """The greatest number of messages of an input that wait; None where the queue has no limit.
 
         The queue size of the input in messages.
         """
@@ -109,7 +109,7 @@ class Join:
     # --- bounds of a wait ---------------------------------------------------------------------------------------
 
     def longest_wait(self, step: Step) -> tuple[Exact, int]:
-        """How long a message of the input of a step waits at most, and for which other one.
+        """The longest wait of a message of the input of a step, and the other input that it waits for.
 
         A pair of a time in ns and a connection's index; the smaller of two bounds, by queues and by order of arrival.
         """
@@ -291,7 +291,7 @@ def _phase_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exa
 
 
 def _first_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exact, Exact]:
-    """How much later than the first release of `one` the first of `other` is, at least and at most, in ns."""
+    """The least and greatest time from the first release of `one` to the first release of `other`, in ns."""
     anyhow = -one.period_ns, other.period_ns
     if one.kind != "component" or other.kind != "component":
         return anyhow

@@ -195,7 +195,7 @@ class Gain:
 
 
 def clock_gains(space: Space, flow: Flow) -> tuple[Gain, ...]:
-    """What a flow would gain at most from timers that keep their phase, in a problem that says nothing of clocks.
+    """The greatest gains of a flow from timers that keep their phase, in a problem that states no clocks.
 
     Between neighbours with periods T_i and T_j the pair bound is T_j - g + r, r >= 0, against T_j: g at most, the
     greatest over all designs. Nothing is said of neighbours whose cases are too many to look through.

@@ -65,7 +65,7 @@ def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str
 
 
 def callback_row(space: Space, component: Component, view: View) -> Row | None:
-    """What the callback of a hybrid component takes before its timer samples; None where there is none.
+    """The row of the callback of a hybrid component, which runs before its timer samples; None without a callback.
 
     Times in ns; with response times the worst case includes waiting.
     """
@@ -86,7 +86,7 @@ def callback_ns(space: Space, component: Component, view: View) -> tuple[Exact, 
 
 
 def skipped_ns(space: Space, number: int, view: View) -> Exact:
-    """How much longer than its period two jobs of a timer may be apart by their releases, in ns; 0 if it skips none.
+    """The most by which the releases of two consecutive jobs of a timer exceed its period, in ns; 0 if it skips none.
 
     A job waits at most for its response time less its longest execution. Where that is shorter than a period it has
     begun when the next is released.
@@ -96,7 +96,7 @@ def skipped_ns(space: Space, number: int, view: View) -> Exact:
 
 
 def longest_wait_ns(space: Space, number: int, view: View) -> Exact | None:
-    """How long a job of a timer in an executor that polls waits until it begins, in ns; None of any other component.
+    """The longest wait of a timer's job until it begins in an executor that polls, in ns; None for other components.
 
     Releases that come meanwhile are skipped.
     """

@@ -119,7 +119,7 @@ def _steps(time: Exact, step: Exact) -> Exact:
 
 
 def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
-    """What sampling adds to the largest difference of latencies of one run, whatever the offsets, known or not.
+    """The contribution of sampling to the run jitter, in ns, for any offsets.
 
     Data whose time to arrive spreads over s reach a read within s rounded up to whole steps of g, and a period less g
     behind it; s itself counts with what spreads it. Where jobs read when they begin it is a period, a safe bound.

@@ -27,7 +27,7 @@ from dse.support.units import Exact
 
 
 def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
-    """What skipped releases add to the reaction time of a flow, or to the age of what it brings.
+    """The terms of skipped releases in the reaction time of a flow, or in the age of its data.
 
     In the reaction time something sensed waits for the first timer. In an age each timer adds that another follows.
     """
@@ -74,7 +74,7 @@ def own_job_row(space: Space, step: Step, component: Component, view: View) -> R
 
 
 def own_job_ns(space: Space, step: Step, view: View) -> Exact:
-    """How much less than its period and its response time together data wait that a timer samples, in ns.
+    """The time to subtract where the period and the response time of a timer both count one of its own jobs, in ns.
 
     In an executor that asks for more than a core its response time is that of rounds, which has a job of its own in the
     round that runs. If that ran when data came its next release comes meanwhile; if none did it does not count. What

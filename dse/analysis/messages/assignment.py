@@ -88,7 +88,7 @@ class _Quick:
 
     @staticmethod
     def of(own: Task, urgent: Sequence[Task]) -> _Quick | None:
-        """None where some of them are released otherwise."""
+        """The data of the quick test; None where some messages are released otherwise than by one plain stream."""
         if any(len(item.streams) != 1 or item.separation_ns is not None for item in (own, *urgent)):
             return None
         work: dict[tuple[int, Exact], Exact] = {}

@@ -25,7 +25,7 @@ from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 
 NEVER = 10**18
-"""In place of a deadline, in ns."""
+"""The deadline of messages without one, in ns."""
 MOST_CASES = 64
 """A bound with more cases than this is taken for another one than the deadline."""
 
@@ -45,7 +45,7 @@ class Conflict:
 
     @property
     def members(self) -> tuple[int, ...]:
-        """All messages that count."""
+        """The messages of the conflict: the group, those behind it, and the blocker."""
         found = (*self.group, *self.behind)
         return found if self.blocker is None else (*found, self.blocker)
 
@@ -154,7 +154,7 @@ class _Shrinking:
     numbers: Mapping[int, int]
 
     def least(self, stuck: Sequence[int]) -> Conflict | None:
-        """As few of the stuck messages, by their places, as are late together."""
+        """The conflict with the fewest of the stuck messages (given by place) that are late together."""
         group = sorted(stuck, key=lambda place: self._limit(place))
         if not self.fails(group):
             return None

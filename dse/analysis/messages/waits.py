@@ -76,7 +76,7 @@ class MessageResponse:
 
     @property
     def blocking_ns(self) -> Exact:
-        """How long a less urgent frame that has begun keeps the bus.
+        """The blocking: the longest time that a less urgent frame that has begun keeps the bus.
 
         In ns; at most one frame blocks, because frames are not preempted.
         """
@@ -89,7 +89,7 @@ class MessageResponse:
 
     @property
     def earlier_ns(self) -> Annotated[Exact, Json(default=0)]:
-        """What earlier ones of its own take before it; missing where there is none.
+        """The transmission time of earlier messages of the same connection that go first; missing where there are none.
 
         In ns; above 0 where a message can be queued while its predecessor still waits.
         """
@@ -97,7 +97,7 @@ class MessageResponse:
 
     @property
     def over_ns(self) -> Annotated[Exact, Json(default=0)]:
-        """How much of all that is over when it comes; missing where nothing is.
+        """The part of the interference and blocking that is over when the message is queued; missing where it is 0.
 
         In ns; the part of the busy period before the message is queued.
         """

@@ -31,7 +31,7 @@ CARRYING = ("transmission time", "specified")
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What OSATE says of a flow.
+    """A message that OSATE prints about a flow.
 
     `severity` is the one that OSATE gives; the text names the figures that it compares.
     """

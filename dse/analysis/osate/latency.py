@@ -34,7 +34,7 @@ class FlowPosition:
 
 @dataclass(frozen=True, slots=True)
 class Sums:
-    """What passed since the last row that sampled, in ns: the least and the most.
+    """The least and the greatest time since the last row that sampled, in ns.
 
     Restarted at every row that samples; rounding to partitions and buses needs them.
     """
@@ -143,7 +143,7 @@ def _round_ups(since: Sums, period: Exact) -> tuple[Exact, Exact]:
 
 
 def _round_up(passed: Exact, period: Exact) -> Exact:
-    """What is missing to the next multiple of a period; a whole period where nothing passed, nothing where it is 0.
+    """The time to the next multiple of a period: a whole period where `passed` is 0, and 0 for a period of 0.
 
     >>> [_round_up(passed, 10) for passed in (0, 3, 10, 12)], _round_up(3, 0)
     ([10, 7, 0, 8], 0)
@@ -192,7 +192,7 @@ def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | No
 
 
 def since_sampling(space: Space, place: FlowPosition, view: View) -> Sums | None:
-    """What passed between the last row that sampled and an element of a flow; None where none did.
+    """The time between the last row that sampled and an element of a flow; None where no row sampled.
 
     Entering a partition counts as sampling; immediate rows and those of buses do not.
     """
@@ -390,7 +390,7 @@ def _last_flows(space: Space) -> dict[int, int]:
 
 
 def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
-    """What a message waits for one other connection: its longest transmission on each medium that both share.
+    """The wait of a message for one other connection: its longest transmission on each medium that both share.
 
     A medium with a period of its own makes nobody wait. Of several messages over one medium OSATE keeps the last one.
     """

@@ -30,7 +30,7 @@ class Medium:
 
 
 def media(space: Space, wire: Connection, view: View) -> tuple[Medium, ...]:
-    """Whatever carries a connection, in OSATE's order; also inside one process.
+    """The buses and protocols that carry a connection, in OSATE's order; also inside one process.
 
     One `Medium` for each bus and protocol, with the size of the message there in bytes.
     """
@@ -75,7 +75,7 @@ def _overhead(space: Space, number: int, view: View) -> Exact:
 
 
 def medium_ns(space: Space, wire: Connection, medium: Medium, view: View) -> tuple[Exact, Exact]:
-    """What one medium takes for a message; its latency where that is no time, at each end.
+    """The least and the greatest time of a message on one medium: its transmission time, else the medium's latency.
 
     A pair (least, most) in ns, exact.
     """

@@ -30,7 +30,7 @@ PER_S = 1000
 
 @dataclass(frozen=True, slots=True)
 class BudgetUse:
-    """What an entry of `budgets` needs of a resource.
+    """The demand of one entry of `budgets` for a resource.
 
     In the unit of the resource: MIPS or bytes.
     """
@@ -43,7 +43,7 @@ class BudgetUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the budget, as a share of it; null without one.
+        """The unused part of the budget, as a share of the budget; null without a budget.
 
         In ppm, negative where more is used than budgeted.
         """
@@ -71,7 +71,7 @@ class ResourceUse:
 
     @property
     def slack_ppm(self) -> Fraction | None:
-        """What is left of the capacity, as a share of it; null without one.
+        """The unused part of the capacity, as a share of the capacity; null where no capacity is stated.
 
         In ppm, negative where more is needed than there is.
         """

@@ -101,7 +101,7 @@ def largest_first(work: Sequence[Work]) -> list[int]:
 
 @dataclass(frozen=True)
 class PackingOutcome:
-    """What a complete search found, and how many of its steps were left.
+    """The outcome of a complete search for a placement, with the number of steps that it did not need.
 
     `status` is ``found``, ``none`` (proved) or ``undecided`` (effort used up).
     """

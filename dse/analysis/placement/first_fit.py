@@ -61,7 +61,7 @@ def _used(space: Space, here: Iterable[int], view: View) -> dict[int, Fraction]:
 
 
 def core_room(space: Space, processor: int) -> Room:
-    """What requirements allow to use of each core of a processor, at most all.
+    """The share of each core of a processor that the requirements let threads use, at most the whole core.
 
     The strictest upper limit on the utilisation of a core; `WHOLE` where none is stated.
     """

@@ -208,7 +208,7 @@ def asks_for_first_fit(space: Space, waiting: Iterable[int]) -> bool:
 
 
 def core_count(space: Space, processor: int, view: View) -> int:
-    """How many cores a processor has; where a study moves their number, a part of a core is none.
+    """The number of cores of a processor; where a study varies it, a fraction of a core does not count.
 
     An integer of at least 1; traced numbers from a study are rounded down.
     """

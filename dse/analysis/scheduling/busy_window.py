@@ -51,7 +51,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What a core runs: one job of up to `worst_ns` at each event of any of its streams.
+    """A task on a core: one job of up to `worst_ns` at each event of any of its streams.
 
     `separation_ns` is a minimum distance between two jobs on top of that (a sporadic thread's period), or None.
     Without a stream there is one job only. Its name, and the `stage` that it is, if it is one, make no difference.
@@ -74,7 +74,7 @@ class Task:
         return share if self.separation_ns is None else min(share, worst / self.separation_ns)
 
     def single(self) -> Task:
-        """One job of it alone: those before it have ended.
+        """The task with one job only, whose earlier jobs have ended.
 
         Used where it is proved that earlier jobs do not wait when a job is released.
         """

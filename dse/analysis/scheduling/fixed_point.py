@@ -81,7 +81,7 @@ class Solution:
 
     @cached_property
     def windows(self) -> Windows:
-        """What decides the response times."""
+        """The busy windows that decide the response times of the solved system."""
         return Windows(self.system, self.ends, self.spans)
 
     def loss_of(self, key: TaskKey) -> Loss | None:
@@ -206,7 +206,7 @@ class Rounds:
 def window_of(
     resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession, segments: Segments
 ) -> Window | None:
-    """What decides how long a stage takes from its own release to its end; None where it has no bound.
+    """The busy window that decides the time of a stage from its own release to its end; None without a bound.
 
     `tasks` are the stages of the resource as they are released; None where one comes without a bound.
     """
@@ -268,7 +268,7 @@ def _looks_beyond(resource: Resource) -> bool:
 
 
 class Windows:
-    """What decides the response times of a solved system, for who tells what they are made of."""
+    """The busy windows of a solved system, from which the parts of each response time are read."""
 
     def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
         self.system = system
@@ -284,7 +284,7 @@ class Windows:
         return found
 
     def of(self, resource: Resource, position: int, tasks: Sequence[Task | None] | None = None) -> Window | None:
-        """What decides how long a stage takes from its own release to its end; None where it has no bound.
+        """The busy window that decides the time of a stage from its own release to its end; None without a bound.
 
         `tasks` are the stages of the resource as they are released, where not as is known.
         """
@@ -292,7 +292,7 @@ class Windows:
         return window_of(resource, position, given, Succession(self.events, resource), self.segments)
 
     def since_thread(self, resource: Resource, position: int, window: Window | None) -> tuple[Exact, Window | None]:
-        """What decides when a stage ends after the release of its thread, and how much of that time is before, in ns.
+        """The busy window that decides the end of a stage after its thread's release, and the time before it, in ns.
 
         `window` is what decides its time from its own release. Before a later piece of a thread is the end of the piece
         before. Where looking at the core of the thread alone bounds all of it better, another window decides, and

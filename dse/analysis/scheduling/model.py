@@ -156,7 +156,7 @@ class Server:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """How a bus takes turns between the messages that wait for it; times in ns, tuples by the entries of the resource.
+    """The arbitration of a bus between waiting messages; times in ns, tuples by the entries of the resource.
 
     Attributes
     ----------

@@ -112,7 +112,7 @@ class Schedule:
         return [(number, core, turns) for number in processors for core, turns in enumerate(self.cores(number))]
 
     def needed(self, wanted: Sequence[TaskKey]) -> list[tuple[int, int, list[Turn]]]:
-        """What decides the response times of `wanted`: whatever may delay them, and what releases any of these.
+        """The cores that decide the response times of `wanted`, with the tasks there that may delay or release them.
 
         Processor, core, and so much of the order of the tasks there.
         """

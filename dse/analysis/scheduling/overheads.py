@@ -81,7 +81,7 @@ def safe_bounds(space: Space, design: Design | None = None) -> Mapping[str, tupl
 
 
 def switching_ns(space: Space, number: int, view: View) -> int:
-    """What context switches add to each job of a thread on a processor: to it, and back from it."""
+    """The time of two context switches for each job of a thread, to the job and back, in ns."""
     slot = space.processors[at(space.components[number].processor, view)]
     switch: int = at(slot.switch_ns, view)
     return 2 * switch
@@ -95,7 +95,7 @@ def section_ns(space: Space, number: int, longest_ns: int, view: View) -> int:
 
 
 def interrupting(space: Space, numbers: Sequence[int], view: View) -> tuple[Task, ...]:
-    """What goes before all threads of a core on which these threads run."""
+    """The interrupts of a processor as tasks that delay all threads of the core on which `numbers` run."""
     if not numbers:
         return ()
     slot = space.processors[at(space.components[numbers[0]].processor, view)]

@@ -29,7 +29,7 @@ class Delay:
 
 
 class Interference(Data):
-    """What goes before the worst job of a thread."""
+    """The interference of one more urgent thread or interrupt with the worst job of a thread."""
 
     WRITTEN = (
         Of("name", "The more urgent thread, or the interrupt.", key="thread", kind=str),
@@ -40,7 +40,7 @@ class Interference(Data):
 
 @dataclass(frozen=True)
 class Parts:
-    """What goes before the job that responds last, beside its own time.
+    """The parts of the longest response time, besides the job's own execution time.
 
     `interference` are jobs of others, as tasks with the number of jobs; `earlier_jobs` of its own thread take
     `earlier_ns`; less urgent work that has begun takes `blocked_ns`, where it counts. Of all that `over_ns` are over
@@ -60,7 +60,7 @@ class Parts:
 
     @property
     def waited_ns(self) -> Exact:
-        """How much later than by itself the job ends.
+        """The delay of the job: its response time less its own execution time.
 
         In ns: earlier jobs, interference and blocking, less what is over at the release.
         """
@@ -76,7 +76,7 @@ class Parts:
 
 
 def counted(jobs: Iterable[tuple[Task, int]]) -> tuple[tuple[Task, int], ...]:
-    """These jobs of tasks, without what takes no time.
+    """The jobs of tasks that take time; tasks without an execution time, and counts of 0, are left out.
 
     Pairs of a task and a number of jobs, in their order.
     """

@@ -129,7 +129,7 @@ def _ordered(turns: Mapping[int, Turn]) -> list[list[int]]:
 
 
 def most_levels(space: Space, numbers: Sequence[int], view: View) -> int | None:
-    """How many priorities the processor of these threads has; None where that is not stated.
+    """The number of priority levels of the processor of these threads; None where it is not stated.
 
     Threads beyond that number share the last level.
     """

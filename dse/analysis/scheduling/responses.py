@@ -102,7 +102,7 @@ class Response:
 
     @property
     def switching_ns(self) -> int:
-        """What the context switches of a job take."""
+        """The time of the context switches of a job, in ns."""
         return self.task.worst_ns - self.worst_ns
 
     @property
@@ -114,14 +114,14 @@ class Response:
 
     @cached_property
     def parts(self) -> Parts:
-        """What the response time is made of beside the task's own time and `before_ns`; nothing without a bound."""
+        """The parts of the response time besides the task's own time and `before_ns`; empty without a bound."""
         if self.response_ns is None or self.whole is None:
             return Parts()
         return self.whole.parts() or Parts()
 
     @property
     def delays(self) -> Annotated[tuple[Delay, ...], Json("interference", kind=tuple[Interference, ...])]:
-        """What goes before its worst job; empty where it has no bound."""
+        """The interference with the worst job of the thread, by task; empty where the response time has no bound."""
         return self.parts.delays()
 
     @property

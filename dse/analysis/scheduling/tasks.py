@@ -76,7 +76,7 @@ def utilisation(space: Space, number: int, view: View) -> Fraction:
 
 
 def task_name(component: Component, part: Part) -> str:
-    """What a task is called: as its thread, with a word where it is a callback."""
+    """The name of a task: that of its thread, with ``(callback)`` where it is a callback."""
     return component.name if part == "thread" else f"{component.name} (callback)"
 
 

@@ -27,7 +27,7 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class Wait:
-    """What a thread does on a core, or a piece of it does there or on an accelerator, and what it waits for there.
+    """The response time of a thread or piece on a core or accelerator: its own work, interference and blocking.
 
     Where `is_served` the core has no number to anybody.
     """
@@ -70,7 +70,7 @@ class Waits(Windows):
         self.space = space
 
     def of_thread(self, key: TaskKey) -> tuple[Wait, ...] | None:
-        """What a thread waits for, with segments piece by piece up to the one of the key; None without a bound."""
+        """The waits of a thread, with segments piece by piece up to the one of the key; None without a bound."""
         pieces = self.system.stages[key].pieces
         found: list[Wait] = []
         for index, piece in enumerate(pieces[: pieces.index(key) + 1] if pieces else (key,)):
@@ -156,7 +156,7 @@ class Waits(Windows):
 
 
 def told_name(space: Space, key: TaskKey) -> str:
-    """What a task or message is called beside others: the last piece of a thread too by its number, from 1."""
+    """The name of a task or message among others; each piece of a thread has its number, from 1."""
     if key[1] == "message":
         return space.connections[key[0]].name
     component = space.components[key[0]]

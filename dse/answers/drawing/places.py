@@ -331,7 +331,7 @@ class Places:
         return found
 
     def legend(self, *, decided: bool) -> list[tuple[str, str]]:
-        """What the looks of lines mean: class and words.
+        """The legend of line styles: pairs of class and words.
 
         Only looks that appear in this drawing. The class is the one of the SVG's style sheet.
         """

@@ -137,7 +137,7 @@ class FormEntry:
 
     @cached_property
     def get(self) -> Convert:
-        """What finds the value in the object.
+        """The getter that reads the value from the object.
 
         A function from the object to the value at `path`.
         """
@@ -298,7 +298,7 @@ def _first_paragraph(item: Any) -> str:
 
 
 def kind_of(hint: Any, marks: frozenset[Mark] = frozenset()) -> ValueType:
-    """How values of a type are checked, written and read.
+    """The value type of an annotation, which checks, writes and reads values.
 
     `hint` is the annotation of a field, `marks` what its `Annotated` says. Raises `TypeError` for types that JSON
     answers do not have.

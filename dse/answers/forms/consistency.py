@@ -14,7 +14,7 @@ Data = Mapping[str, Any]
 
 
 def check_whole(name: str, data: object) -> Iterator[FormMistake]:
-    """What is wrong with data of the form ``dse-NAME/1``: with their form, else with how their parts agree.
+    """The mistakes in data of the form ``dse-NAME/1``: in their form, else in the consistency of their parts.
 
     >>> data = {"format": "dse-verification/1", "result": "r.json", "problem": "p.yaml", "status": "verified"}
     >>> lists = {key: [] for key in ("findings", "checked", "left_open", "remarks")}
@@ -28,7 +28,7 @@ def check_whole(name: str, data: object) -> Iterator[FormMistake]:
 
 
 def mistakes_in_outcome(data: Data) -> Iterator[FormMistake]:
-    """What is wrong with what a run of a sweep has found, taken by itself.
+    """The mistakes in the outcome of one run of a sweep, taken by itself.
 
     Mistakes of form first; only data of the right form are tested for unknown designs, order and figures.
     """

@@ -125,7 +125,7 @@ class FormMistake:
 
 
 def mistakes_in(name: str, data: object) -> Iterator[FormMistake]:
-    """What in the data is not as ``dse-NAME/1`` has it, in the order of the data; nothing where they are of the form.
+    """The deviations of data from the form ``dse-NAME/1``, in the order of the data; none where the data conform.
 
     >>> [str(item) for item in mistakes_in("verification", {"format": "dse-verification/1", "result": 3})][:2]
     ['result: expected text, got 3', 'problem: is missing']

@@ -55,7 +55,7 @@ def is_proved(result: Result, point: Point) -> bool:
 
 
 def outlooks_of(result: Result) -> tuple[Outlook, ...]:
-    """What a stopped search proved of the designs that it did not find; nothing for a complete or infeasible result.
+    """The bounds that a stopped search proved on designs that it did not find; empty for a finished search.
 
     The refuted regions that reach across an open region give it a floor in each objective: no design in it is better.
     Of the points found the one nearest to that floor counts (in the additive sense of Zitzler et al., IEEE Trans.

@@ -33,7 +33,7 @@ Key: TypeAlias = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Ranking:
-    """How a front is ranked: `method` as asked for, `words` with every parameter; rank and score of each point.
+    """The ranking of a front: `method` as asked for, `words` with every parameter; rank and score of each point.
 
     Ranks begin with 1, ties share one; scores are exact decimals as text.
     """
@@ -184,7 +184,7 @@ def competition_ranks(keys: Sequence[Any]) -> list[int]:
 
 
 def trade_off(one: Sequence[Fraction], other: Sequence[Fraction]) -> Fraction | None:
-    """What moving from one point to another worsens, per unit of what it betters; None when it betters nothing.
+    """The loss of moving from one point to another, per unit of gain; None where nothing is gained.
 
     Both points are normalised objectives to be minimised. Losses and gains are summed over the objectives (Rachmawati
     and Srinivasan 2009); large values mark a knee.

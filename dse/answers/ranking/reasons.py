@@ -50,7 +50,7 @@ class Margin:
 
     @property
     def slack(self) -> Fraction:
-        """How far the value may still move towards the limit.
+        """The distance that the value may still move towards the limit.
 
         In the unit of the requirement's metric; negative where the requirement is violated.
         """
@@ -211,7 +211,7 @@ class Reasoner:
         return -1, None
 
     def against(self, point: Point, other: Point, *, like_other: bool = False) -> Comparison:
-        """What `point` changes and what it gains or gives up against `other`; cores have the numbers of one of them.
+        """Compare `point` with `other`: changed decisions, gains and losses; cores have the numbers of one of them.
 
         `like_other` numbers interchangeable cores as in `other`, so that a renumbered core is no change.
         """

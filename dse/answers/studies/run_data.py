@@ -16,7 +16,7 @@ Decisions: TypeAlias = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Change:
-    """What a run wins and loses against the one before it on the last axis.
+    """The designs that a run gains and loses against the run before it on the last axis.
 
     Designs are told apart by their decisions; the first run of an axis has no change.
     """
@@ -33,7 +33,7 @@ class Change:
 
 
 class LimitedContention(Data):
-    """What a design whose limit varies meets when threads wait for the CPU."""
+    """The verdict on a design whose limit varies, with waiting for the CPU counted."""
 
     WRITTEN = (Contended, "limited")
 
@@ -123,7 +123,7 @@ class Stretch(_Interval):
 
 
 class Failure(Data):
-    """What a run finds whose values make no valid problem."""
+    """The outcome of a run whose values make no valid problem."""
 
     kind: Annotated[Literal["error"], "What was found."]
     status: Annotated[Literal["invalid", "other version"], "What is wrong."]
@@ -131,7 +131,7 @@ class Failure(Data):
 
 
 class FoundFront(Data):
-    """What a run finds, and the store keeps: a front that is not ranked yet, for that is on the scale of its sweep."""
+    """The outcome of a run in the store: a front without ranks, because ranking needs the scale of the whole sweep."""
 
     kind: Annotated[Literal["front"], "What was found."]
     status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Break:
-    """Where a requirement breaks in one direction.
+    """The end of an input's margin in one direction, beyond which a requirement is violated.
 
     Exact values of the input in base units; the first violated value exists only for inputs that are whole numbers.
     """
@@ -101,7 +101,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Chance:
-    """How likely a design meets its requirements when the uncertain inputs vary.
+    """The probability that a design meets its requirements when the uncertain inputs vary.
 
     Estimated from samples; the standard error is that of a binomial share.
     """
@@ -114,7 +114,7 @@ class Chance:
 
 @dataclass(frozen=True)
 class Indices:
-    """What of a metric's variation each uncertain input explains.
+    """The share of a metric's variation that each uncertain input explains.
 
     The others are as drawn for `effect`, in `unit`. `over` counts in the input's unit (or factors): its bounds, or
     where it has none the middle 95 % of its values.
@@ -131,7 +131,7 @@ class Indices:
 
 @dataclass(frozen=True)
 class UncertainResult:
-    """What stated uncertainties do.
+    """The effect of stated uncertainties on requirements and metrics.
 
     Chances are shares of samples; indices (Sobol 2001) say which input explains how much of a metric's variance.
     """

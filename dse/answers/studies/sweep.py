@@ -109,7 +109,7 @@ class SweepRanking:
 
 
 class Changes(Data):
-    """What the caller asked beyond the file; what was not asked is left out."""
+    """The question of the caller beyond that of the file; fields that were not asked are left out."""
 
     limits: Annotated[
         list[tuple[str, str]], "Limits of `--max-METRIC`, each the metric and the text.", Json(default=[])
@@ -188,7 +188,7 @@ class SweepResult(DataAnswer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with.
+        """The exit code of the command line.
 
         0, or the code for *incomplete*, *infeasible* or *invalid* as the worst status of its runs.
         """
@@ -216,7 +216,7 @@ class SweepResult(DataAnswer):
 
     @property
     def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
-        """What was found for each value, the last axis fastest.
+        """The outcome of each run; values of the last axis change fastest.
 
         One mapping for each run, in the form of JSON: the values on the axes, the outcome, and what changed against the
         run before.

@@ -44,7 +44,7 @@ def exact(value: Exact) -> int | str | None:
 
 
 def figure(given: int | str | None) -> Fraction:
-    """What `exact` wrote.
+    """The number that `exact` wrote, read again.
 
     Text or integer of a JSON file as an exact fraction; null (None) becomes the number that stands for an unbounded
     figure.
@@ -53,7 +53,7 @@ def figure(given: int | str | None) -> Fraction:
 
 
 def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int:
-    """What a search or a proof counts with, in a counting unit, as it may be shown: unbounded where it stands for that.
+    """A value of a search or a proof, in a counting unit, as it is shown: unbounded where a stand-in was counted.
 
     What only the stand-in for an unbounded response time has reached is unbounded.
     """
@@ -72,7 +72,7 @@ def figures_of(values: Mapping[str, Exact]) -> dict[str, int | str | None]:
 
 
 def in_table(value: Any) -> Any:
-    """What a cell of a CSV says: `NO_BOUND` of an unbounded figure, everything else as it is."""
+    """The text or number in a cell of a CSV file: `NO_BOUND` for an unbounded figure, other values unchanged."""
     return NO_BOUND if is_unbounded(value) else value
 
 
@@ -170,7 +170,7 @@ def column(values: Sequence[int | Fraction], unit: str, currency: str = "EUR") -
 
 
 def each_core_words(limit: Fraction, whole: Fraction) -> str:
-    """What a limit of the sum of several cores, `whole` together, is for each of them; all in ppm of one core.
+    """The words for a limit on several cores together, of capacity `whole`, as a limit for each; in ppm of one core.
 
     >>> each_core_words(Fraction(2_800_000), Fraction(4_000_000))
     '70 % of each of 4 cores'
@@ -179,7 +179,7 @@ def each_core_words(limit: Fraction, whole: Fraction) -> str:
 
 
 def of_cores(capacity: Fraction) -> str:
-    """What a processor has in all, on the scale on which one core is 100 %.
+    """The words for the capacity of a processor, on the scale on which one core is 100 %.
 
     >>> of_cores(Fraction(4_000_000)), of_cores(Fraction(1_000_000))
     ('of 400 % (4 cores)', 'of its core')

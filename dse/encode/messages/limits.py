@@ -32,11 +32,11 @@ class MessageLimit:
     limit: Limit
     guard: int | None
     is_deadline: bool
-    """Whether it is the deadline of the connection."""
+    """Whether the limit is the connection's own deadline."""
 
     @property
     def message(self) -> int:
-        """Its connection."""
+        """The number of the limited message's connection."""
         return self.limit.requirement.metric.index or 0
 
 
@@ -101,7 +101,7 @@ class MessageLimits:
         return [*conditions, *((self.chosen(decision, option),) for decision, option in watching.asked.items())]
 
     def _forbid(self, held: Sequence[MessageLimit], conditions: Conditions) -> None:
-        """Not all of the conditions together while all these limits are asked for."""
+        """Forbid that all conditions hold together while all limits in `held` apply."""
         clause = [literal_of(self.model, item.guard).negated() for item in held if item.guard is not None]
         for literals in conditions:
             if len(literals) == 1:
@@ -115,7 +115,7 @@ class MessageLimits:
 
 
 def message_limits_of(board: Board) -> MessageLimits | None:
-    """What the model of a board knows of its limits on messages, one for all that is asked of it; None without."""
+    """The `MessageLimits` of a board's model, made on first use and shared by all questions; None without limits."""
     if not board.message_limits:
         return None
     if board.messages is None:

@@ -22,7 +22,7 @@ from dse.space.model.trees import NotOffered
 Chosen = Callable[[int, int], int]
 """The literal of an option of a decision, or (below 0) of its being inactive."""
 Conditions = list[tuple[int, ...]]
-"""For each decision that matters literals of which one is true."""
+"""One tuple of literals for each decision that matters, of which one literal is true."""
 
 
 def conditions_of(

@@ -1,4 +1,4 @@
-"""What messages that are due by some time need of their bus, whatever the order in which they go.
+"""Demand rows of a bus: the time that messages due by some time need of it, in any order of transmission.
 
 Whoever is the last of the messages S that are due by E ends at some t <= E, behind a frame of any message beside them,
 and behind all others of S, with each of their jobs that comes until its last frame begins:
@@ -35,7 +35,7 @@ from dse.support.units import Exact
 MOST_CASES = 16
 """A message with more combinations of options than this is left out."""
 MOST_TIMES = 24
-"""At most this many different times by which messages are due have rows."""
+"""The greatest number of due times of messages for which rows are made."""
 MOST_STEPS = 6
 """The number of intervals that end where the jobs of the messages change last; a few even ones come before."""
 EVEN = 4
@@ -52,7 +52,7 @@ class _Message:
 
     @property
     def lowest(self) -> int:
-        """Its lowest number; of one without a number none is lower."""
+        """The lowest identifier of the message; without identifiers the greatest possible one."""
         return min((number for _, number in self.numbers), default=MOST_IDENTIFIER)
 
     def is_due(self, time: Exact) -> list[tuple[Any, Candidate]]:
@@ -133,7 +133,7 @@ class _OnBus:
         )
 
     def _add_time(self, messages: Sequence[_Message], time: Exact, bit: Exact, where: Sequence[Any]) -> None:
-        """One row for each interval of times up to this."""
+        """Add one row for each interval of times up to `time`."""
         board = self.board
         due = [message for message in messages if message.number in self.guards and message.is_due(time)]
         beside = [message for message in messages if message not in due]
@@ -190,7 +190,7 @@ class _OnBus:
         return (jobs_by(item.task, window) if window >= 0 else 1) * item.task.worst_ns
 
     def _before(self, due: Sequence[_Message], beside: Sequence[_Message], time: Exact) -> dict[int, Any]:
-        """For each message beside a literal that is true where it goes before the last one that is due."""
+        """A literal for each message in `beside`, true where it goes before the last message that is due."""
         board = self.board
         sure = [message for message in due if len(message.is_due(time)) == len(message.cases)]
         key = (*(message.number for message in sure), -1, *(message.number for message in beside))

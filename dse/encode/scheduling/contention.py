@@ -299,7 +299,7 @@ def is_deadline(limit: Limit) -> bool:
 
 
 def contention_of(board: Board, rates: RateVariables) -> Contention | None:
-    """What the model of a board knows of its limits on response times, one for all that is asked of the board.
+    """The `Contention` of a board's model, made on first use and shared by all questions.
 
     None where there are none. Threads can be moved unless some other sum holds a response time.
     """

@@ -239,7 +239,7 @@ def _cores(space: Space, processor: int, view: View) -> int:
 
 
 def core_limits_of(board: Board) -> CoreLimits | None:
-    """What the model of a board knows of its limits on cores, one for all that is asked of the board; None without."""
+    """The `CoreLimits` of a board's model, made on first use and shared by all questions; None without limits."""
     if not board.core_limits:
         return None
     if board.cores is None:

@@ -25,7 +25,7 @@ MOST_ROWS = 512
 
 
 class Waiting(Protocol):
-    """What these rows need of the waiting times of a model (`dse.encode.scheduling.waiting.WaitRows`)."""
+    """The interface of the waiting times of a model that these rows use (`dse.encode.scheduling.waiting.WaitRows`)."""
 
     places: Places
     combined: Combined

@@ -53,7 +53,7 @@ class CoreClass:
     kinds: CoreKinds
 
     def works(self, row: CoreRow, position: int) -> dict[Key, int]:
-        """What each thread takes of a row with the type at a position of the processor's."""
+        """The demand of each thread in a row, with the processor type at a position."""
         return {
             key: self.rows.worst(thread, self.column, position) * jobs
             if rate is None
@@ -239,7 +239,7 @@ Kind: TypeAlias = frozenset[int]
 
 @dataclass(frozen=True)
 class CoreRow:
-    """What one core must have room for: the jobs of `entries` until `most` (ns), or their shares of a whole core."""
+    """The demand that one core must hold: the jobs of `entries` until `most` (ns), or their shares of a whole core."""
 
     entries: Entries
     most: int

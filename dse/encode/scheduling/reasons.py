@@ -32,7 +32,7 @@ from dse.support.units import Exact
 
 @dataclass(frozen=True)
 class Reason:
-    """What cannot be true together: for each of `conditions` one of its literals, and each group on a core of its own.
+    """Facts that cannot be true together: one literal of each of `conditions`, and each group on a core of its own.
 
     Groups are a processor and the numbers of threads on one core of it. Of each pair of `above` the first thread has a
     priority no lower than the second's.

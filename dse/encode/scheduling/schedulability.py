@@ -83,7 +83,7 @@ def add_rows(
 
 
 class Rows:
-    """What the cores of a processor must have room for; the cores are the columns of its threads in `places`."""
+    """The demand rows of a processor's cores; the cores are the columns of its threads in `places`."""
 
     def __init__(
         self,
@@ -354,11 +354,11 @@ class Rows:
         return found
 
     def share(self, thread: Thread, core: int, position: int, rate: Rate) -> int:
-        """What a thread uses of a core, in parts of `WHOLE`, rounded down."""
+        """The share of a core that a thread uses, in parts of `WHOLE`, rounded down."""
         return int(self.worst(thread, core, position) * rate * WHOLE / NS_PER_S)
 
     def add_utilisation(self, core: int) -> None:
-        """What the threads with a deadline use of a core is no more than there is."""
+        """Add the row that the threads with a deadline use at most the whole core."""
         timers = self.timers(core)
         look_at_the_clock()
         for position, kind in enumerate(self.types if timers else ()):

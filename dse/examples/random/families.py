@@ -20,7 +20,7 @@ AUTOMOTIVE_ROLES = ("acquire", "filter", "observer", "torque", "brake", "steer",
 
 @dataclass(frozen=True)
 class Family:
-    """What distinguishes a family; shares are of all threads or connections, in percent.
+    """The parameters of a family of problems; shares are of all threads or connections, in percent.
 
     `event` and `both` are the threads that are dispatched by events only, or by either protocol; the others have a
     timer only. `movable` threads may run on either of two processors, `rerouted` connections take either of two buses.
@@ -60,7 +60,7 @@ class Family:
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """What threads are called after."""
+        """The roles that threads are named after."""
         return AUTOMOTIVE_ROLES if self.automotive else ROBOT_ROLES
 
 

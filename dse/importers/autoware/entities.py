@@ -99,7 +99,7 @@ class Library:
     """The design files of a workspace, each read once, when something names what it defines."""
 
     def __init__(self, path: Path, workspace: str | None) -> None:
-        """Of the file that is imported, and the folder in which others are looked for, if one is stated.
+        """Take the file to import, and the folder to search for other files, if one is stated.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Library:
         self._known: dict[str, Entity | None] = {}
 
     def main(self) -> Entity:
-        """What the file that is imported defines.
+        """The entity that the imported file defines.
 
         Raises
         ------
@@ -133,7 +133,7 @@ class Library:
         return found
 
     def named(self, name: str, place: Part, depth: int = 0) -> Entity | None:
-        """What has that name; None, and a remark, where there is no such file or it is none."""
+        """The entity with a name; None, and a remark, where no file defines it or the file cannot be read."""
         if name not in self._known:
             self._known[name] = None  # until it is read: nothing is based on itself
             self._known[name] = self._read(name, place, depth)

@@ -88,7 +88,7 @@ def _grow(library: Library, tree: Tree, entity: Entity, path: str, unit: str, pl
 
 
 def _path_of(item: Part, above: str, name: str) -> str:
-    """Where an instance is: its stated path, else its name in its namespace."""
+    """The path of an instance: the stated one, else its name in its namespace."""
     stated = item.text("path")
     if stated:
         return "/" + stated.strip("/")

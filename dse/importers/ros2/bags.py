@@ -24,7 +24,7 @@ MOST_NS = 2**63
 
 @dataclass(frozen=True)
 class Topic:
-    """What a bag has of a topic.
+    """The messages of one topic in a bag: their number, sizes and intervals.
 
     Sizes in bytes as serialised in the bag, times in ns between the moments of recording.
     """

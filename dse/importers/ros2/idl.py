@@ -21,7 +21,7 @@ _PART = re.compile(r"(?P<shift><<\s*(?P<by>[^\s;,\]})>]*))|(?P<name>[A-Za-z_]\w*
 
 
 def wrong_expressions(text: str) -> Iterator[tuple[int, str]]:
-    """What cannot be computed in a text of IDL, with its line.
+    """The expressions in a text of IDL that cannot be computed, each as a line and a message.
 
     Every number of a statement is counted as if all numbers in it were multiplied: its bits add up.
 

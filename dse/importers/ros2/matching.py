@@ -22,7 +22,7 @@ MOST_TOLD, MOST_NODES = 500, 8
 
 @dataclass
 class Match:
-    """What of a second document is what of a first one.
+    """The correspondence between the elements of two documents.
 
     `threads`, `connections`, `executors`, `processors`, `processor_types`: by the name in the second one that in the
     first. `left_out` and
@@ -48,7 +48,7 @@ class Match:
 
 
 def matched(first: Imported, second: Imported) -> Match:
-    """What of the second document is what of the first one.
+    """Match the elements of a second document to those of a first one.
 
     A `Match`: names of threads, connections, executors and processes of `second` to those of `first`, and remarks on
     what has no counterpart.
@@ -265,7 +265,7 @@ def _processes(found: Match, first: Imported, second: Imported) -> None:
 
 
 def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
-    """What the threads of a problem file are in ROS, by the nodes that it names; nothing where it names none.
+    """The ROS names of the threads of a problem file, by the nodes that it names; empty where it names none.
 
     The topic of a callback is told by the name of a connection to it, as imports give it.
 

@@ -31,7 +31,7 @@ Fields: TypeAlias = Mapping[str, Sequence[tuple[str, Node]]]
 
 
 class Kind(IntEnum):
-    """What a node is; the numbers are those of rosbags."""
+    """The kind of a node in a message type; the numbers are those of rosbags."""
 
     BASE = 1
     NAME = 2
@@ -48,7 +48,7 @@ class Length(NamedTuple):
 
 
 class Layout:
-    """Where things are in the messages of some types.
+    """The positions of fields in serialised messages of given types.
 
     In CDR, as the middlewares of ROS 2 write it, or in the format of ROS 1.
     """

@@ -23,7 +23,7 @@ NO_TIMES = (
 )
 
 CALL_HINT = "state the callback as a thread, and who calls it by a connection with a `reply`"
-"""What to do about the callback of a service."""
+"""The hint for the callback of a service."""
 
 
 @dataclass
@@ -198,7 +198,7 @@ class Writer:
         return found
 
     def entities(self) -> dict[str, str]:
-        """What each thread is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
+        """The ROS name of each thread's callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
 
         Names of threads to texts, for matching two descriptions of one system.
         """

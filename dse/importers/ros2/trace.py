@@ -80,7 +80,7 @@ def _seen(path: Path) -> tuple[LocatedFile, System]:
 
 @dataclass
 class Run:
-    """What is known of a callback: when its jobs began, and how long they took, in ns."""
+    """The jobs of one callback in a trace: start times and durations, in ns."""
 
     starts: array[int] = field(default_factory=lambda: array("q"))
     durations: array[int] = field(default_factory=lambda: array("q"))
@@ -88,7 +88,7 @@ class Run:
 
 
 class Seen:
-    """What the events of a trace say, by process and address.
+    """The nodes, callbacks and runs found in the events of a trace, by process and address.
 
     One pass over the events; `system` is asked at the end.
     """

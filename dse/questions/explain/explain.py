@@ -37,7 +37,7 @@ EFFORT = 4.0
 
 @dataclass(frozen=True)
 class Listener:
-    """Who is told how an explanation goes: `asks` what is looked at in a few words, `finds` each minimal conflict."""
+    """Callbacks of an explanation: `asks` gets the current step in words, `finds` each minimal conflict."""
 
     asks: Callable[[str], None] = lambda _: None
     finds: Callable[[Sequence[Demand]], None] = lambda _: None
@@ -45,7 +45,7 @@ class Listener:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is asked of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed.
+    """The settings of an explanation: all conflicts (at most `limit`) or some, offers, time, the solver's seed.
 
     `every` asks for all conflicts instead of some, at most `limit`; `offers` are further options such as
     ``computer.type += Spectra``, to be tried cheapest first; `time_limit_s` is in seconds of wall time, None for no
@@ -172,7 +172,7 @@ class Explainer:
         return self.asked.space
 
     def explanation(self) -> Explanation:
-        """Everything but the offers.
+        """The explanation without offers.
 
         The status is *feasible* with a design that meets every demand, *no structure* where no design exists even
         without requirements, *infeasible* with conflicts and relaxations, or *incomplete* when the time limit came
@@ -399,7 +399,7 @@ class Explainer:
         return self.lighter[design]
 
     def relaxation(self, statement: tuple[int, ...], given_up: frozenset[int]) -> Relaxation:
-        """What it takes of members that are stated as one, while the others of `given_up` are and the rest holds.
+        """The relaxation that the members of one statement need, while the others of `given_up` may be violated.
 
         `statement` are the member numbers to be relaxed, `given_up` all members that may be violated. The `Relaxation`
         says how far the limit must move, with a design that shows it.

@@ -30,7 +30,7 @@ def own_limit(space: Space, member: Member) -> tuple[str, Fraction | None]:
 
 
 def factor(space: Space, member: Requirement) -> Fraction:
-    """How many of the shown unit make one coherent unit of the limit.
+    """The number of shown units in one coherent unit of the limit.
 
     1 000 000 for shares (ppm), 10⁹ for deadlines (ns), else the base units of the metric in one unit of the limit as
     written.

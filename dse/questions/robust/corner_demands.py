@@ -79,7 +79,7 @@ class RobustQuestion:
 
     @property
     def words(self) -> dict[str, str]:
-        """What may vary, by path.
+        """The uncertain inputs in words, by path.
 
         Paths of inputs, such as ``threads.ekf.compute_execution_time``, to their distribution or range in words.
         """
@@ -98,7 +98,7 @@ class RobustQuestion:
         return Evaluator(self.space, further=self.demands.values())
 
     def is_judged(self, design: Design) -> bool:
-        """Whether it is known if a design is robust.
+        """Whether the worst corners of a design were computed, so that it is known if the design is robust.
 
         True once the worst corners of the design were computed; the answer is kept for the life of the question.
         """

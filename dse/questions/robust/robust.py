@@ -34,7 +34,7 @@ from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 
 @dataclass(frozen=True)
 class RobustWatcher:
-    """Who is told how a robust search goes: `progress` after every solver call, `checkpoint` with the result so far.
+    """Callbacks of a robust search: `progress` after every solver call, `checkpoint` with the result so far.
 
     Both are called from the process that searches; None where nobody listens.
     """
@@ -45,7 +45,7 @@ class RobustWatcher:
 
 @dataclass(frozen=True)
 class RobustSearch:
-    """Where a robust search stands: what is known of the nominal front, and of the robust one.
+    """The state of a robust search: the searches for the nominal front and for the robust front.
 
     Written to a result file when a search stops, and read by `resume`.
     """

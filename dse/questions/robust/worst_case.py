@@ -193,7 +193,7 @@ class Box:
         return found
 
     def ranges(self, nominal: Sequence[Fraction]) -> list[Interval]:
-        """Which values each variable has.
+        """The range of each variable.
 
         A pair (low, high) for each variable, in base units; both ends are the nominal value for what is not uncertain.
         """

@@ -61,7 +61,7 @@ class OutputComparison:
 
 @dataclass(frozen=True)
 class Outputs:
-    """What a design's function gives: the metrics by number, then both sides of each comparison.
+    """The outputs of a design's function: the metrics by number, then both sides of each comparison.
 
     `names` and `units` belong to the metrics; `texts` and `operators` to the requirements, whose comparisons in
     `bounds` refer to outputs by number.
@@ -112,7 +112,7 @@ class DesignFunction:
         self.applies = self._agrees()
 
     def inputs_of(self, values: Values) -> Values:
-        """What the programs are functions of, from the values of the inputs.
+        """The variables of the programs, computed from the values of the inputs.
 
         Here the values themselves, in base units; a design with response times adds these as further variables
         (`ScheduledFunction`).

@@ -48,7 +48,7 @@ class LineComparisons:
         self._known: dict[Fraction, dict[int, Fraction]] = {}
 
     def values(self, place: Fraction) -> list[Fraction]:
-        """All inputs at a place.
+        """The values of all inputs at a place on the line.
 
         Exact values in base units, in the order of the variables: `scale · place` for those that move, the file's value
         for the others.
@@ -137,7 +137,7 @@ class FullestCores:
         self._known = function.partitions.setdefault(bound.requirement, deque(maxlen=MOST_PARTITIONS))
 
     def at(self, values: Sequence[Fraction], place: Fraction) -> dict[int, Fraction]:
-        """Both sides by the number of their output, where all inputs are `values` at a place.
+        """Both sides of the comparison by the number of their output, for the inputs `values` at a place on the line.
 
         Numbers of outputs to values: the load of the fullest core and its limit. By expressions where they hold at that
         place, else by the analysis.
@@ -187,7 +187,7 @@ def _peak(used: Mapping[int, Fraction], cores: Mapping[int, int]) -> Fraction:
 
 
 def reached_steps(nearby: NearbyProgram, moving: frozenset[int], numbers: Iterable[int]) -> ReachedSteps:
-    """What is to be computed of some outputs where only some inputs move.
+    """The steps to compute for some outputs where only some inputs move.
 
     `moving` are indices of variables, `numbers` the wanted outputs. Bisection along a line evaluates only these steps.
     """
@@ -195,7 +195,7 @@ def reached_steps(nearby: NearbyProgram, moving: frozenset[int], numbers: Iterab
 
 
 class ReachedSteps:
-    """What is to be computed of a program where only some inputs move: the steps that they reach and that matter.
+    """The steps of a program to compute where only some inputs move: those that depend on them and are needed.
 
     Steps that no moving input reaches keep their value at the file's inputs, which saves most of the work on large
     problems.

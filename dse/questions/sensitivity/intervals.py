@@ -32,7 +32,7 @@ class Further:
 
 
 class NotProvedError(UsageError):
-    """Nothing certain can be said of a requirement over the whole box.
+    """A requirement is neither proved nor refuted over the whole box of inputs.
 
     Raised where interval arithmetic is too coarse or a formula leaves its domain; the message names the reason. The
     robust front then refuses the input.
@@ -42,7 +42,7 @@ class NotProvedError(UsageError):
 def seeds_of(
     uncertain: Sequence[Uncertain], first: int = 0, further: Sequence[Further] = ()
 ) -> list[dict[int, Interval]]:
-    """For each uncertain input the slopes of what moves with it; `further` variables have numbers from `first` on.
+    """The slopes of the variables that move with each uncertain input; `further` variables are numbered from `first`.
 
     One mapping for each uncertain input: variable index to the interval of its derivative (1 for the input itself, the
     nominal value for a factor).

@@ -71,7 +71,7 @@ def each_margin(function: DesignFunction) -> Iterator[Margin]:
 def reaches(
     function: DesignFunction, bounds: Sequence[OutputComparison]
 ) -> Callable[[Variable], tuple[OutputComparison, ...]]:
-    """What tells for an input the comparisons that it has a part in.
+    """A function from an input to the comparisons that depend on it.
 
     The function that is returned takes a variable and gives the comparisons whose expression contains it; all of them
     where the variable decides a guard or the program does not apply.

@@ -105,7 +105,7 @@ class ScheduledFunction(DesignFunction):
         return self._known[1]
 
     def broken_without_bound(self, box: Box) -> list[tuple[OutputComparison, Worst]]:
-        """Each comparison at the corner where some response time has no bound, where that breaks one; else nothing.
+        """The comparisons at the corner where some response time has no bound, if this violates one; else nothing.
 
         An unbounded response time breaks every limit that contains it, at the corner where all times are longest. The
         list is empty when all response times are bounded in the box.

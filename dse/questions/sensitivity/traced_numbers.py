@@ -270,7 +270,7 @@ class Traced(Fraction):
         return Traced(value, ExpressionNode(kind, (self.node, _node(other))))
 
     def whole_steps(self, step: Any) -> Traced:
-        """How many whole steps are in a number: an expression that jumps, no guard.
+        """The number of whole steps in the value, as an expression that jumps, without a guard.
 
         The floor of the quotient as a node ``//``; right for every value, unlike a rounding that is noted as a guard.
         """

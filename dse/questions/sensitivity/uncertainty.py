@@ -63,7 +63,7 @@ class Uncertain:
         return {item.index: _settled(item, numpy.maximum(values * float(item.nominal), 0.0)) for item in self.variables}
 
     def ends(self) -> tuple[Fraction, Fraction]:
-        """Both bounds, or between what most values lie where there are none (`robust_words` says so).
+        """The bounds of the input; without bounds the interval that holds most values (`robust_words` names it).
 
         A pair (low, high), exact and in base units, or factors. A normal distribution has no bounds; `DEVIATIONS`
         deviations on each side are taken instead.
@@ -72,7 +72,7 @@ class Uncertain:
 
     @property
     def sampled_words(self) -> str:
-        """What is stated, and how it is drawn where that says nothing of it.
+        """The stated uncertainty in words, with the distribution that samples are drawn from.
 
         A range without a distribution is sampled uniformly, and the text says so.
         """
@@ -80,7 +80,7 @@ class Uncertain:
 
     @property
     def robust_words(self) -> str:
-        """What it is, and which of its values a robust front holds for.
+        """The stated uncertainty in words, with the interval that a robust front covers.
 
         For an input with bounds the words of the file; for a normal distribution the interval that is taken, with its
         probability.
@@ -129,7 +129,7 @@ def _settled(variable: Variable, values: Any) -> Any:
 
 
 def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain, ...]:
-    """What the problem states, in the order of the file.
+    """The uncertain inputs that the problem states, in the order of the file.
 
     Raises
     ------

@@ -53,7 +53,7 @@ class LimitAxis:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """Every limit that there may be.
+        """All limits that the axis may set.
 
         The limits for the low end, the high end and each value. Building all of them at the start reports a mistake
         before the first run.

@@ -40,7 +40,7 @@ class SweepPoint:
 
     @property
     def key(self) -> str:
-        """Where the store keeps the outcome.
+        """The key of the outcome in the store.
 
         SHA-256 of payload and version of the semantics, in hexadecimal (`run_key`).
         """

@@ -180,7 +180,7 @@ class Store:
             raise UsageError(f"{self.path}: the store cannot be written: {error}") from error
 
     def solved(self) -> int:
-        """How many runs were really solved since the store began; a run that was found again does not count.
+        """The number of runs solved since the store was created; a run whose outcome was found in it does not count.
 
         It counts solves, not outcomes: a run that was solved twice counts twice.
         """

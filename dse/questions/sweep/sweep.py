@@ -53,7 +53,7 @@ class SweepProgress:
 
 @dataclass(frozen=True)
 class Means:
-    """Where runs are solved, and until when: processes here, or a Dask scheduler's address; where they are kept.
+    """The means of solving runs: local processes or a Dask scheduler, the time limit, and the file that keeps outcomes.
 
     `workers` is a number of processes; with `scheduler`, such as ``tcp://host:8786``, runs go to a Dask cluster
     instead. `store` is an SQLite file, None to keep nothing.
@@ -203,7 +203,7 @@ def _remarks(asked: Problem, axes: Sequence[Axis]) -> Iterator[str]:
 
 
 def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axis]:
-    """What varies; at most one limit over a whole interval, nothing twice.
+    """The axes of a sweep; at most one varies a limit over a whole interval, and no name occurs twice.
 
     Raises
     ------

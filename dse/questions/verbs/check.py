@@ -97,7 +97,7 @@ class Description(Answer):
 
     @property
     def exit_code(self) -> int:
-        """What the command line answers with: 3 where `dse solve` refuses the problem.
+        """The exit code of the command line: 3 where `dse solve` refuses the problem.
 
         0 for a problem that `dse solve` accepts; 3 where the space is too large or a requirement cannot be checked.
         """

@@ -33,7 +33,7 @@ class Feasible:
 
 
 def feasible_designs(result: Result) -> Feasible | None:
-    """What the front of a result lies among; None where there are too many designs to look at each.
+    """All feasible designs of a result's problem; None where there are too many designs to look at each.
 
     Found by the exhaustion of `dse verify`, which shares the formulas with the search, and nothing else.
     """

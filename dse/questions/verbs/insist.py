@@ -31,7 +31,7 @@ Fronts: TypeAlias = "dict[tuple[int, int], tuple[Status, list[InsistedPoint]]]"
 
 @dataclass(frozen=True)
 class Machines:
-    """Where options are searched: on so many cores of this machine, or on the cluster of a Dask scheduler.
+    """The machines that search the options: processes on this machine, or the cluster of a Dask scheduler.
 
     `workers` is a number of processes; `scheduler` an address such as ``tcp://host:8786``, None to stay on this
     machine.

@@ -133,7 +133,7 @@ def solve_asked(asked: Problem, budget: SearchLimits, watcher: Watcher, earlier:
 def result_of(
     asked: Problem, evaluator: Evaluator, search: FrontSearch, budget: SearchLimits, *, under_way: bool = False
 ) -> Result:
-    """What a search, finished or not, amounts to; one that is `under_way` is stated as briefly as may be.
+    """The result of a search, finished or not; brief for one that is `under_way`.
 
     Points are evaluated by the analysis and ranked, regions are stated in counting units. One that is `under_way` is
     the checkpoint of a search and leaves out what takes long to compute.

@@ -35,7 +35,7 @@ class _Group:
 
 
 def check_others(bench: Bench, method: Method, deadline: float | None) -> None:
-    """What was asked for is there, in its order; each design is what is said of it; there are more where it says so.
+    """Check the further designs of a result: their number and order, their figures, and whether there are more.
 
     Findings are noted in `bench`. With `method` (the second proof) it is checked that a group said to be whole has no
     further design; `deadline` is a reading of `time.monotonic()`.

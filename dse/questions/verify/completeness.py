@@ -99,7 +99,7 @@ class _Refining:
 
     @property
     def words(self) -> str:
-        """How the prover knows, for the report."""
+        """The method of the proof in words, for the report."""
         return self.prover.words
 
     @property
@@ -121,7 +121,7 @@ class _Refining:
         return self._true(lambda: self.prover.earlier_design(vector, design))
 
     def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether it is easily proved that no design comes earlier than any of the claimed ones."""
+        """Whether a quick proof shows that no design comes earlier than any of the claimed ones."""
         return self.prover.none_is_earlier(claims)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:

@@ -52,7 +52,7 @@ Demand: TypeAlias = Requirement | Rule | FixedDecision
 
 
 def check_conflicts(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Each set that is listed has no design, each of its members left out leaves one, and each limit is exact.
+    """Check that each listed conflict is infeasible and minimal, and that each limit is exact.
 
     Each claim is decided by the second proof, without the solver's conflict search. Findings go to `bench`, what was
     not decided before `deadline` to ``bench.left_open``.

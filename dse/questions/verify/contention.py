@@ -63,7 +63,7 @@ def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit) -> 
 
 
 def stated_verdicts(result: Result, data: Mapping[str, Any], path: str | Path) -> Mapping[str, Contended]:
-    """What a result file says of each design, judged again; those that were not checked then are left out.
+    """The contention verdicts of a result file, computed again; designs that the file has not checked are left out.
 
     Raises
     ------

@@ -30,7 +30,7 @@ def open_options(space: Space) -> list[tuple[int, int]]:
 
 
 def stated_insisting(data: Mapping[str, Any], points: Sequence[InsistedPoint]) -> Insisting:
-    """What a result file says, with its points recomputed.
+    """The price of insisting as a result file states it, with its points recomputed.
 
     An `Insisting` of points and of a status with ids for each option; the names of decisions and options are taken from
     the file as they are.
@@ -53,7 +53,7 @@ class _Known:
 
 
 def check_insisting(bench: Bench, method: Method, deadline: float | None) -> None:
-    """Every option is there; each of its points has it, none dominates another, and none is missing.
+    """Check the price of insisting: every option is listed, and its front is valid, non-dominated and complete.
 
     Every front with one option fixed is proved again by the second proof, as long as `deadline` allows; findings go to
     `bench`.

@@ -53,14 +53,14 @@ class Witness(Protocol):
         ...
 
     def broken(self, design: Design) -> list[str]:
-        """What a design breaks for some stated values, in words.
+        """The requirements that a design violates for some stated values of the inputs, in words.
 
         One sentence for each requirement; empty for a robust design.
         """
         ...
 
     def check(self, bench: Bench, method: Method, deadline: float | None) -> None:
-        """What else a robust result states.
+        """Check the further statements of a robust result.
 
         Nominal front, lost designs and the price of robustness; findings are noted in `bench`.
         """
@@ -230,7 +230,7 @@ def check_statements(bench: Bench) -> None:
 
 
 def check_front(bench: Bench) -> None:
-    """Each point again from its decisions; no point as good as another everywhere; ids and ranks.
+    """Check each point by evaluating its decisions again; no point dominates another; ids and ranks are right.
 
     Every point is evaluated anew, its metrics are compared exactly, and pairs of points are tested for dominance.
     Designs and vectors are kept in `bench` for the second proof.

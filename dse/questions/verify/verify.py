@@ -89,7 +89,7 @@ def _claim(data: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class ProofMeans:
-    """By what a result is checked: the witness of a robust question, the method of the second proof, until when.
+    """The means of checking a result: the witness of a robust question, the method of the second proof, the time limit.
 
     `robust` makes a witness from a problem and the data of a robust result; `method` is the one of `dse.verify`.
     """
@@ -306,7 +306,7 @@ class RobustWitness:
         return self.question.learn(design)
 
     def broken(self, design: Design) -> list[str]:
-        """What a design breaks for some of the stated values: by the proof, and at places that are looked at.
+        """The violations of a design for some of the stated values: by the proof, and at sampled places.
 
         Sentences with requirement, value and unit. An empty list means: proved over the whole ranges, and no sampled
         place contradicts the proof.
@@ -335,7 +335,7 @@ class RobustWitness:
         return []
 
     def check(self, bench: Bench, method: Method, deadline: float | None) -> None:
-        """What a robust result says of its inputs, of the nominal front, and of what robustness costs.
+        """Check the inputs, the nominal front and the price of robustness of a robust result.
 
         The nominal front is verified as a result of its own, without robustness; lost and kept designs and the price
         are recomputed and compared.

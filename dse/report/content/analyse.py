@@ -197,7 +197,7 @@ def _responses(analysis: Analysis) -> Iterator[Block]:
 
 
 def _counted(analysis: Analysis) -> Text:
-    """What the figures count and leave out, in one paragraph; doubtful where a requirement fails with waiting."""
+    """The paragraph on what latencies count and leave out; marked doubtful where a requirement fails with waiting."""
     settings = settings_of(analysis.space)
     processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
     if analysis.contended is not None:
@@ -241,7 +241,7 @@ def _usage(analysis: Analysis) -> Iterator[Block]:
 
 
 def flow_table(flow: FlowTable) -> Table:
-    """What adds up to the least and the greatest latency of a flow.
+    """The table of the contributions to the least and the greatest latency of a flow.
 
     One row for each contributor, with the method by which minimum and maximum count, and a total with the jitter; times
     in ms.
@@ -275,7 +275,7 @@ def _specified_words(range_ns: tuple[Exact, Exact] | None) -> str:
 
 
 def usage_tables(analysis: Analysis) -> list[Table]:
-    """Who uses the processors and buses, as far as somebody does.
+    """The tables of the threads and connections that use processors and buses.
 
     One table for each processor and each bus with shares; empty slots are left out.
     """
@@ -324,7 +324,7 @@ def _share(share: Fraction, usage: Usage) -> str:
 
 
 def verdict_table(analysis: Analysis) -> Table:
-    """How the design meets each requirement, in the order of the file.
+    """The table of verdicts on each requirement, in the order of the file.
 
     Columns: requirement, value, limit, slack and verdict, in the units that engineers read.
     """

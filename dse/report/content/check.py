@@ -16,7 +16,7 @@ SCREEN = 3
 MANY = 12
 """The greatest number of flows."""
 HANG = 10
-"""Where the text behind a label begins."""
+"""The column in which the text behind a label begins."""
 
 
 def description_page(description: Description) -> Page:
@@ -41,7 +41,7 @@ def description_page(description: Description) -> Page:
 
 
 def _counts(description: Description) -> list[Block]:
-    """How many decisions, designs, requirements, rules and objectives there are."""
+    """The numbers of decisions, designs, requirements, rules and objectives, as text."""
     space = description.space
     parts = [(len(space.requirements), "requirement"), (len(space.rules), "rule"), (len(space.objectives), "objective")]
     asked = ", ".join(count_words(count, noun) for count, noun in parts if count)

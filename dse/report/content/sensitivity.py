@@ -87,7 +87,7 @@ def _free_words(data: Data) -> str:
 
 
 def _left_out_words(parts: Sequence[str]) -> str:
-    """What there was no time for.
+    """The sentence on results that the time limit left out.
 
     >>> _left_out_words(["margins of further inputs", "uncertain inputs"])
     'Stopped by the time limit; not computed: margins of further inputs, uncertain inputs.'
@@ -96,7 +96,7 @@ def _left_out_words(parts: Sequence[str]) -> str:
 
 
 def _unbounded_words(metrics: Sequence[str]) -> str:
-    """Of which metrics nothing is told.
+    """The sentence on unbounded metrics, whose variation is not explained.
 
     >>> _unbounded_words(["latency of f"])
     'Unbounded for some of the stated values, so that nothing explains their variation: latency of f.'
@@ -106,7 +106,7 @@ def _unbounded_words(metrics: Sequence[str]) -> str:
 
 
 def scaling_words(found: Data) -> str:
-    """What multiplying all execution times does, in words; `found` is ``execution_times`` of the data.
+    """The largest factor on all execution times, in words; `found` is ``execution_times`` of the data.
 
     The factor as a decimal number, exact where it is short, and the utilisation of each processor at it in % of one
     core.

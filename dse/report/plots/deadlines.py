@@ -26,7 +26,7 @@ NAME = 26
 
 
 def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[str, Any]]:
-    """What is drawn of each thread with a deadline: its share in %, and what is said of it; rows count from 1.
+    """The plot records of threads with a deadline: response time in % of the deadline, and a label; rows count from 1.
 
     The processor is named where several have response times.
     """

@@ -45,7 +45,7 @@ def basis_words(settings: Mapping[str, Any]) -> str:
 
 
 def scale_words(space: Space) -> str:
-    """What 100 % of utilisation is; "" where every processor has one core.
+    """The remark that 100 % of utilisation is one core; "" where every processor has one core.
 
     A remark, because 150 % is a valid utilisation of a processor with two cores.
     """
@@ -54,7 +54,7 @@ def scale_words(space: Space) -> str:
 
 
 def scale_of(names: Iterable[str]) -> str:
-    """What 100 % of utilisation is, for studies, whose data do not hold the number of cores; "" if none is named.
+    """The remark that 100 % of utilisation is one core, for studies; "" if no name is about a utilisation.
 
     `names` are metrics and requirements of the study.
     """

@@ -65,7 +65,7 @@ class Names:
         return ", ".join(self.option(name, point.decisions.get(name)) for name in self.naming)
 
     def design(self, point: Point) -> str:
-        """What a design is: its computers where they are open, and the decisions that differ on the front.
+        """The short name of a design: its computers where they are open, and the decisions that differ on the front.
 
         Options joined by commas, each once; at most `MOST_SHARING` computers.
         """
@@ -166,7 +166,7 @@ def _points(text: str) -> str:
 
 
 def cost_words(result: Result, point: Point) -> str:
-    """Where a design is the best in an objective, and what the best costs where it is not.
+    """The objectives in which a design is best, and for each other one the cost of the best value.
 
     Phrases joined by commas, one for each objective, for the line below the recommendation.
     """
@@ -207,7 +207,7 @@ def _margin_words(item: Margin, currency: str) -> str:
 
 
 def margin_parts(item: Margin, currency: str) -> tuple[str, float, str, str]:
-    """What is limited, the share of the limit that is used, value and limit, and the slack as a share of the limit.
+    """The name of the limited figure, the used share of the limit, value and limit, and the slack as a share.
 
     ``("core 2 of computer", 0.727, "50.89 of 70 %", "27.3 % slack")``.
     """
@@ -227,7 +227,7 @@ def margin_parts(item: Margin, currency: str) -> tuple[str, float, str, str]:
 
 
 def minor_words(result: Result, kinds: Kinds, names: Names) -> Iterator[str]:
-    """What each minor decision changes within a kind, against the design that stands for it.
+    """The effect of each minor decision within a kind, against the design that represents the kind.
 
     One line for each of at most `MOST_MINOR` decisions, with the range of the change in each objective.
     """

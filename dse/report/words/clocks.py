@@ -25,7 +25,7 @@ UNKNOWN = "unknown"
 
 
 def boundary_blocks(boundaries: Sequence[Boundary]) -> Iterator[Block]:
-    """What is said of timers on one clock, flow by flow; nothing where there are none.
+    """The blocks on timers that share a clock, flow by flow; none where no timers share one.
 
     A table for each flow, a plot of the timeline where times are known, and advice on offsets.
     """
@@ -49,7 +49,7 @@ def by_flow(boundaries: Sequence[Boundary]) -> dict[str, list[Boundary]]:
 
 
 def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
-    """Who reads whose data, when these are there, and how long they wait.
+    """The table of readers and senders on one clock: when data arrive, and the time that they wait.
 
     Offsets, ages and waits as ranges of time; the last column has an offset that would shorten the wait.
     """
@@ -69,7 +69,7 @@ def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
 
 
 def boundary_words(boundaries: Sequence[Boundary]) -> list[str]:
-    """What to change where data just miss a reader, or meet a read that others miss, each with its flows.
+    """The advice on offsets where data just miss a read, or some data miss a read that others meet, with the flows.
 
     Sentences that begin with the names of the flows concerned.
     """
@@ -125,7 +125,7 @@ def _span(times: tuple[Exact, Exact]) -> str:
 
 
 def timeline_records(boundaries: Sequence[Boundary]) -> list[dict[str, Any]]:
-    """What is drawn, in ms: per release of a timer a mark, when its data are there, and when they are read.
+    """The plot records of a timeline, in ms: for each release of a timer a mark, and when its data arrive and are read.
 
     Rows count from 1 in the order of the flow. Where some offset is unknown there is no timeline.
     """

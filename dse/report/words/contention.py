@@ -70,7 +70,7 @@ def uncounted_words(space: Space) -> str:
 
 
 def waiting_words(space: Space) -> str:
-    """What `bus_words` says, in short, where something asked is about a flow: for answers about a whole front.
+    """The short remark on bus arbitration that is not counted, for answers about a whole front.
 
     Empty where no flow is asked about, or waiting for every bus is counted.
     """
@@ -103,7 +103,7 @@ KINDS = {
 
 
 def arbitration_words(space: Space) -> str:
-    """For which buses messages wait, and in which order they go; "" where waiting for no bus is counted.
+    """The sentence on buses whose arbitration is counted, with the order of messages; "" where none is counted.
 
     One sentence with the kind of arbitration of each bus.
     """
@@ -127,7 +127,7 @@ def _asked(space: Space) -> list[Metric]:
 
 
 def bus_words(space: Space) -> str:
-    """For which buses messages wait in latencies, and for which that may carry them they do not.
+    """The sentence on buses whose arbitration delay latencies count, and on those whose delay they leave out.
 
     One or two sentences; both are needed where a system mixes buses with and without arbitration.
     """
@@ -168,7 +168,7 @@ def contention_words(result: Result) -> str:
 
 
 def broken_choice_words(result: Result, chosen: Point) -> str:
-    """What the design to choose breaks when response times count, and the first in rank that was found to keep all.
+    """The sentence on violations of the chosen design with response times, and on the first design in rank without any.
 
     Empty where it breaks nothing, was not checked, or the front was searched with response times. That none keeps
     them is said by `contention_words`.
@@ -185,7 +185,7 @@ def broken_choice_words(result: Result, chosen: Point) -> str:
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
-    """How many designs of a sweep meet the requirements with waiting for the CPU; "" where waiting is counted.
+    """The number of designs of a sweep that meet the requirements with waiting for the CPU, in words; "" if counted.
 
     One sentence with the number of designs of all fronts; `data` is the JSON form of a sweep.
     """
@@ -218,7 +218,7 @@ def asks_for_responses(space: Space) -> bool:
 
 
 def overhead_words(space: Space, design: Design | None = None) -> str:
-    """What response times count beside execution times, and what they do not: in any design, or in one.
+    """The overheads that response times count besides execution times, and those left out: in any design, or in one.
 
     One sentence about blocking, context switches, interrupts and throttling; `design` limits it to what that design
     chooses.
@@ -239,7 +239,7 @@ def overhead_words(space: Space, design: Design | None = None) -> str:
 
 
 def bound_words(space: Space, design: Design | None = None) -> str:
-    """Which response times are safe bounds, and why, to be said after `overhead_words`; empty where none is.
+    """The sentence on response times that are safe bounds, with the reason; follows `overhead_words`, empty for none.
 
     One sentence with the cores on which a response time need not be reached, and why; with `design` for that design
     only.
@@ -249,7 +249,7 @@ def bound_words(space: Space, design: Design | None = None) -> str:
 
 
 def safe_words(found: Mapping[str, Sequence[str]], *, is_known: bool = True) -> str:
-    """What a proof that rests on response times is worth where these are safe bounds: `found` says why they are.
+    """The remark that a proof rests on response times that are safe bounds: `found` says why they are.
 
     It may only rest on them where it is not `is_known` which demands clash.
     """
@@ -263,9 +263,9 @@ def _safe(found: Mapping[str, Sequence[str]]) -> str:
 
 
 def core_words(space: Space) -> str:
-    """Which cores response times are counted on.
+    """The phrase for the cores on which response times are counted.
 
-    One sentence: stated cores, decided ones, first-fit, or several of these.
+    Stated cores, decided ones, first-fit, or several of these.
     """
     return _cores_of_origins(core_origins(space))
 
@@ -302,7 +302,7 @@ def _ids(numbers: list[int]) -> str:
 
 
 def contended_words(found: Contended | None, currency: str) -> str:
-    """What a design keeps or breaks when response times count.
+    """The verdict on a design when response times count.
 
     One sentence with at most `MOST_BROKEN` violated requirements.
     """

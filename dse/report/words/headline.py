@@ -99,7 +99,7 @@ def _stopped(result: Result) -> str:
 
 
 def counted_parts(result: Result) -> tuple[list[str], list[str]]:
-    """What latencies and response times count, and what they leave out; two empty lists where none is asked for.
+    """The delays that latencies count, and those that they leave out; two empty lists where no latency is asked for.
 
     Lists of nouns such as *execution* and *waiting for the CPU*, to be joined in a sentence.
     """
@@ -118,7 +118,7 @@ def counted_parts(result: Result) -> tuple[list[str], list[str]]:
 
 
 def counted_words(result: Result) -> tuple[str, str]:
-    """What latencies count and leave out, with unusual rules; a remark on the profile; both "" where none is asked.
+    """The sentence on what latencies count, and a remark on the profile; both "" where no latency is asked for.
 
     Two sentences, the second one about profiles that count no response times.
     """
@@ -133,7 +133,7 @@ def counted_words(result: Result) -> tuple[str, str]:
 
 
 class Waiting:
-    """What the designs of a front keep when threads wait for the CPU, where the search left that out.
+    """The verdicts on the designs of a front with waiting for the CPU, where the search left waiting out.
 
     Verdicts of designs come from the result; nothing is analysed again.
     """
@@ -196,7 +196,7 @@ class Waiting:
         return f"{text}; {word}{readable(value, broken.unit, self.result.space.currency)}{who}"
 
     def note(self) -> str:
-        """What designs keep with waiting, where no warning says so.
+        """The sentence on designs that meet every limit with waiting, where no warning is shown.
 
         One sentence; empty where waiting is counted or a warning is shown.
         """
@@ -218,7 +218,7 @@ class Waiting:
 
 
 def overload_words(analysis: Analysis) -> list[str]:
-    """Which processors, cores and buses a design uses beyond what they have.
+    """The warnings on processors, cores and buses that a design overloads.
 
     One sentence for each overloaded resource, with its load in %.
     """
@@ -243,7 +243,7 @@ def overload_words(analysis: Analysis) -> list[str]:
 
 
 def unbounded_words(result: Result) -> list[str]:
-    """Which objectives of the first design have no bound.
+    """The warning on objectives of the first design that have no bound.
 
     One sentence for each objective; empty where all are finite.
     """

@@ -17,7 +17,7 @@ TITLE = "Proved of every design that may be missing"
 
 
 def missing_words(result: Result) -> list[str]:
-    """How good a design can be that a stopped search did not find: phrases that follow `TITLE`; none if it finished.
+    """The bounds on designs that a stopped search did not find, as phrases after `TITLE`; none if the search finished.
 
     Phrases with the bound on missing designs and the gap in each objective.
     """

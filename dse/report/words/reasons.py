@@ -54,7 +54,7 @@ class Sentence:
 
 
 def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
-    """What is said about an alternative, most important first.
+    """The sentences about an alternative, most important first.
 
     Labelled sentences: best objectives, baseline, neighbours, variants, limits, largest contributions, improvements.
     """
@@ -223,7 +223,7 @@ def _variants_words(variants: Sequence[Comparison], currency: str) -> str:
 
 
 def hidden_words(result: Result, shown: Sequence[Point]) -> list[str]:
-    """Which points are not in a list of the front, and why.
+    """The sentence on points that a list of the front leaves out, with the reason.
 
     Sentences: variants by the point that they resemble, then the number of lower-ranked points.
     """
@@ -310,7 +310,7 @@ def _improvement_words(item: Improvement, result: Result) -> str:
 
 
 def others_words(others: FurtherDesigns) -> str:
-    """How many designs share a point's objectives or come near, and whether these are all.
+    """The number of designs with a point's objectives or similar ones, and whether there are more.
 
     Says whether it is proved that there are no more.
     """
@@ -345,7 +345,7 @@ def dominated_words(sibling: FurtherDesign, result: Result) -> str:
 
 
 def proof_words(result: Result) -> str:
-    """What was proved about the front.
+    """The sentence on what was proved about the front.
 
     One sentence: complete, infeasible, or what is left open of a stopped search.
     """
@@ -370,7 +370,7 @@ def proof_words(result: Result) -> str:
 
 
 def rounding_words(result: Result) -> str:
-    """Which objectives are rounded; "" where all are exact.
+    """The sentence on rounded objectives; "" where all are exact.
 
     One sentence with the counting unit of each rounded objective.
     """
@@ -379,7 +379,7 @@ def rounding_words(result: Result) -> str:
 
 
 def exclusion_words(space: Space) -> str:
-    """Which combinations of options are no designs though nothing in the file forbids them; "" without any.
+    """The sentence on combinations of options that are no designs though the file does not forbid them; "" if none.
 
     Sentences; such combinations are removed when the space is built (docs/semantics.md).
     """
@@ -387,7 +387,7 @@ def exclusion_words(space: Space) -> str:
 
 
 def extrapolated_words(result: Result) -> str:
-    """Which designs send messages of sizes that the transmission times are not stated for; "" where none does.
+    """The sentence on designs with message sizes for which no transmission time is stated; "" where there are none.
 
     Sentences with ids of points and the sizes in question.
     """
@@ -403,7 +403,7 @@ def extrapolated_words(result: Result) -> str:
 
 
 def unused_words(result: Result) -> str:
-    """Which designs have no use for a decision that was fixed, so that fixing it changes nothing there; "" if none.
+    """The sentence on designs in which a fixed decision has no effect; "" where there are none.
 
     One sentence for each such decision, with the ids of the designs.
     """
@@ -418,7 +418,7 @@ def unused_words(result: Result) -> str:
 
 
 def tie_words(result: Result) -> str:
-    """Which points share a rank.
+    """The sentence on points that share a rank.
 
     One sentence with the ids that share each rank; empty where no rank is shared.
     """
@@ -444,7 +444,7 @@ def _capital(text: str) -> str:
 
 
 def effort_words(result: Result) -> str:
-    """What the search took, and of how many designs.
+    """The effort of the search, and the number of designs in the space.
 
     Solver calls, wall time in seconds and the size of the space, as a sentence.
     """

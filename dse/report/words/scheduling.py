@@ -66,7 +66,7 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
 
 
 def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Timeline]:
-    """How each core is busy where it is tightest.
+    """The timeline of the worst busy period of each core.
 
     A timeline of the busy period of each core on which several tasks run; nothing for the others.
     """

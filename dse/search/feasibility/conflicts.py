@@ -26,7 +26,7 @@ from dse.space.model.space import Design
 from dse.support.timelimit import OutOfTime, look_at_the_clock
 
 Heard: TypeAlias = Callable[[frozenset[int], bool], None]
-"""Who is told of a set that has no design, and whether it is a minimal conflict."""
+"""A callback that takes an infeasible set, and whether it is a minimal conflict."""
 LIMIT = 2.0
 """Deterministic time of the first attempt at a largest set; each further one has another seed and twice as much."""
 
@@ -55,7 +55,7 @@ class Correction:
 
 @dataclass(frozen=True)
 class Conflicts:
-    """What was found: `all_conflicts` where their list is complete.
+    """The conflicts and corrections that were found; `all_conflicts` says that the list of conflicts is complete.
 
     `smallest` is a correction of the fewest statements, which are members that a user stated as one. `limited` says
     that the enumeration ended at its limit, `stopped` that time ran out; `reduced` is then a set that has no design,

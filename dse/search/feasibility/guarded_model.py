@@ -31,7 +31,7 @@ from dse.support.timelimit import OutOfTime
 
 @dataclass
 class TimeLeft:
-    """When the questions of all who share it end: `at` by the monotonic clock, None without a limit, or after `work`.
+    """The common end of several questions: `at` by the monotonic clock, None without a limit, or after `work`.
 
     Work is deterministic time (`dse.search.solver.settings`).
     """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Narrowing:
-    """What the questions so far have shown: of how many slices the lowest is asked for, and what was in vain.
+    """The experience of past questions: the number of slices of which the lowest is asked for, and failed attempts.
 
     `quick` is how much work clause learning alone is given for a range; `bounded` has the parts (by their literals) of
     the question as it stands whose bound it does not raise any more, `improved` the points in whose neighbourhood
@@ -39,7 +39,7 @@ class Narrowing:
     improved: set[tuple[tuple[int, ...], Bound]] = field(default_factory=set)
 
     def begin(self) -> None:
-        """Another question is asked.
+        """Begin another question.
 
         What was learnt about parts of the last question is dropped.
         """

@@ -99,7 +99,7 @@ class Call:
         self.set_box(point, point)
 
     def set_box(self, least: Bound, most: Bound) -> None:
-        """Only designs with objectives from `least` to `most`, whatever solutions say of them.
+        """Restrict the model to designs with objectives from `least` to `most`, without minimising.
 
         Bounds in solver steps, both included; nothing is minimised.
         """
@@ -116,7 +116,7 @@ class Call:
             model.minimize(cp_model.LinearExpr.weighted_sum(variables, list(weights)))
 
     def any_design(self, ways: Sequence[tuple[SolverSettings, float]]) -> Answer:
-        """Some design in the regions, whatever is minimised: with settings, and so much work, one after the other.
+        """Find any design in the regions, without minimising, by the settings and work limits of `ways` in turn.
 
         An `Answer`: a design, a proof of none, or unfinished. The objective is set again at the end.
         """
@@ -175,7 +175,7 @@ class Call:
         return self.encoded.contention is not None and self.encoded.contention.is_stuck
 
     def raise_least(self, bound: int) -> int:
-        """What is minimised is proved to be no less than a bound; returns the least value that is left.
+        """Record a proved lower bound of the minimised objective; returns the least value that is left.
 
         In solver steps, rounded up to a value that the objective can have.
         """
@@ -197,7 +197,7 @@ class Call:
         return self._grid.up(value + 1)
 
     def most(self, best: Found | None) -> int | None:
-        """No more than this has what is better than a design, or than what is known; None where nothing is known.
+        """The greatest weighted sum of a design better than `best`, or than the known ceiling; None without either.
 
         In solver steps of the weighted sum.
         """

@@ -88,7 +88,7 @@ class Knapsack:
         return self.base + int(self.rows[0][steps])
 
     def designs(self, point: Bound) -> Iterator[Design]:
-        """What has a point of the table, in the order of the file.
+        """The designs of a point of the table, in the order of the file.
 
         Depth-first through the rows of the table, so that the first design comes first.
         """

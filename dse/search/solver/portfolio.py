@@ -69,7 +69,7 @@ class Portfolio:
                 self.learn(other, spent + work, is_answer=False)
 
     def learn(self, position: int, cost: float, *, is_answer: bool) -> None:
-        """What an attempt has cost, or would have cost at least.
+        """Record the cost of an attempt, or a lower bound of it.
 
         `cost` is work in deterministic time; without an answer it is a lower bound.
         """

@@ -53,7 +53,7 @@ class SolverSettings:
     probes: bool = False
 
     def least_work(self, model: cp_model.CpModel) -> float:
-        """How much work a call can be expected to take at least.
+        """The least work that a call can be expected to take.
 
         In deterministic time, proportional to the number of variables.
         """

@@ -63,7 +63,7 @@ class Strategy(Call):
 
     @property
     def most_regions(self) -> int:
-        """How many regions a question should be about: fewer where relaxation matters, which a union makes weak.
+        """The number of regions to ask about at once: fewer where relaxation matters, because a union weakens it.
 
         At least 1; measured costs decide between a union of regions and single ones.
         """
@@ -119,7 +119,7 @@ class Strategy(Call):
         return self._asked.answer(ways, lambda: self.work, lambda: self.out_of_time() or self._is_stuck())
 
     def solve_in(self, regions: Sequence[Bound], settings: SolverSettings, work: float) -> Answer:
-        """One attempt at a question as a whole.
+        """Attempt a question as a whole, once.
 
         A lower bound of an unfinished attempt is kept for loose models.
         """
@@ -162,7 +162,7 @@ class Strategy(Call):
         return answer
 
     def run_within(self, part: Subspace, settings: SolverSettings, work: float, least: int = 0) -> Answer:
-        """One run of the solver in a part of the space; none of it may be left where decisions are fixed.
+        """Run the solver once in a part of the space; `NoSuchDesign` where fixed decisions leave nothing of the part.
 
         Literals of the part are held true meanwhile; the grid of values is that of the part.
         """
@@ -176,7 +176,7 @@ class Strategy(Call):
             self.least, self._grid = known, EVERY
 
     def run(self, settings: SolverSettings, work: float, best: Found | None = None, most: int | None = None) -> Answer:
-        """One run of the solver, or what settings stand for: bounds and designs in turns, or lowest values first.
+        """Run the solver once, or the heuristic that the settings name: alternating bounds, or lowest values first.
 
         An `Answer`; settings that stand for a heuristic call it instead of the solver.
         """

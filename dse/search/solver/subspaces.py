@@ -52,7 +52,7 @@ class Subspace:
         return tuple(map(min, zip(*map(self.refuted.floor, regions), strict=True)))
 
     def learn(self, answer: Answer, weights: Sequence[int], regions: Iterable[Bound], better_than: int | None) -> None:
-        """What the answer to a question tells about later ones.
+        """Record the answer to a question for later questions.
 
         The question was for the design in one of the `regions` with the least weighted sum, below `better_than`.
         """
@@ -143,7 +143,7 @@ class AllSubspaces:
     def bounded(
         self, weights: Sequence[int], regions: Sequence[Bound], work: float
     ) -> tuple[Answer | None, int | None]:
-        """What the tables tell of the least weighted sum in a region: an answer, or a bound (and the parts learn).
+        """The answer of the tables on the least weighted sum in a region, or a bound of it (which the parts record).
 
         Nothing before a search has done so much `work` that making them pays.
         """
@@ -206,7 +206,7 @@ WHOLE = -1
 
 
 class Asks(Protocol):
-    """What a question part by part needs of whoever asks the solver.
+    """The interface through which a question that is solved part by part calls the solver.
 
     Implemented by `Strategy`; declared here so that files do not import each other in a circle.
     """

@@ -29,7 +29,7 @@ def _default_arbitration(model: BusType) -> Arbitration | None:
 
 
 def check_arbitration(ledger: Ledger, spec: Spec) -> None:
-    """What is stated of the arbitration of bus types goes with the rest of them.
+    """Check that the arbitration of each bus type fits its other fields.
 
     Mistakes go to `ledger`: arbitration of middleware, without transmission times, or by priorities that the frame does
     not have.

@@ -30,10 +30,10 @@ OF_THE_FIRST_JOB = (
     "period_ns", "stated_period_ns", "callback_ns", "latency_ns", "deadline_ns", "response_ns", "queue_size",
     "section_ns", "offset_ns", "communication", "join", "pairing", "partition",
 )  # fmt: skip
-"""What the job of a caller after a reply does not have."""
+"""Fields that only the first job of a caller has, not its job after a reply."""
 MOST_JOBS = 10_000
 MOST_NESTED = 50
-"""How many jobs calls make at most, and how many calls are within each other."""
+"""The greatest number of jobs that calls make, and of calls nested within each other."""
 
 
 @dataclass(frozen=True)

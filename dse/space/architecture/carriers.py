@@ -9,7 +9,7 @@ from dse.space.model.trees import Choice, Tree, leaves
 
 
 def carrying(bus: Bus) -> set[int]:
-    """Whatever may carry a virtual bus directly.
+    """The buses that may carry a virtual bus directly.
 
     Indices of buses: every option of its carrier, and the further buses that carry it at once.
     """

@@ -188,7 +188,7 @@ def with_use(ledger: Ledger, name: str, tree: Tree) -> Tree:
 
 
 def read_communication(ledger: Ledger, owner: Owner, protocol: Tree, period: Tree) -> Tree:
-    """When a thread's data pass: leaves ``implicit``, ``at_dispatch``, ``let`` or None, where no timer releases it.
+    """The communication timing of a thread: leaves ``implicit``, ``at_dispatch``, ``let``, or None without a timer.
 
     A tree; None where nothing is stated anywhere. What None means is in docs/semantics.md.
     """

@@ -368,7 +368,7 @@ def check_machines(
     components: Sequence[Component],
     connections: Sequence[Connection],
 ) -> None:
-    """Every virtual bus with figures per processor type finds a figure on every machine that may run it.
+    """Check that every virtual bus with figures per processor type has one for each machine that may run it.
 
     Missing figures go to `ledger` with the place of the connection or bus type.
     """

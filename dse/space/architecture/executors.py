@@ -24,7 +24,7 @@ WHERE = ("processor", "figures_of", "core")
 
 @dataclass(frozen=True)
 class Home:
-    """Where the threads of an executor or a reservation run: a tree of processors, and the stated core.
+    """The place of the threads of an executor or a reservation: a tree of processors, and the stated core.
 
     Executor and reservation are numbers, None where there is none.
     """

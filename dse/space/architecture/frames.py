@@ -257,7 +257,7 @@ def is_framed(fixed_ns: Tree) -> bool:
 
 
 def bit_units(fixed_ns: Tree, bandwidth_bps: Tree) -> set[tuple[Fraction, int]]:
-    """Of what all numbers of bits on a bus are multiples, with the bandwidth: for each frame that it may have.
+    """The unit of which all numbers of bits on a bus are multiples, with the bandwidth, for each possible frame.
 
     Pairs of a unit in bits and a bandwidth in bit/s; the time scale of the search is a common multiple of their
     quotients.

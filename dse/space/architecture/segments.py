@@ -55,7 +55,7 @@ def with_pieces(
 
 
 def inner_connections(components: Sequence[Component]) -> tuple[Connection, ...]:
-    """What dispatches each piece of a thread but the first: the end of the one before.
+    """The connections by which the end of one piece of a thread dispatches the next piece.
 
     Event connections without a bus and without a size, named after the thread and its piece.
     """
@@ -69,7 +69,7 @@ def inner_connections(components: Sequence[Component]) -> tuple[Connection, ...]
 
 
 def ends_by_name(components: Sequence[Component]) -> tuple[Mapping[str, int], Mapping[str, int]]:
-    """What sends as, and what receives for, each name of the file: the last, and the first piece of a thread.
+    """The sender (the last piece of a thread) and the receiver (the first piece) for each name of the file.
 
     Two mappings from names to component indices, for a thread without segments both to the thread itself.
     """

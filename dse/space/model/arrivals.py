@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Arrivals(NamedTuple):
-    """What releases jobs: its timer, once in each period; its inputs, as often as they come.
+    """The rule that releases jobs: a timer, once in each period, or inputs, as often as they come.
 
     Of a protocol that is `separated` jobs that inputs release are at least a period apart.
     """
@@ -35,7 +35,7 @@ BY_INPUTS = tuple(name for name, arrivals in PROTOCOLS.items() if arrivals.by_in
 
 
 def arrivals_of(protocol: str | None, *, has_period: bool) -> Arrivals:
-    """What releases the jobs of a component of this protocol.
+    """The arrival rule of a dispatch protocol.
 
     >>> arrivals_of(None, has_period=False).by_inputs
     True

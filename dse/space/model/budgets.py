@@ -31,7 +31,7 @@ class Budgeted:
 
 @dataclass(frozen=True, slots=True)
 class MemorySizes:
-    """What a memory has, in bytes.
+    """The sizes of a memory, in bytes.
 
     None where the file states nothing.
     """

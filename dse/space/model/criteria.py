@@ -107,7 +107,7 @@ class Requirement:
 
     @property
     def is_deadline(self) -> bool:
-        """Whether it is an upper limit on a response time.
+        """Whether the requirement is an upper limit on a response time.
 
         Other requirements on response times, such as lower limits, are none.
         """
@@ -142,7 +142,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Objective:
-    """What to minimise or maximise; `origin` is its place in the file (or the command line).
+    """An objective: a metric to minimise or maximise; `origin` is its place in the file (or the command line).
 
     Two objectives are equal when text, sense and metric are.
     """

@@ -14,7 +14,7 @@ from dse.support.units import DATA_RATE, DIMENSIONLESS, MONEY, POWER, TIME, Dime
 
 
 class MetricKind(NamedTuple):
-    """What a metric is of (a flow, processor, bus, component or thread; "" for the whole system), and its dimension.
+    """The element that a metric is about (flow, processor, bus, component, thread; "": the system) and its dimension.
 
     A count has no dimension.
     """

@@ -254,7 +254,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Reference:
-    """What a rule can speak about: a tree of values of one kind."""
+    """A name that a rule can refer to: a tree of values of one kind."""
 
     name: str
     kind: str
@@ -473,14 +473,14 @@ class Pieces:
 
 
 def at_home(components: Sequence[Component], number: int) -> Component:
-    """What has the processor and the process of a thread or device, wherever its last piece runs."""
+    """The component that has the processor and the process of a thread or device, wherever its last piece runs."""
     pieces = components[number].pieces
     return components[number if pieces is None else pieces.home]
 
 
 @dataclass(frozen=True)
 class Interference:
-    """What takes each core of a processor from every thread: up to `worst_ns` at a time, `period_ns` apart at least."""
+    """An interrupt or throttling that takes each core of a processor: up to `worst_ns`, at least `period_ns` apart."""
 
     name: str
     worst_ns: int

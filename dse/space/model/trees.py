@@ -13,7 +13,7 @@ from typing import Any, Final, Protocol, TypeAlias
 
 
 class DesignView(Protocol):
-    """What a formula needs of a design: the chosen option of each decision it asks for.
+    """The view of a design that a formula reads: the chosen option of each decision.
 
     `Design` tuples, `View` objects and mappings from decision to option all serve.
     """

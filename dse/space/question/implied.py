@@ -73,5 +73,5 @@ def overload_needed(space: Space, member: Requirement, limit: Fraction) -> str:
 
 
 def overloads_needed(space: Space, members: Iterable[Requirement], limit: Fraction) -> str:
-    """What `overload_needed` finds of limits that move together, separated by commas."""
+    """The results of `overload_needed` for limits that move together, separated by commas."""
     return ", ".join(filter(None, (overload_needed(space, item, limit) for item in members)))

@@ -61,7 +61,7 @@ class QuestionError(ValueError):
 
 
 def resolve_metrics(space: Space, ref: MetricExpr) -> tuple[Metric, ...]:
-    """What ``METRIC [of NAME]`` means; several metrics where NAME is left out and there are several candidates.
+    """Resolve ``METRIC [of NAME]``; several metrics where NAME is left out and there are several candidates.
 
     Raises
     ------
@@ -362,7 +362,7 @@ def _one_metric(space: Space, ref: MetricExpr) -> Metric:
 
 
 def worst_metric(space: Space, ref: MetricExpr, sense: Literal["minimise", "maximise"]) -> Metric:
-    """What an objective means: of several candidates the worst, the greatest where it is minimised.
+    """The metric of an objective: the worst of several candidates, which is the greatest where it is minimised.
 
     One `Metric`, or an extreme over all candidates. Raises `QuestionError` for an unknown name.
     """
@@ -371,7 +371,7 @@ def worst_metric(space: Space, ref: MetricExpr, sense: Literal["minimise", "maxi
 
 
 def worst_of(name: str, metrics: Sequence[Metric], operator: str) -> Metric:
-    """Of several metrics that are called so the one that an upper (or a lower) limit is about.
+    """The extreme of several metrics with one name that an upper or a lower limit applies to.
 
     The maximum for ``<=`` and ``<``, the minimum for ``>=`` and ``>``.
     """

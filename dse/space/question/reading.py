@@ -233,7 +233,7 @@ def _with_bandwidth(space: Space, metrics: tuple[Metric, ...], limit: Quantity) 
 
 
 def read_objective(space: Space, text: str, origin: str = "") -> Objective:
-    """What to minimise or maximise; without ``of`` the worst of all candidates.
+    """Read an objective from text; without ``of`` its metric is the worst of all candidates.
 
     Raises `ExpressionError` or `QuestionError` with the place in the text. `origin` is shown with the objective.
     """

@@ -95,7 +95,7 @@ def _fields(entry: Any) -> Any:
 
 
 def differences(one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
-    """Where two documents differ in meaning, in words; `one` is the earlier.
+    """The differences in meaning between two documents, in words; `one` is the earlier.
 
     Sentences with the path of each difference, such as ``threads.nav.period``; used to say what changed since a result
     was written.

@@ -65,7 +65,7 @@ def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
 
 
 def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic]:
-    """What a file says of components and connections that the model does not have.
+    """The mistakes in a file that names components and connections that the model does not have.
 
     Sections that a deciding file may extend are left out. Each `Diagnostic` has the closest name of the model as a
     hint.
@@ -83,7 +83,7 @@ def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic
 
 
 def overlaid(node: YamlNode, model: YamlNode) -> YamlNode:
-    """What a file states, field by field over what the model states; lists of the question one after the other.
+    """The model with the fields of a deciding file in place of its own, and the lists of both joined.
 
     A new tree: scalars of the deciding file replace those of the model, requirements, rules and objectives are
     appended.

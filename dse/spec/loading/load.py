@@ -55,7 +55,7 @@ class LoadedSpec:
 
     @cached_property
     def document(self) -> Mapping[str, Any]:
-        """What it says as plain data, includes and samples merged in.
+        """The problem as plain data, with includes and samples merged in.
 
         Keys and values as a problem file has them, JSON-compatible. Computed once.
         """
@@ -67,7 +67,7 @@ class LoadedSpec:
 
     @property
     def stated(self) -> tuple[UncertainInput, ...]:
-        """What is not known of its figures, in the order of the file; entries with mistakes are left out.
+        """The uncertain inputs of the problem, in the order of the file; entries with mistakes are left out.
 
         Inputs of robust fronts and of sampling, each with its paths and its range or distribution.
         """
@@ -113,7 +113,7 @@ class LoadedSpec:
 
 
 class UnreadableError(ProblemError):
-    """Some of the problem cannot be read; `rest` is the problem without that, None where too much would be missing.
+    """Parts of the problem cannot be read; `rest` is the problem without them, None where too much is missing.
 
     Later steps check `rest`, so that one run reports mistakes of form and of names together.
     """

@@ -26,7 +26,7 @@ MOST_BYTES = 8_000_000
 
 @dataclass(frozen=True)
 class MessageMistake:
-    """What is wrong with a message, and where.
+    """A mistake in the description of a message, with its place.
 
     `path` leads to the key in the problem file; `hint` says what would be right.
     """

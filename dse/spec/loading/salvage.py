@@ -48,7 +48,7 @@ Place = tuple[PathPart, ...]
 
 @dataclass(frozen=True)
 class Remains:
-    """What may be doubted of a problem from which something was taken out.
+    """The names in doubt in a problem from which mistaken entries were removed.
 
     `names` are those of entries that lack something or whose type does, `gone` those of entries that are missing
     altogether, `places` what was taken out.
@@ -90,7 +90,7 @@ def salvaged(model: type[Catalogue], data: Any, error: ValidationError) -> tuple
 
 
 def remains(spec: Catalogue, places: Iterable[Place]) -> Remains:
-    """What to doubt: the entries that hold the places, and those of a type that does.
+    """The names in doubt: entries that hold one of the places, and entries of a type that holds one.
 
     A `Remains`: names about which no further mistake is reported, because it may follow from one that is known.
     """

@@ -30,7 +30,7 @@ class Files(Protocol):
         """
 
     def real(self, path: Path) -> Path:
-        """What tells a file from others, however it is spelled.
+        """The canonical path of a file, the same for every spelling of the path.
 
         Two paths with one real path are one file; circles of includes are found by it.
         """
@@ -100,7 +100,7 @@ class Carried:
 
 
 def name_from(path: Path | str, main: Path) -> str:
-    """How a file is found from the folder of the main file: as it was included.
+    """The path of a file relative to the folder of the main file, as the include has it.
 
     Text with slashes; a path outside of that folder is kept as it is.
     """

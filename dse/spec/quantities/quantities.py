@@ -112,7 +112,7 @@ class Figure:
 
     @property
     def is_count(self) -> bool:
-        """Whether it counts things (cores, places in a queue): there is nothing between two of its values.
+        """Whether the quantity is a count (cores, places in a queue), which has whole values only.
 
         Margins of such inputs end at a whole number.
         """

@@ -39,7 +39,7 @@ def field_error(message: str, hint: str = "") -> PydanticCustomError:
 
 
 def describe(value: Any) -> str:
-    """What the file holds in a place, in words: ``10``, ``"text"``, ``a list``, ``nothing``.
+    """The description of a value in a file: ``10``, ``"text"``, ``a list``, ``nothing``.
 
     Texts are quoted and shortened for a message.
     """
@@ -55,7 +55,7 @@ def describe(value: Any) -> str:
 
 
 def kind_of(value: Any) -> str:
-    """What the file holds in a place, without quoting it: ``text``, ``a number``, ``a list``.
+    """The kind of a value in a file, without quoting the value: ``text``, ``a number``, ``a list``.
 
     For files that may hold secrets or long texts, such as a wrong file given by mistake.
     """
@@ -232,7 +232,7 @@ _HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]{1,8}")
 
 
 ANY_IDENTIFIER = "any"
-"""In place of the identifier of a message: the one that the deadlines on its bus leave it."""
+"""The text for an identifier that is assigned by the deadlines of the messages on the bus."""
 
 
 def _identifier(value: Any) -> int | str:

@@ -27,7 +27,7 @@ from dse.support import units
 
 
 class Priced(SpecMapping):
-    """What adds to the system's totals: money in cents with its currency, power in mW, and declared totals."""
+    """The contributions of a type to the system's totals: money in cents, power in mW, and declared totals."""
 
     price: Options[Money] | None = None
     power: Options[Power] | None = None
@@ -36,7 +36,7 @@ class Priced(SpecMapping):
 
 
 class Interrupt(SpecMapping):
-    """What interrupts each core: at least `period` apart, each takes up to its longest execution time."""
+    """An interrupt of each core: at least `period` apart, each takes up to its longest execution time."""
 
     compute_execution_time: TimeRange
     period: Period
@@ -44,7 +44,7 @@ class Interrupt(SpecMapping):
 
 
 class Throttling(SpecMapping):
-    """What an operating system leaves to threads: at most `budget` of each `period`, on each core."""
+    """The throttling by an operating system: threads get at most `budget` of each `period`, on each core."""
 
     budget: Duration
     period: Period

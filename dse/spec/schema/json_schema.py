@@ -30,7 +30,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def schema_head(name: str) -> dict[str, Any]:
-    """What tells one schema from others: a file of ``dse-NAME/1``, or a problem file.
+    """The identification of a schema: that of a file of ``dse-NAME/1``, or of a problem file.
 
     The keys ``$schema``, ``$id`` and ``title``.
     """

@@ -185,7 +185,7 @@ class Reservation(SpecMapping):
 
 
 class Slot(SpecMapping):
-    """What a type fills; `overload` lifts the limits that are implied."""
+    """A slot that a type fills; `overload` lifts the limits that are implied."""
 
     type: Options[SlotType]
     optional: bool = False
@@ -217,7 +217,7 @@ class Messages(SpecMapping):
 
 
 class Reply(SpecMapping):
-    """What comes back from a call: the size of the answer, and what the caller does when it is there."""
+    """The reply of a call: the size of the answer, and the work of the caller when the answer arrives."""
 
     data_size: DataSize | None = None
     compute_execution_time: TimeRanges | None = None
@@ -333,7 +333,7 @@ RuleText: TypeAlias = Annotated[
 
 
 class Uncertainty(SpecMapping):
-    """What is not known of a quantity: a range of values or factors, a distribution, or measured samples."""
+    """The uncertainty of a quantity: a range of values or factors, a distribution, or measured samples."""
 
     range: Line | None = None
     factor: Line | None = None
@@ -351,7 +351,7 @@ Deadlines: TypeAlias = Literal["stated", "all", "none"]
 
 
 class Catalogue(SpecMapping):
-    """What an included file may hold."""
+    """The content that an included file may have."""
 
     source: Line | None = None
     description: str | None = None

@@ -31,7 +31,7 @@ class Memory(SpecMapping):
 
 
 class ResourceBudget(SpecMapping):
-    """What a thread, a device or a subsystem around some is to use of processors and memories, for `osate-2.19`.
+    """The budget of a thread, device or subsystem for processors and memories, for `osate-2.19`.
 
     `speed` is in MIPS, `instructions` are those of one dispatch of a thread, sizes in bytes. A subsystem says what it
     is bound to itself; a thread has its processor and its partition.

@@ -81,7 +81,7 @@ def read_parameter(key: str, text: str) -> Parameter | str:
 
 
 def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
-    """What is wrong with the names that a problem states, each with its path.
+    """The mistakes in the ROS 2 names of a problem, each with its path.
 
     Pairs of a path in the file and a message: unknown parts, names twice, names that ROS 2 does not allow.
     """

@@ -80,7 +80,7 @@ class UncertainInput:
 
 
 def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...], tuple[UncertaintyError, ...]]:
-    """What the problem states, in the order of the file, and every mistake in it.
+    """The uncertain inputs of a problem, in the order of the file, and every mistake in them.
 
     Inputs with bounds in base units; a quantity that two entries state is a mistake of the second one.
     """

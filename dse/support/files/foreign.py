@@ -60,7 +60,7 @@ def reading(
 
 
 def _words_of(error: Exception) -> str:
-    """What an error of a library says, on one line, without the place that it names.
+    """The message of a library's error on one line, without the place that it names.
 
     >>> _words_of(KeyError("topic")), _words_of(ValueError("no element found: line 1, column 7")), _words_of(EOFError())
     ("KeyError: 'topic'", 'no element found', 'EOFError')

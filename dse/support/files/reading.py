@@ -151,7 +151,7 @@ def obstacle(path: PathLike) -> str | None:
 
 
 def real(path: PathLike) -> Path:
-    """What tells a file from others, however it is spelled: the path without links and dots.
+    """The canonical path of a file, without links and dots, the same for every spelling.
 
     As it is where that cannot be told: no name has a NUL, and symbolic links may lead in a cycle.
     """

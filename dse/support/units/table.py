@@ -200,7 +200,7 @@ _SLIPS = {
 
 
 class QuantityKind(NamedTuple):
-    """What a place in the file asks for.
+    """The kind of quantity that a place in the file asks for.
 
     Used to check a value and for the message where it does not fit.
     """
@@ -236,7 +236,7 @@ def shown(text: str) -> str:
 
 
 def expectation(kind: QuantityKind) -> str:
-    """What a place asks for, in words: ``a duration such as "10 ms"``."""
+    """The words for the quantity that a place asks for: ``a duration such as "10 ms"``."""
     return f'{kind.noun} such as "{kind.example}"'
 
 

@@ -31,7 +31,7 @@ from dse.verification.sums import Sum
 
 @dataclass(frozen=True)
 class Passage:
-    """What a flow takes until a component reads, as a variable; diagrams of whole numbers, in the unit of waiting.
+    """The time of a flow until a component reads, as a variable; diagrams of whole numbers, in the unit of waiting.
 
     `sender` is 0 where no timer on the reader's clock is before it, else the position from 1 on of its own sum in
     `since`. Where 0, it is `before` and `behind`; else the sum since the sender read, what is read `behind` the step,
@@ -81,7 +81,7 @@ class Passage:
 
 
 def passage_of(make: Diagrams, term: Term, before: Sum, since: Mapping[int, Sum], scale: int) -> Passage:
-    """What a flow takes until the component of a term reads; times in 1 / `scale` ns.
+    """The time of a flow until the component of a term reads; times in 1 / `scale` ns.
 
     `since` are the sums until the components before it read.
 

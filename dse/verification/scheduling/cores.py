@@ -31,7 +31,7 @@ OPEN, ELSEWHERE = 0, -1
 
 @dataclass(frozen=True)
 class ThreadUse:
-    """What a thread uses of a core, as a sum of diagrams of integers; its core from 1; the cores that it may have.
+    """The share of a core that a thread uses, as a sum of integer diagrams; its core from 1; its possible cores.
 
     Whether an open core is `by_rule`, as first-fit puts it.
     """

@@ -102,7 +102,7 @@ def _use(space: Space, processor: int, number: int, view: View) -> Fraction:
 
 
 def levels_of(make: Diagrams, threads: Mapping[int, Limit]) -> Levels | None:
-    """What the rows of these threads are made of; None where there are none, or too many."""
+    """The data of the rows of these threads; None where there are none, or too many."""
     demands: dict[int, tuple[Demand | None, ...]] = {}
     positions = {}
     for number, limit in threads.items():
@@ -153,7 +153,7 @@ def add_levels(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
 
 
 def add_pools(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
-    """What the rows of `add_levels` say of all cores for which work fits until the same times, added up.
+    """Add the sum of the rows of `add_levels` over all cores of one kind, whose work must fit until the same times.
 
     Such cores are of one kind. Of a thread only the kind of its core is asked: nothing tells cores of a kind apart.
     """
@@ -182,7 +182,7 @@ def add_pools(model: Any, uses: Sequence[Mapping[Demand, Any]]) -> None:
 
 @dataclass(frozen=True)
 class Fit:
-    """What fits on a core: work of periods up to `longest` until the time `point`; without one, shares of a whole."""
+    """The capacity of a core: work of periods up to `longest` until time `point`; without one, shares of a whole."""
 
     point: int | None = None
     longest: int = 0
@@ -193,7 +193,7 @@ class Fit:
         return WHOLE if self.point is None else self.point
 
     def needed(self, period: int, work: int) -> int:
-        """What a thread takes of it."""
+        """The part of the capacity that a thread takes."""
         if self.point is None:
             return WHOLE * work // period
         return -(-self.point // period) * work if period <= self.longest else 0

@@ -34,9 +34,9 @@ MOST_CASES = 16
 FINE = 8
 """Rows count in parts of a ns."""
 LATEST = 8
-"""So many times at which jobs come last before the end are looked at one by one, ..."""
+"""The number of last arrivals before the end that are looked at one by one."""
 EARLIER = 4
-"""... and the time before them in so many parts."""
+"""The number of parts into which the time before the last arrivals is divided."""
 
 
 def is_message_limit(limit: Limit) -> bool:
@@ -140,7 +140,7 @@ class BusRows:
         self.model.add_bool_or([*parts, kind.negated()])
 
     def _before(self, due: Sequence[_Sent], others: Sequence[_Sent]) -> dict[int, Any]:
-        """For each of the others a literal that is true where a message that is due has a greater number."""
+        """A literal for each of the others, true where a message that is due has a greater identifier."""
         numbers = [(number, True, one.number, literal) for one in due for literal, number in one.numbers]
         numbers += [(number, False, one.number, literal) for one in others for literal, number in one.numbers]
         passed: Any = None
@@ -173,7 +173,7 @@ class _Sent:
     numbers: list[tuple[Any, int]]
 
     def is_due(self, time: Exact) -> bool:
-        """Whether it is due by then in any case."""
+        """Whether the message is due by `time` in every case."""
         return all(item.limit_ns is not None and item.limit_ns <= time for _, item in self.cases)
 
     @property
@@ -198,7 +198,7 @@ def _intervals(due: Sequence[_Sent], time: Exact, last: Exact, bit: Exact) -> It
 
 
 def _work(item: Candidate, begin: Exact, last: Exact, bit: Exact, due: Exact) -> Exact:
-    """What a message takes until the start of the last one, whose end is after `begin`; once where it may be that."""
+    """The work of a message before the last message starts, which ends after `begin`; one job if it may be the last."""
     assert item.task is not None
     window = begin - last + bit
     if window < 0 or (item.limit_ns is not None and item.limit_ns <= due and begin < item.limit_ns):
@@ -216,7 +216,7 @@ def limited_by_deadline(space: Space, limits: Sequence[Limit]) -> set[int]:
 
 
 def message_lessons(space: Space, limits: Sequence[Limit], design: Design) -> list[Lesson]:
-    """Why messages miss these limits in a design."""
+    """The lesson from messages that miss these limits in a design."""
     view = View(design)
     limited = limited_by_deadline(space, limits)
     found = [
@@ -249,7 +249,7 @@ def _conflict_lesson(space: Space, conflict: Conflict, design: Design) -> Lesson
 
 
 def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], waited: Fraction, design: Design) -> Lesson:
-    """Why a message waits so long (ns) in a design, or longer."""
+    """The lesson from a message that waits `waited` ns or longer in a design."""
     message, view = -1 - key, View(design)
 
     def is_as_long(given: Sequence[int]) -> bool:
@@ -269,7 +269,7 @@ def waits_lesson(space: Space, key: int, waits: Callable[[View], Fraction], wait
 def soonest_lesson(
     space: Space, key: int, limits: Sequence[Limit], longer_ns: Fraction, design: Design
 ) -> Lesson | None:
-    """Why a message waits longer than that in any order in which all meet their deadlines; None where that is not so.
+    """The lesson from a message that waits longer than `longer_ns` in every order that meets all deadlines; else None.
 
     Only where `limits` have all deadlines.
     """

@@ -32,7 +32,7 @@ KINDS = ("latency", "min latency", "jitter", "run jitter", "oldest input")
 
 
 def sampled_ns(sampled: Sampled, view: View) -> Fraction:
-    """What an element of a flow adds to a metric, in the metric's own unit."""
+    """The contribution of an element of a flow to a metric, in the metric's own unit."""
     space, step, seen = sampled.space, sampled.step, sampled.asked(view)
     least, most, spread = _parts(space, step, sampled.kind, seen)
     figures = {"min latency": least, "latency": most, "jitter": most - least, "run jitter": spread}
@@ -63,7 +63,7 @@ def _value(term: Term, view: View) -> Fraction:
 
 
 def formula_of(term: Term) -> Callable[[View], Fraction]:
-    """What a term is worth in a design: by a formula of this module, where there is one."""
+    """The function from a design to the value of a term: a formula of this module, where there is one."""
     if term.sampled is None or term.sampled.kind not in KINDS:
         return term.value
     return partial(sampled_ns, term.sampled)

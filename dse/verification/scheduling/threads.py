@@ -25,7 +25,7 @@ Defined = Callable[[Diagram, str], None]
 
 
 def waits_of(make: Diagrams, defined: Defined, threads: Iterable[int], late: Sequence[Limit], scale: int) -> Waits:
-    """What the waiting of some threads follows from, in 1 / `scale` ns; `late` are limits on response times."""
+    """The data from which the waiting of threads follows, in 1 / `scale` ns; `late` are limits on response times."""
     space, wanted = make.space, set(threads)
     simple = [number for number, item in enumerate(space.components) if is_simple(item)]
     orders = {number: _turns(make, number) for number in simple if not has_number(space.components[number])}

@@ -40,7 +40,7 @@ class OneOfEach:
         return self.task.worst_ns + self.blocked_ns + sum(item.worst_ns for item in self.others)
 
     def parts(self) -> Parts | None:
-        """What goes before it.
+        """The parts of the response time that the piece spends waiting.
 
         One job of each other piece, and the blocking.
         """
@@ -68,7 +68,7 @@ class AsTheyCome:
         return None if found is None else found.waited_ns + self.task.worst_ns + self.blocked_ns
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound.
+        """The parts of the response time that the piece spends waiting; None where it has no bound.
 
         Jobs of the others that come until the release, less what ran meanwhile.
         """
@@ -113,7 +113,7 @@ class ByPriority:
         return longest
 
     def parts(self) -> Parts | None:
-        """What goes before it; None where it has no bound.
+        """The parts of the response time that the piece spends waiting; None where it has no bound.
 
         Those of the way with the longest wait.
         """
@@ -139,7 +139,7 @@ def window_of(
     succession: Succession,
     since_ns: Mapping[TaskKey, Exact],
 ) -> Served | None:
-    """What decides the time of a piece from its own release to its end; None where it has no bound.
+    """The window that decides the time of a piece from its own release to its end; None where it has no bound.
 
     Each piece of its thread has ended so long `since_ns` before its release.
     """

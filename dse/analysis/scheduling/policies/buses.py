@@ -83,7 +83,7 @@ class Arbitrated:
         return None if found is None else found[1] - found[0]
 
     def parts(self) -> Parts | None:
-        """What goes before the message that responds last; None where it has no bound.
+        """The parts of the wait of the message with the longest response time; None where it has no bound.
 
         Interference counts messages that are queued until the last frame starts, a bit time included.
         """
@@ -160,7 +160,7 @@ class InTurn:
         return min((item for item in found if item is not None), default=None)
 
     def parts(self) -> Parts | None:
-        """What goes before the message that responds last; None where it has no bound.
+        """The parts of the wait of the message with the longest response time; None where it has no bound.
 
         Those of the bound that is used.
         """
@@ -191,7 +191,7 @@ class InTurn:
 
 
 def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Arbitrated | InTurn | None:
-    """What decides the response time of a message on a bus; None where it has no bound.
+    """The busy window that decides the response time of a message on a bus; None where it has no bound.
 
     Of less urgent messages one may be in the way, however often it comes. Where senders take turns that is so of each
     other sender, but for the bound that counts whatever comes.

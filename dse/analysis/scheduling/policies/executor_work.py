@@ -73,7 +73,7 @@ class Work:
         return bool(self.blocked_ns > 0)
 
     def start(self, before: Exact, since: Exact = 0) -> Exact:
-        """When a job starts that waits for so much work, and for all that comes until then; not before `since`.
+        """The start of a job that waits for `before` of work and for all arrivals until it starts; at least `since`.
 
         In ns from the beginning of the busy period.
         """
@@ -94,7 +94,7 @@ class Work:
         return demand_of(self.outside, until=not self.comes_late)
 
     def end(self, work: Exact, since: Exact = 0) -> Exact:
-        """When so much work of the executor is done, and all that preempts it until then; not before `since`.
+        """The time when `work` of the executor and all preemption until then are done; at least `since`.
 
         In ns from the beginning of the busy period.
         """

@@ -158,7 +158,7 @@ class Queued:
         return None if found is None else found.response_ns
 
     def parts(self) -> Parts | None:
-        """What goes before the job that responds last; None where it has no bound.
+        """The parts of the wait of the job with the longest response time; None where it has no bound.
 
         One of the fellows may have begun, or less urgent work outside: the longer of the two counts.
         """
@@ -177,7 +177,7 @@ class Queued:
 
     @property
     def sharing(self) -> list[Task]:
-        """What uses the core beside the task in its busy period, again and again."""
+        """The tasks that share the core with this one during its busy period."""
         inside = (item.task for item in self.fellows if item.goes_first or self.kind != "callback_group")
         return [*self.higher, *inside]
 
@@ -232,7 +232,7 @@ def _remembered(window: Queued) -> WorstJob | None:
 
 
 def window_of(resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession) -> Queued | None:
-    """What decides the response time of a stage of an executor; None where it has no bound."""
+    """The busy window that decides the response time of a stage of an executor; None where it has no bound."""
     task = tasks[position]
     if task is None:
         return None

@@ -47,7 +47,7 @@ class Preempted:
         return response_time_ns(task, rivals, blocked)
 
     def parts(self) -> Parts | None:
-        """What goes before the job that responds last; None where it has no bound.
+        """The parts of the wait of the job with the longest response time; None where it has no bound.
 
         With the task's own time they add up to the response time.
         """
@@ -67,7 +67,7 @@ def _remembered(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exac
 
 
 def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Preempted | None:
-    """What decides the response time of a stage that no executor runs; None where it has no bound.
+    """The busy window that decides the response time of a stage that no executor runs; None where it has no bound.
 
     Of a piece of a thread it is the time from its own release: one job, for those before it have ended. Where it
     shares its turn with others these have waited for the pieces before it, which count as they do.

@@ -30,7 +30,7 @@ from dse.analysis.scheduling.model import Entry, Resource, Server
 
 
 def supply_gaps(name: str, budget_ns: int, period_ns: int) -> Task:
-    """What a supply leaves out, as a task that goes before all that it is for.
+    """The gaps in the supply of a reservation, as a task that delays all threads of the reservation.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def server(name: str, budget_ns: int, period_ns: int, switching: int = 0) -> Tas
 
 
 def gaps_and_servers(resource: Resource, entry: Entry, tasks: Sequence[Task | None]) -> list[Task | None]:
-    """What goes before a stage beside its rivals; None stands for what has no bound.
+    """The interrupts and reservations that delay a stage besides its rivals; None stands for one without a bound.
 
     That is interrupts and reservations; in a reservation what its supply leaves out, as long as it has one.
     """

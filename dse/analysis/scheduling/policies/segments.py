@@ -53,7 +53,7 @@ class Segments:
     def end_ns(
         self, resource: Resource, position: int, tasks: Sequence[Task | None], span_ns: Exact | None
     ) -> Exact | None:
-        """How long after the release of its thread a piece ends at the latest, `span_ns` after its own release.
+        """The latest end of a piece after the release of its thread, where it ends `span_ns` after its own release.
 
         In ns; None without a bound, and where the end comes later than the thread's next release, for which the bound
         does not hold.
@@ -84,7 +84,7 @@ class Segments:
         return self.events.stages[self.events.stages[entry.key].first].separation_ns
 
     def apart_ns(self, entry: Entry) -> Exact | None:
-        """How far apart two releases of the thread of a piece are at least; None where that is not known.
+        """The least time between two releases of the thread of a piece; None where it is not known.
 
         In ns.
         """
@@ -138,7 +138,7 @@ class Segments:
         return None if rivals is None else Preempted(job, rivals, blocked)
 
     def away_ns(self, pieces: Sequence[TaskKey]) -> Exact:
-        """How long these pieces of a thread are away from its core together, in ns.
+        """The total time that these pieces of a thread spend away from its core, in ns.
 
         The sum of the spans of pieces on accelerators.
         """
@@ -146,7 +146,7 @@ class Segments:
 
 
 def apart_ns(releases: Sequence[Stream], separation_ns: int | None) -> Exact | None:
-    """How far apart two releases of a thread are at least; None where there is one only.
+    """The least time between two releases of a thread; None where it is released once only.
 
     In ns: period less jitter of a single stream, or the separation where that is greater; 0 for several streams.
     """

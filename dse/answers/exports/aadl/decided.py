@@ -130,7 +130,7 @@ class Decided:
         return {**kept, "value": self._one(name, kept["value"])} if "value" in kept else kept
 
     def _by_parameter(self, section: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
-        """What a thread takes with the chosen value of the parameter that says so."""
+        """The execution time of a thread for the chosen value of its parameter."""
         for key, entry in (given.get("parameters") or {}).items():
             table, reference = (entry or {}).get("compute_execution_time"), self.space.references.get(f"{name}.{key}")
             chosen = None if reference is None else at(reference.tree, self.view)

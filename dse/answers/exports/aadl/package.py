@@ -29,7 +29,7 @@ class ComponentDraft:
 
 
 def kind_of(entry: str, leaving: str) -> str:
-    """What a flow specification is, with its ends.
+    """The kind of a flow specification, with its ends.
 
     ``path A -> B`` with both ends, ``sink A`` or ``source B`` with one.
     """

@@ -37,7 +37,7 @@ PORTS = {
     "feature": "feature",
 }  # fmt: skip
 GIVING = {"data access": ("provides", "requires")}
-"""How features of the sending and the receiving end begin, where not ``out`` and ``in``."""
+"""Keywords before features of the sending and the receiving end, where not ``out`` and ``in``."""
 BOUND = ("from", "to", "bus", "further_buses", "source")
 """Fields of connections and buses that say where they are: as ends and bindings."""
 PROTOCOLS = {"periodic": "Periodic", "aperiodic": "Aperiodic", "sporadic": "Sporadic", "hybrid": "Hybrid"}
@@ -404,5 +404,5 @@ class WholeModel:
 
 
 def _connection_word(kind: str) -> str:
-    """How a connection between features of a kind begins."""
+    """The keyword before a connection between features of a kind."""
     return next((word for word in ("feature", *GIVING) if kind.startswith(word)), "port")

@@ -68,7 +68,7 @@ class ComponentWriter:
         self._runs_on: dict[Instance, Instance] = {}
 
     def name(self, component: Instance) -> str:
-        """What the problem calls a component."""
+        """The name of a component in the problem file."""
         return self.model.end_name(component)
 
     def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:

@@ -119,7 +119,7 @@ class ConnectionWriter:
             self.model.library.remark(text, found.place, about=data.title)
 
     def name(self, item: ConnectionInstance) -> str:
-        """What the problem calls a connection: by the feature that it leaves."""
+        """The name of a connection in the problem file, after the feature that it leaves."""
         return self.names[item]
 
     def section(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, Any]:

@@ -194,7 +194,7 @@ class HardwareWriter:
         return name
 
     def carriers(self, component: Instance) -> list[Instance]:
-        """What a virtual bus is bound to, or is within."""
+        """The components that a virtual bus is bound to, or the bus that contains it."""
         bound = self.model.targets(self.model.properties.of(component, "Actual_Connection_Binding"))
         found = [item for item in bound if item.category in MEDIA and item is not component]
         around = component.parent

@@ -50,7 +50,7 @@ class Subsystem:
 
     @property
     def name(self) -> str:
-        """What the problem calls it."""
+        """The name of the component in the problem file."""
         return self.key[1]
 
 

@@ -75,7 +75,7 @@ NO_MORE = (("",), ())
 
 
 def beyond(path: Path, feature: Path) -> Path | None:
-    """What a path leaves open of the path of a feature: the index that it does not name, then what is within.
+    """The rest of a feature's path beyond a path: the index that the path does not name, then the inner names.
 
     None where it leads elsewhere.
 

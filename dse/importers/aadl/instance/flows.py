@@ -66,7 +66,7 @@ class EndToEnd:
 
     @property
     def name(self) -> str:
-        """What OSATE calls it."""
+        """The name of the flow in OSATE."""
         return self.declared + self.suffix
 
 

@@ -44,7 +44,7 @@ class Member(Generic[T]):
 
 @dataclass
 class Actual:
-    """What is bound to a prototype: a reference, the package it stands in, and what is bound there."""
+    """The binding of a prototype: a reference, the package that holds it, and the bindings there."""
 
     reference: Reference | None
     package: str
@@ -116,13 +116,13 @@ class Flattener:
         return found
 
     def bindings(self, given: tuple[Binding, ...], package: str, environment: Environment) -> dict[str, Actual]:
-        """What is bound to prototypes in a place, by key."""
+        """The bindings of prototypes in a place, by key."""
         return {item.name.lower(): Actual(item.classifier, package, environment, item.inner) for item in given}
 
     def resolve(
         self, reference: Reference, package: str, around: Flat | None, given: tuple[Binding, ...] = ()
     ) -> Flat | None:
-        """What a reference means in the classifier `around` it: a prototype of that, or a classifier.
+        """Resolve a reference in the classifier `around` it to a prototype of that classifier, or to a classifier.
 
         None with a finding where it leads nowhere.
         """

@@ -73,7 +73,7 @@ class Instance:
         return [child for child in there if _is_within(child.index, parts)] if parts else there
 
     def descend(self, path: Path) -> list[tuple[Instance, Path]]:
-        """Where a path leads: the components as far as there are any, and what is left of the path.
+        """The components that a path leads to, each with the rest of the path that names no further component.
 
         Pairs of a component and the rest of the path; several where the path names elements of an array.
         """

@@ -57,19 +57,19 @@ class InstanceModel:
             return None
 
     def name(self, component: Instance) -> str:
-        """What the problem calls a component: as stated in our property set, else its path."""
+        """The name of a component in the problem file: as stated in our property set, else its path."""
         if component not in self._names:
             stated = self.read(self.properties.of(component, "Name", OURS), text_of, "Name")
             self._names[component] = stated or component.title
         return self._names[component]
 
     def end_name(self, component: Instance) -> str:
-        """What it is called where a flow or connection leads to it: hardware has an entry of its own for that."""
+        """The name of a component as the end of a flow or connection: hardware has an entry of its own for that."""
         name = self.name(component)
         return f"{name} as a component" if component.category in (*CARRIERS, "processor") else name
 
     def medium_name(self, component: Instance) -> str:
-        """What it is called where a connection is bound to it: what is no bus has an entry of its own for that."""
+        """The name of a component as the medium of a connection; one that is no bus has its own entry for that."""
         name = self.name(component)
         return name if component.category in CARRIERS else f"{name} as a medium"
 

@@ -26,7 +26,7 @@ from dse.support.errors import Diagnostic, ProblemError
 
 @dataclass(frozen=True)
 class Parsed:
-    """What a file holds, what was read with a doubt, and what is wrong with it."""
+    """The content of a parsed file, with remarks on doubtful places and with its mistakes."""
 
     unit: Unit
     remarks: Sequence[Diagnostic] = ()

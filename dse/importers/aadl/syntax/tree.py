@@ -311,7 +311,7 @@ class Package:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """What a property set says of one name: a property, a constant or a type."""
+    """The definition of one name in a property set: a property, a constant or a type."""
 
     name: str
     kind: str
@@ -331,7 +331,7 @@ class PropertySet:
 
 @dataclass(slots=True)
 class Unit:
-    """What one file holds."""
+    """The packages and property sets of one file."""
 
     packages: list[Package] = field(default_factory=list)
     sets: list[PropertySet] = field(default_factory=list)

@@ -60,7 +60,7 @@ def sum_of(left: Any, right: Any) -> Any:
 
 
 def reckoned(kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """What an operator makes of two numbers; NotImplemented of anything else.
+    """The result of an arithmetic operator on two numbers; NotImplemented for other operands.
 
     Division by 0 gives NotImplemented, too; a number that is too large raises `TooMuchError`.
     """
@@ -112,7 +112,7 @@ def is_open(value: Any) -> bool:
 
 
 def compared(kind: type[ast.cmpop], left: Any, right: Any) -> Any:
-    """What a comparison of two values says; NotImplemented where one is not known."""
+    """The result of comparing two values; NotImplemented where one is not known."""
     if is_open(left) or is_open(right):
         return NotImplemented
     if kind in (ast.Eq, ast.NotEq):

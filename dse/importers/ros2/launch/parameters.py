@@ -87,7 +87,7 @@ class Stated:
 
 
 def stated_timers(text: str | None) -> list[Stated] | str:
-    """What `--timers` says, or what is wrong with it.
+    """The parameters that `--timers` names, or a text that says what is wrong with it.
 
     >>> stated_timers("fps, /cam:grab.period_ms [ms]")
     [Stated(node='', name='fps', unit='Hz'), Stated(node='/cam', name='grab.period_ms', unit='ms')]

@@ -219,7 +219,7 @@ class Launch:
         self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
 
     def unknown(self, action: Entity, context: Context, scope: Scope) -> None:
-        """What a Python file does not say."""
+        """Raise `NotStaticError` where the name of an action in a Python file is not static."""
         resolve(action.text("name"), context)
 
     def _set_environment(self, action: Entity, context: Context, scope: Scope) -> None:

@@ -24,7 +24,7 @@ TRUE, FALSE = ("true", "1"), ("false", "0")
 
 
 class NotStaticError(Exception):
-    """What a text says is only known when the system is launched; the message says why.
+    """The value of a text is only known when the system is launched; the message says why.
 
     The action that needs the text is left out with a remark.
     """
@@ -32,7 +32,7 @@ class NotStaticError(Exception):
 
 @dataclass
 class Context:
-    """What texts refer to: launch arguments by name, packages by name, the file in which the text stands.
+    """The scope of substitutions: launch arguments by name, packages by name, the file that holds the text.
 
     An argument whose value is not static holds the reason.
     """

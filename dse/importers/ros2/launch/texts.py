@@ -30,7 +30,7 @@ _PERCENT = re.compile(r"%%|%[sd]|%")
 
 
 def method_of_text(name: str, owner: str, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
-    """What a method makes of a text or path; NotImplemented where that is not known.
+    """The result of a method of a text or path; NotImplemented where it is not known.
 
     Examples
     --------

@@ -155,7 +155,7 @@ TOP = 10
 
 @dataclass(frozen=True)
 class Price:
-    """What an option costs: how many points of the whole front have it, and what is lost at the best of each objective.
+    """The price of an option: the points of the front that have it, and the loss in the best value of each objective.
 
     `kept` counts points of the whole front; `best` and `lost` are by objective, empty where no design is known.
     """
@@ -201,7 +201,7 @@ def prices(result: Result) -> list[Price]:
 
 
 def summary_words(result: Result) -> str:
-    """How many options keep the whole front, part of it or nothing, are impossible or unknown.
+    """The numbers of options that keep the whole front, part of it or nothing, are impossible or unknown.
 
     One sentence with the number of options of each of the five kinds.
     """
@@ -242,7 +242,7 @@ def _cost_words(result: Result, price: Price) -> list[str]:
 
 
 def insisting_section(result: Result, top: int | None = None) -> Section:
-    """What the options cost that no alternative has, on a terminal the first of them; how many others there are.
+    """The price of insisting on options that no alternative has; a terminal shows the first, and the number of others.
 
     `top` is the number of rows on a terminal, None for all. Rows have the option, how many alternatives it keeps, and
     the best objectives with it.

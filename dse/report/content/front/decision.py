@@ -66,7 +66,7 @@ class Card:
 
 
 def banner(screen: Screen) -> Banner:
-    """What a reader needs first: a warning that changes the decision, else the recommendation, else why there is none.
+    """The banner of the page: a warning that changes the decision, else the recommendation, else why there is none.
 
     Green with a recommendation of a complete front; red with a warning, or where no design exists.
     """
@@ -134,7 +134,7 @@ def _figures(screen: Screen, point: Point) -> Iterator[tuple[str, str]]:
 
 
 def designs_data(screen: Screen, alternatives: Sequence[Alternative]) -> dict[str, Any]:
-    """What the page compares, filters and ranks designs by.
+    """The data by which the page compares, filters and ranks designs.
 
     ``kinds`` has the points of each kind; ``designs`` by id: ``name``, ``kind``, ``limits`` as [name, share of the
     limit used, figures, slack], ``flows`` as the times of `CAUSES`, least and greatest latency.

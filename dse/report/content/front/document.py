@@ -197,7 +197,7 @@ class Document:
 
     @property
     def summary(self) -> list[str]:
-        """What was asked and what was found, in sentences, with today's design.
+        """The question and the findings in sentences, compared with today's design.
 
         Sentences in the order of a report: proof, first design, ties, waiting, baseline.
         """
@@ -205,7 +205,7 @@ class Document:
 
     @property
     def findings(self) -> list[str]:
-        """What was asked and what was found, in sentences, as far as nothing is computed for them.
+        """The question and the findings in sentences that need no further computation.
 
         Sentences; no design is analysed for them, so that they are there at once.
         """
@@ -289,12 +289,12 @@ class Document:
 
     @property
     def further_sections(self) -> list[Section]:
-        """What was asked beside the front: the price of insisting."""
+        """The sections on further questions: the price of insisting."""
         return [insisting_section(self.result)] if self.result.insisting is not None else []
 
     @property
     def provenance(self) -> list[tuple[str, str]]:
-        """Where the figures come from: question, proof, versions, seed.
+        """The provenance of the figures: question, proof, versions, seed.
 
         Pairs of a heading and a text, for the last section of a report: what is needed to reproduce the result.
         """
@@ -330,7 +330,7 @@ class Document:
 
     @property
     def gaps(self) -> tuple[str, ...]:
-        """What the model does not see.
+        """The effects that the model leaves out.
 
         Sentences; some depend on the problem (buses without arbitration, overheads that are not stated), the others
         hold for every result.

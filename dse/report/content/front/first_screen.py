@@ -106,7 +106,7 @@ class Screen:
         self.hidden = len(every) - len(self.shown)
 
     def head(self) -> Iterator[Block]:
-        """What changes the decision, what was found, what is counted.
+        """The first lines of the summary: warnings that change the decision, the finding, and what latencies count.
 
         Warnings, then one line of status and one line of what latencies count and leave out.
         """
@@ -121,7 +121,7 @@ class Screen:
 
     @cached_property
     def warnings(self) -> list[str]:
-        """What is wrong with the first design, or with all of them.
+        """The warnings about the first design, or about all designs.
 
         Sentences; any of them takes the place of a recommendation.
         """
@@ -296,7 +296,7 @@ class Screen:
             yield Text(baseline_words(reasoner).replace("Baseline: ", "Baseline ", 1), hang=HANG)
 
     def notes(self, *, all_listed: bool) -> Iterator[Block]:
-        """What designs leave out or round, what to do next, and what the search took.
+        """The last lines of the summary: omissions and rounding, next commands, and the effort of the search.
 
         The first `MOST_STEPS` further commands are suggested; the last line has effort and, where it is not 0, the exit
         code.

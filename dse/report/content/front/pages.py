@@ -34,7 +34,7 @@ EXPLAINED = 3
 
 
 def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Section] = ()) -> Page:
-    """What is printed: `top` alternatives (None: all), and at the end the verdict, where the eye is.
+    """The page for a terminal: `top` alternatives (None: all), and the verdict at the end, where the cursor is.
 
     Sections: warnings, front, reasons, price of insisting, studies, summary.
     """
@@ -47,7 +47,7 @@ def printed_page(document: Document, top: int | None = TOP, studies: Sequence[Se
 
 
 def written_page(document: Document, top: int | None = None, studies: Sequence[Section] = ()) -> Page:
-    """What is written as Markdown: the verdict first, the whole table, reasons of at most `top`, the foundations.
+    """The page for a Markdown file: verdict, whole table, reasons for at most `top` alternatives, question and proof.
 
     Sections: summary, front, reasons, price of insisting, studies, and the question with its proof.
     """
