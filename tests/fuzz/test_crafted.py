@@ -22,7 +22,7 @@ from tests.fuzz.crafted import Crafted, craft_store, crafted
 from tests.fuzz.harness import EXIT_CODES, LIMIT_S, Hangs
 from tests.helpers.effort import FIRST, count
 
-CASES = count(250)
+CASES = max(24, count(250))
 SEED = 1 + FIRST
 PUMP = Path(__file__).parent / "pump.yaml"
 GRID = (

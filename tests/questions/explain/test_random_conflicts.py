@@ -26,7 +26,7 @@ from dse.support.units import DIMENSIONLESS
 from tests.helpers.conflicting import infeasible
 from tests.helpers.effort import FIRST, count
 
-WANTED = count(60)
+WANTED = max(12, count(60))
 PARTS = 4
 
 
