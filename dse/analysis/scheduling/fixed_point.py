@@ -18,10 +18,11 @@ from typing import Any, TypeAlias
 from dse.analysis.scheduling.busy_window import Task, is_plain
 from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
-from dse.analysis.scheduling.model import Ends, Resource, System
-from dse.analysis.scheduling.policies import accelerators, buses, executors, preemptive
+from dse.analysis.scheduling.model import ChainKey, Ends, Resource, System
+from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
+from dse.analysis.scheduling.policies.chains import Chain, chains_on
 from dse.analysis.scheduling.policies.chains_in_executor import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
@@ -118,7 +119,14 @@ class Rounds:
     def __init__(self, system: System) -> None:
         self.system = system
         entries = [entry for resource in system.resources for entry in resource.entries]
-        self.ends: dict[TaskKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
+        self.ends: dict[TaskKey | ChainKey, Exact | None] = {
+            one.key: system.stages[one.key].elapsed_ns[1] for one in entries
+        }
+        self.chains = [chains_on(resource, system.stages) for resource in system.resources]
+        for resource, found in zip(system.resources, self.chains, strict=True):
+            keys = [entry.key for entry in resource.entries]
+            for chain in found:
+                self.ends[chain.key] = sum(system.stages[keys[item]].worst_ns for item in chain.members)
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
@@ -127,7 +135,8 @@ class Rounds:
     def _begin(self, *, is_plain: bool) -> None:
         """Read what releases each stage; where times are mere numbers what is found of them is kept."""
         self.is_plain = is_plain
-        self.events = EventModels(self.system.stages, self.ends, is_plain=is_plain)
+        keys = [chain.key for found in self.chains for chain in found]
+        self.events = EventModels(self.system.stages, self.ends, keys, is_plain=is_plain)
         self.segments = Segments(self.events, self.system.resources, self.spans)
         self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
 
@@ -151,7 +160,24 @@ class Rounds:
                         self._note_loss(resource, position, tasks)
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
+            for chain in self.chains[number]:
+                changed |= self._raise_chain(resource, chain, tasks)
         return changed
+
+    def _raise_chain(self, resource: Resource, chain: Chain, tasks: Sequence[Task | None]) -> bool:
+        """Raise the end of a chain; whether it rose."""
+        known = self.ends[chain.key]
+        if known is None:
+            return False
+        window = chains.window_of(resource, chain, tasks, self.events.released_as)
+        found = None if window is None else window.response_ns()
+        if found == known or (found is not None and found < known):
+            return False
+        if found is not None and self.count > 1 and self._is_beyond(found):
+            found = None
+        self.ends[chain.key] = found
+        self.events.raised((chain.key[0], "thread"))
+        return True
 
     def _note_loss(self, resource: Resource, position: int, tasks: Sequence[Task | None]) -> None:
         first = self.system.stages[resource.entries[position].key].first
@@ -272,7 +298,8 @@ class Windows:
 
     def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
         self.system = system
-        self.events = EventModels(system.stages, ends)
+        self.chains = {chain.key: chain for item in system.resources for chain in chains_on(item, system.stages)}
+        self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks: dict[int, list[Task | None]] = {}
 

@@ -19,8 +19,13 @@ from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
-Ends: TypeAlias = Mapping[TaskKey, "Exact | None"]
-"""For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound."""
+ChainKey: TypeAlias = tuple[int, int]
+"""The last and the first thread of a chain on one core (`dse.analysis.scheduling.policies.chains`)."""
+Ends: TypeAlias = Mapping["TaskKey | ChainKey", "Exact | None"]
+"""For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
+
+For chains how long after the release of its first thread the last one ends.
+"""
 
 
 @dataclass(frozen=True, slots=True)

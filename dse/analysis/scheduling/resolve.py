@@ -176,7 +176,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         tuple((item, "thread") for item in pieces),
         elapsed_ns(space, number, view) if part == "thread" else (best, worst),
         bool(pieces) and component.executor is not None,
-        _follows(space, component, view) if part == "thread" and space.executors else None,
+        _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),
         _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
         kept_jobs(space, component, part, view),

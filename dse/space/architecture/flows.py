@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from dse.space.architecture.calls import Calls
 from dse.space.architecture.carriers import carriers
+from dse.space.architecture.chains import with_chains
 from dse.space.architecture.clocks import speaks_of_clocks, with_past
 from dse.space.architecture.frames import Frame, is_framed
 from dse.space.architecture.joins import with_way
@@ -41,7 +42,7 @@ def build_flows(
         ledger.work.go_on(10)
         tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths, ways)
         steps = tracer.trace(given.path, (name,))
-        steps = with_way(components, steps)
+        steps = with_chains(components, connections, with_way(components, steps))
         if clocked:
             steps = with_past(steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None

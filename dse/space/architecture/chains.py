@@ -1,0 +1,75 @@
+"""Chains in flows: threads of which each may be released by the end of the one before, at once and on one core.
+
+Where a design lets them, such threads have one busy window (docs/semantics.md, section 4.9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from dse.space.architecture.activation import may_be_event_triggered
+from dse.space.model.flows import Step
+from dse.space.model.space import Component, Connection, Space
+from dse.space.model.trees import leaves
+
+
+def chained_to(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
+    """The thread whose end may release a thread at once on the same core, in some design; None where none may.
+
+    Judged by what the file offers: one trigger, a common processor, and no executor, reservation, segment or stated
+    response time that keeps them apart in every design.
+    """
+    component = components[number]
+    if len(component.triggers) != 1 or not may_be_event_triggered(component):
+        return None
+    connection = connections[component.triggers[0]]
+    if connection.source is None or connection.sender != connection.source or connection.source == number:
+        return None
+    sender = components[connection.source]
+    if not _may_be_chained(component) or not _may_be_chained(sender):
+        return None
+    if set(leaves(sender.communication)) == {"let"}:
+        return None
+    shared = (set(leaves(component.processor)) & set(leaves(sender.processor))) - {None}
+    return connection.source if shared else None
+
+
+def _may_be_chained(component: Component) -> bool:
+    """Whether a component may be a whole thread that its priority alone schedules."""
+    if component.processor is None or component.pieces is not None or component.reservation is not None:
+        return False
+    return component.response_ns is None and None in set(leaves(component.executor))
+
+
+def way_up(space: Space, number: int) -> tuple[int, ...]:
+    """The threads before a thread that may be one chain with it in some design, the first of them first."""
+    found = [number]
+    while (before := chained_to(space.components, space.connections, found[0])) is not None and before not in found:
+        found.insert(0, before)
+    return tuple(found[:-1])
+
+
+def with_chains(
+    components: Sequence[Component], connections: Sequence[Connection], steps: Sequence[Step]
+) -> tuple[Step, ...]:
+    """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
+
+    A thread of which the flow states figures of its own ends a chain, and begins none.
+    """
+    found: list[Step] = []
+    chain: tuple[int, ...] = ()
+    for step in steps:
+        if step.kind == "connection":
+            found.append(step)
+            continue
+        if step.figures is not None or step.index in chain:
+            chain = ()
+            found.append(step)
+            continue
+        before = chained_to(components, connections, step.index)
+        is_next = bool(chain) and before == chain[-1] and step.via == components[step.index].triggers[0]
+        chain = chain if is_next else ()
+        found.append(replace(step, chain=chain))
+        chain = (*chain, step.index)
+    return tuple(found)
