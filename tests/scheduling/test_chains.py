@@ -11,7 +11,7 @@ import pytest
 import dse
 from dse.analysis.diagnosis.timelines import worst_busy_period
 from dse.analysis.evaluate import Evaluator
-from dse.analysis.scheduling.policies.chains_in_executor import Chains, Succession
+from dse.analysis.scheduling.policies.successions import Chains, Succession
 from dse.analysis.scheduling.resolve import stage_of
 from dse.analysis.scheduling.responses import all_responses, processor_responses, solution_of
 from dse.analysis.scheduling.waits import Waits

@@ -23,7 +23,7 @@ from dse.analysis.scheduling.policies import accelerators, buses, chains, execut
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
 from dse.analysis.scheduling.policies.chains import Chain, chains_on
-from dse.analysis.scheduling.policies.chains_in_executor import Succession
+from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.tasks import TaskKey
@@ -146,11 +146,13 @@ class Rounds:
         look_at_the_clock()
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
-            if earlier is not None and not _looks_beyond(resource) and all(map(_is_same, tasks, earlier)):
+            succession = Succession(self.events, resource)
+            related = bool(succession.relatives_there)
+            looks_beyond = related or _looks_beyond(resource)
+            if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
                 continue  # as in the round before
             self._before[number] = tasks
-            succession = Succession(self.events, resource)
-            together = _remembered(resource, tasks) if self.is_plain else None
+            together = _remembered(resource, tasks) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
                 found = self._end_of(resource, position, tasks, succession) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
@@ -161,15 +163,18 @@ class Rounds:
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
             for chain in self.chains[number]:
-                changed |= self._raise_chain(resource, chain, tasks)
+                changed |= self._raise_chain(resource, chain, tasks, succession)
         return changed
 
-    def _raise_chain(self, resource: Resource, chain: Chain, tasks: Sequence[Task | None]) -> bool:
+    def _raise_chain(
+        self, resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+    ) -> bool:
         """Raise the end of a chain; whether it rose."""
         known = self.ends[chain.key]
         if known is None:
             return False
-        window = chains.window_of(resource, chain, tasks, self.events.released_as)
+        over = succession.over_before(chain.members, chain.rivals)
+        window = chains.window_of(resource, chain, tasks, self.events.released_as, over)
         found = None if window is None else window.response_ns()
         if found == known or (found is not None and found < known):
             return False
@@ -240,7 +245,7 @@ def window_of(
     if resource.wire is not None:
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
-        return preemptive.window_of(resource, position, tasks)
+        return preemptive.window_of(resource, position, tasks, succession.over_before((position,), entry.rivals))
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import lru_cache
 from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.policies.successions import is_prioritised
 from dse.analysis.scheduling.tasks import TaskKey
-from dse.support.units import Exact
 
 ReleasedAs: TypeAlias = Callable[[TaskKey, TaskKey], Task | None]
 """A stage as a job that is released when another stage is; None where that comes without a bound."""
@@ -59,7 +59,11 @@ def _chains(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
     for position, stage in enumerate(stages):
         link = stage.follows
         found = None if link is None or link.most_ns or link.after is None else positions.get(link.after)
-        if found is not None and _may_join(entries[found], stages[found]) and _may_join(entries[position], stage):
+        if (
+            found is not None
+            and is_prioritised(entries[found], stages[found])
+            and is_prioritised(entries[position], stage)
+        ):
             before[position] = found
     chains = []
     for last in before:
@@ -70,12 +74,6 @@ def _chains(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
     return tuple(chains)
 
 
-def _may_join(entry: Entry, stage: Stage) -> bool:
-    """Whether a stage is a whole thread that its priority alone schedules, and that executes something."""
-    is_plain = entry.executor is None and entry.reservation is None and not entry.is_piece
-    return is_plain and stage.key[1] == "thread" and stage.cost_ns != 0 and stage.keeps is None
-
-
 def _chain(entries: Sequence[Entry], members: tuple[int, ...]) -> Chain:
     rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
     key = (entries[members[-1]].key[0], entries[members[0]].key[0])
@@ -83,11 +81,12 @@ def _chain(entries: Sequence[Entry], members: tuple[int, ...]) -> Chain:
 
 
 def window_of(
-    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs, over: frozenset[int]
 ) -> Preempted | None:
     """The busy window from the release of the first thread of a chain until the end of the last one.
 
-    None where a rival, or the release of the first thread, has no bound. Where the last thread ends at all follows from
+    The rivals `over` never wait while a thread of the chain does. None where a rival, or the release of the first
+    thread, has no bound. Where the last thread ends at all follows from
     the window: no response time of a member is asked for.
     """
     entries, lowest = resource.entries, resource.entries[chain.lowest]
@@ -97,10 +96,6 @@ def window_of(
     rivals = tuple(item for item in found if item is not None)
     if own[-1] is None or len(rivals) < len(found):
         return None
-    return Preempted(own[-1], rivals, lowest.blocking_ns)
+    kin = tuple(item for position in chain.rivals if position in over and (item := tasks[position]) is not None)
+    return Preempted(own[-1], rivals, lowest.blocking_ns, kin, sum(item.worst_ns for item in own if item is not None))
 
-
-def least(times: Sequence[Exact | None]) -> Exact | None:
-    """The shortest of some times in ns, of which those without a bound are None; None where none has one."""
-    known = [time for time in times if time is not None]
-    return reduce(min, known) if known else None

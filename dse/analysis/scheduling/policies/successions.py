@@ -1,26 +1,26 @@
-"""Which threads of an executor never wait at the same time: those of one chain, where each job ends before the next.
+"""Which threads never wait at the same time: those of one chain, where each job of it ends before the next.
 
 A thread that only the end of another releases has a job after each of that one's. Where the job of a thread's last
 successor always ends before the thread is released again, a job of the chain is never released while an earlier one
 waits: the jobs of the chain do not delay each other. (Of all jobs that end later than their bounds one would be first:
-until then what the others' bounds rest on has held, and so its own; docs/semantics.md, section 4.6.)
+until then what the others' bounds rest on has held, and so its own; docs/semantics.md, sections 4.6 and 4.9.)
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, reduce
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
-from dse.analysis.scheduling.model import Resource, Stage
+from dse.analysis.scheduling.model import Entry, Resource, Stage
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
 
 
 class Chains:
-    """Which stages of an executor never wait at the same time, as response times are known when it is made.
+    """Which stages of an executor, or a core, never wait at the same time, as response times are known when it is made.
 
     `keys` are the whole threads that it runs, but for callbacks of hybrid ones.
     """
@@ -50,18 +50,24 @@ class Chains:
         return None if found is None else max(found, alone)
 
     def _spans_to(self, key: TaskKey) -> Iterator[tuple[TaskKey, Exact]]:
-        """A stage and all before it in its chain, with the longest time from the release of that to its own end."""
-        span, last, seen = self._response_ns(key), key, {key}
-        while span is not None:
-            yield last, span
-            link = self.events.stages[last].follows
-            if link is None or link.after is None or link.after in seen:
+        """A stage and all before it in its chain, with the longest time from the release of that to its own end.
+
+        Of all ways to cut that into windows of chains on one core and response times the least.
+        """
+        way, rests, first = [key], list[Exact | None]([0]), key
+        while True:
+            ends = [(self._response_ns(first), rests[0])]
+            ends += [(self.events.ends.get((way[index][0], first[0])), rests[index]) for index in range(1, len(way))]
+            spans = [end + rest for end, rest in ends if end is not None and rest is not None]
+            span = reduce(min, spans) if spans else None
+            if span is not None:
+                yield first, span
+            link = self.events.stages[first].follows
+            if link is None or link.after is None or link.after in way:
                 return
-            response = self._response_ns(link.after)
-            if response is None:
-                return
-            span, last = span + link.most_ns + response, link.after
-            seen.add(last)
+            rests.insert(0, None if span is None else span + link.most_ns)
+            first = link.after
+            way.insert(0, first)
 
     def _is_apart(self, key: TaskKey, span: Exact) -> bool:
         """Whether so long a time is over when a stage is released again."""
@@ -78,8 +84,12 @@ class Chains:
         """
         return _is_whole(one) and _is_whole(other) and self._follow(one.key, other.key)
 
+    def in_turn(self, first: TaskKey, last: TaskKey) -> bool:
+        """Whether a stage comes before another in a chain, or is it, and no two jobs of the chain between ever wait."""
+        return (first, last) in self._pairs
+
     def _follow(self, one: TaskKey, other: TaskKey) -> bool:
-        return (one, other) in self._pairs or (other, one) in self._pairs
+        return self.in_turn(one, other) or self.in_turn(other, one)
 
     def line(self, stage: Stage) -> TaskKey | None:
         """A line of stages of which at most one job waits at a time; None of one that may wait twice.
@@ -98,7 +108,7 @@ class Chains:
         found: dict[TaskKey, TaskKey] = {}
         for first, line in members.items():
             is_one = all(self._follow(one, other) for index, one in enumerate(line) for other in line[index:])
-            found |= {key: first if is_one else key for key in line if self._follow(key, key)}
+            found |= {key: first if is_one else key for key in line if self.in_turn(key, key)}
         return found
 
 
@@ -122,6 +132,74 @@ class Succession:
             inside = (item.key for item in self.resource.entries if item.executor == executor)
             self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
         return self._chains[executor]
+
+    def relatives(self, position: int) -> frozenset[int]:
+        """The rivals of a stage, by position, that come before or after it in its chain on whatever core.
+
+        Of a stage and rivals that only priorities schedule.
+        """
+        return self.relatives_there.get(position, frozenset())
+
+    @cached_property
+    def relatives_there(self) -> Mapping[int, frozenset[int]]:
+        """For each stage with such rivals which they are, by position."""
+        entries, stages = self.resource.entries, self.events.stages
+        if not any(stages[entry.key].follows is not None for entry in entries):
+            return {}
+        above = {
+            position: set(_before(stages, entry.key))
+            for position, entry in enumerate(entries)
+            if is_prioritised(entry, stages[entry.key])
+        }
+        found = {}
+        for position, mine in above.items():
+            key = entries[position].key
+            related = frozenset(
+                other
+                for other in entries[position].rivals
+                if other in above and (entries[other].key in mine or key in above[other])
+            )
+            if related:
+                found[position] = related
+        return found
+
+    @cached_property
+    def _outside(self) -> Chains:
+        entries, stages = self.resource.entries, self.events.stages
+        return Chains(self.events, [item.key for item in entries if is_prioritised(item, stages[item.key])])
+
+    def over_before(self, members: Sequence[int], rivals: Iterable[int]) -> frozenset[int]:
+        """The rivals of a chain on one core, or of a stage, of which no job waits while one of it does.
+
+        Positions; such rivals come before or after the chain, and are over when it is released.
+        """
+        if not self.relatives_there:
+            return frozenset()
+        entries = self.resource.entries
+        first, last = entries[members[0]].key, entries[members[-1]].key
+        near = frozenset[int]().union(*(self.relatives(position) for position in members))
+        return frozenset(
+            other
+            for other in rivals
+            if other in near
+            and (self._outside.in_turn(entries[other].key, last) or self._outside.in_turn(first, entries[other].key))
+        )
+
+
+def is_prioritised(entry: Entry, stage: Stage) -> bool:
+    """Whether a stage is a whole thread that executes something and that its priority alone schedules."""
+    is_plain = entry.executor is None and entry.reservation is None and not entry.is_piece
+    return is_plain and stage.key[1] == "thread" and stage.cost_ns != 0 and stage.keeps is None
+
+
+def _before(stages: Mapping[TaskKey, Stage], key: TaskKey) -> list[TaskKey]:
+    """The stages before one in its chain, the nearest first."""
+    found: list[TaskKey] = []
+    link = stages[key].follows
+    while link is not None and link.after is not None and link.after not in (key, *found):
+        found.append(link.after)
+        link = stages[link.after].follows
+    return found
 
 
 def _is_whole(stage: Stage) -> bool:
