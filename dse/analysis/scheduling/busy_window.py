@@ -157,7 +157,11 @@ def _release_ns(stream: Stream, number: int) -> Exact:
 
 
 def response_time_ns(
-    task: Task, higher: Sequence[Task], blocked_ns: Exact = 0, kin: Sequence[Task] = (), own_ns: Exact = 0
+    task: Task,
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    kin: Sequence[Task] | None = None,
+    under_way_ns: Exact = 0,
 ) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
 
@@ -171,9 +175,10 @@ def response_time_ns(
         how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
         reached, but approached.
     kin
-        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain.
-    own_ns
-        with `kin`: what one job of the chain takes that ends with the task; its own longest time if that is the task.
+        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain,
+        of which a job always ends before the next one is released; None where no such thing is known.
+    under_way_ns
+        with `kin`: how much work of a job of its own that was released before the busy period may be in it.
 
     Examples
     --------
@@ -187,12 +192,16 @@ def response_time_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns, kin, own_ns)
+    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns)
     return None if found is None else found[1] - found[0]
 
 
 def worst_job_ns(
-    task: Task, higher: Sequence[Task], blocked_ns: Exact = 0, kin: Sequence[Task] = (), own_ns: Exact = 0
+    task: Task,
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    kin: Sequence[Task] | None = None,
+    under_way_ns: Exact = 0,
 ) -> tuple[Exact, Exact] | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
 
@@ -211,7 +220,7 @@ def worst_job_ns(
     worst: tuple[Exact, Exact] = (0, 0)
     releases = releases_to_look_at_ns(task, rivals)
     released = next(releases)
-    busy: Exact = blocked_ns + task.worst_ns
+    busy: Exact = blocked_ns + under_way_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
     # the first release of each that `busy` has no work of
@@ -238,9 +247,9 @@ def worst_job_ns(
                 work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
                 busy, counted, grows = busy + work - counted, work, grows or work > counted
         over = released
-        if kin:
-            over = max(released, jobs * own_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin))
-            jobs += 1
+        if kin is not None:
+            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
+            over, jobs = max(released, under_way_ns + earlier), jobs + 1
         if busy - over > worst[1] - worst[0]:
             worst = over, busy
         released = next(releases, busy)

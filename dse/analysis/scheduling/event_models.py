@@ -153,17 +153,16 @@ class EventModels:
         released, end = self.streams((chain[1], "thread")), self.ends.get(chain)
         if released is None or end is None:
             return None
-        best: Exact = 0
         key: TaskKey = (chain[0], "thread")
+        spread: Exact = end
         while True:
-            best += self.stages[key].best_ns
+            spread -= self.stages[key].best_ns
             if key[0] == chain[1]:
-                break
+                return tuple(Stream(item.period_ns, item.jitter_ns + spread) for item in released)
             link = self.stages[key].follows
             assert link is not None
             assert link.after is not None
-            key = link.after
-        return tuple(Stream(item.period_ns, item.jitter_ns + end - best) for item in released)
+            key, spread = link.after, spread + link.most_ns - link.least_ns
 
     def _leaving_alone(self, key: TaskKey) -> Streams:
         """The streams at which jobs of a stage end, by its own response time."""

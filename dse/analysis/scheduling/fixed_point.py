@@ -173,9 +173,9 @@ class Rounds:
         known = self.ends[chain.key]
         if known is None:
             return False
-        over = succession.over_before(chain.members, chain.rivals)
-        window = chains.window_of(resource, chain, tasks, self.events.released_as, over)
+        window = chains.window_of(resource, chain, tasks, self.events.released_as, succession)
         found = None if window is None else window.response_ns()
+        found = None if found is None else found - chain.sent_ns
         if found == known or (found is not None and found < known):
             return False
         if found is not None and self.count > 1 and self._is_beyond(found):

@@ -24,7 +24,8 @@ ChainKey: TypeAlias = tuple[int, int]
 Ends: TypeAlias = Mapping["TaskKey | ChainKey", "Exact | None"]
 """For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
 
-For chains how long after the release of its first thread the last one ends.
+For chains how long after the release of its first thread the last one ends, less the longest times that what they send
+each other is on its way.
 """
 
 

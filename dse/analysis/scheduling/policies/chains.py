@@ -1,15 +1,17 @@
 """Chains on a core: threads that the end of the one before releases there, bounded as one job.
 
-A thread that only the end of another one releases, at once and on the same core, waits for none of the jobs before it
-in its chain. From the release of the first thread v1 until the end of the last one vm the core serves, without a break,
-nothing but the chain and what is at least as urgent as its least urgent thread. In a busy period at that level job q of
-vm therefore ends no later than
+A thread that only the end of another one releases on the same core waits for none of the jobs before it in its chain.
+From the release of the first thread v1 until the end of the last one vm the core serves nothing but the chain and what
+is at least as urgent as its least urgent thread, or the chain is on its way between two threads. What is so urgent and
+goes before it has been released since the core had last nothing of that to do. So each job of a rival counts once for
+the whole chain, where the bounds of the threads, added up, count it for each (docs/semantics.md, section 4.9):
 
-    w = B + q C(vm) + sum over the other threads of the chain C ceil((w + J(v1)) / T) + work of the rivals in w
+* Where a job of the chain always ends before the next one is released, the chain is one job that takes all its own
+  time, and the times between its threads.
+* Else, where nothing passes between the threads, job q of vm ends behind q jobs of its own and all jobs of the threads
+  before it, which are released when v1 is: the busy window of vm with these as rivals.
 
-which is the busy window of vm, released when v1 is, behind the threads before it, which are released then too
-(docs/semantics.md, section 4.9). The thread-by-thread bound counts a rival anew for each thread; this one counts it
-once. Either may be less: the least of all ways to cut a chain into windows holds.
+The sum of the threads' own bounds may be less: the least of all ways to cut a chain into windows holds.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
-from dse.analysis.scheduling.policies.successions import is_prioritised
+from dse.analysis.scheduling.policies.successions import Succession, is_prioritised
 from dse.analysis.scheduling.tasks import TaskKey
+from dse.support.units import Exact
 
 ReleasedAs: TypeAlias = Callable[[TaskKey, TaskKey], Task | None]
 """A stage as a job that is released when another stage is; None where that comes without a bound."""
@@ -32,16 +35,19 @@ ReleasedAs: TypeAlias = Callable[[TaskKey, TaskKey], Task | None]
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """Threads in a row on one core, each released at once by the end of the one before.
+    """Threads in a row on one core, each released by the end of the one before.
 
     `members` are their positions on the resource, in the order of the chain. `lowest` is the position of the least
-    urgent one, and `rivals` are the positions of what else may go before any of them.
+    urgent one, and `rivals` are the positions of what else may go before any of them. What they send each other takes
+    `sent_ns` at most in all; `breaks` are the places in the chain of threads that something takes time to reach.
     """
 
     key: ChainKey
     members: tuple[int, ...]
     lowest: int
     rivals: tuple[int, ...]
+    sent_ns: Exact = 0
+    breaks: tuple[int, ...] = ()
 
 
 def chains_on(resource: Resource, stages: Mapping[TaskKey, Stage]) -> tuple[Chain, ...]:
@@ -54,48 +60,53 @@ def _chains(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
     if resource.wire is not None or resource.is_accelerator:
         return ()
     entries = resource.entries
-    positions = {entry.key: position for position, entry in enumerate(entries)}
-    before: dict[int, int] = {}
-    for position, stage in enumerate(stages):
-        link = stage.follows
-        found = None if link is None or link.most_ns or link.after is None else positions.get(link.after)
-        if (
-            found is not None
-            and is_prioritised(entries[found], stages[found])
-            and is_prioritised(entries[position], stage)
-        ):
-            before[position] = found
+    positions = {
+        entry.key: position
+        for position, entry in enumerate(entries)
+        if is_prioritised(entry, stages[position])
+    }
+    before: dict[int, tuple[int, Exact]] = {}
+    for position in positions.values():
+        link = stages[position].follows
+        if link is not None and link.after is not None and link.after in positions:
+            before[position] = positions[link.after], link.most_ns
     chains = []
     for last in before:
-        members = [last]
-        while (found := before.get(members[0])) is not None and found not in members:
-            members.insert(0, found)
-            chains.append(_chain(entries, tuple(members)))
+        members, times = [last], list[Exact]()
+        while (found := before.get(members[0])) is not None and found[0] not in members:
+            members.insert(0, found[0])
+            times.insert(0, found[1])
+            chains.append(_chain(entries, tuple(members), times))
     return tuple(chains)
 
 
-def _chain(entries: Sequence[Entry], members: tuple[int, ...]) -> Chain:
+def _chain(entries: Sequence[Entry], members: tuple[int, ...], times: Sequence[Exact]) -> Chain:
     rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
     key = (entries[members[-1]].key[0], entries[members[0]].key[0])
-    return Chain(key, members, max(members), tuple(sorted(rivals)))
+    breaks = tuple(place for place, time in enumerate(times, 1) if time)
+    return Chain(key, members, max(members), tuple(sorted(rivals)), sum(times), breaks)
 
 
 def window_of(
-    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs, over: frozenset[int]
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs, succession: Succession
 ) -> Preempted | None:
     """The busy window from the release of the first thread of a chain until the end of the last one.
 
-    The rivals `over` never wait while a thread of the chain does. None where a rival, or the release of the first
-    thread, has no bound. Where the last thread ends at all follows from
-    the window: no response time of a member is asked for.
+    What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
+    bound, and where jobs of a chain meet that takes time between its threads.
     """
     entries, lowest = resource.entries, resource.entries[chain.lowest]
-    first = entries[chain.members[0]].key
-    own = [released_as(entries[position].key, first) for position in chain.members]
-    found = [*own[:-1], *gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
+    first, last = (entries[chain.members[place]].key for place in (0, -1))
+    own = [item for position in chain.members if (item := released_as(entries[position].key, first)) is not None]
+    found = [*gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
     rivals = tuple(item for item in found if item is not None)
-    if own[-1] is None or len(rivals) < len(found):
+    if not own or len(rivals) < len(found):
         return None
+    if not succession.are_apart(first, last):
+        return None if chain.breaks else Preempted(own[-1], (*own[:-1], *rivals), lowest.blocking_ns)
+    over = succession.over_before(chain.members, chain.rivals)
     kin = tuple(item for position in chain.rivals if position in over and (item := tasks[position]) is not None)
-    return Preempted(own[-1], rivals, lowest.blocking_ns, kin, sum(item.worst_ns for item in own if item is not None))
-
+    whole = Task(own[-1].name, sum(item.worst_ns for item in own), own[-1].streams, None, own[-1].stage)
+    under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
+    waits_ns = (1 + len(chain.breaks)) * lowest.blocking_ns + chain.sent_ns
+    return Preempted(whole, rivals, waits_ns, kin, under_way_ns)

@@ -32,8 +32,8 @@ class Preempted:
     task: Task
     rivals: tuple[Task, ...]
     blocked_ns: Exact = 0
-    kin: tuple[Task, ...] = ()
-    own_ns: Exact = 0
+    kin: tuple[Task, ...] | None = None
+    under_way_ns: Exact = 0
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound.
@@ -45,8 +45,8 @@ class Preempted:
         if not task.worst_ns:
             return 0
         if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
-            return _remembered(task, rivals, blocked, self.kin, self.own_ns)
-        return response_time_ns(task, rivals, blocked, self.kin, self.own_ns)
+            return _remembered(task, rivals, blocked, self.kin, self.under_way_ns)
+        return response_time_ns(task, rivals, blocked, self.kin, self.under_way_ns)
 
     def parts(self) -> Parts | None:
         """The parts of the wait of the job with the longest response time; None where it has no bound.
@@ -55,7 +55,7 @@ class Preempted:
         """
         if not self.task.worst_ns:
             return Parts()
-        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.own_ns)
+        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns)
         if found is None:
             return None
         jobs = ((item, most_jobs(item, found[1])) for item in self.rivals)
@@ -64,10 +64,10 @@ class Preempted:
 
 @lru_cache(16384)
 def _remembered(
-    task: Task, rivals: tuple[Task, ...], blocked_ns: Exact, kin: tuple[Task, ...], own_ns: Exact
+    task: Task, rivals: tuple[Task, ...], blocked_ns: Exact, kin: tuple[Task, ...] | None, under_way_ns: Exact
 ) -> Exact | None:
     """`response_time_ns`: from round to round, and from design to design, most tasks meet the same."""
-    return response_time_ns(task, rivals, blocked_ns, kin, own_ns)
+    return response_time_ns(task, rivals, blocked_ns, kin, under_way_ns)
 
 
 def window_of(
@@ -89,7 +89,7 @@ def window_of(
     if rivals is None:
         return None
     kin = tuple(item for position in over if (item := tasks[position]) is not None)
-    return Preempted(job, rivals, entry.blocking_ns, kin, job.worst_ns)
+    return Preempted(job, rivals, entry.blocking_ns, kin or None)
 
 
 def rivals_of(

@@ -57,7 +57,11 @@ class Chains:
         way, rests, first = [key], list[Exact | None]([0]), key
         while True:
             ends = [(self._response_ns(first), rests[0])]
-            ends += [(self.events.ends.get((way[index][0], first[0])), rests[index]) for index in range(1, len(way))]
+            between: Exact = 0
+            for index in range(1, len(way)):
+                between += self.events.stages[way[index]].follows.most_ns
+                end = self.events.ends.get((way[index][0], first[0]))
+                ends.append((None if end is None else end + between, rests[index]))
             spans = [end + rest for end, rest in ends if end is not None and rest is not None]
             span = reduce(min, spans) if spans else None
             if span is not None:
@@ -167,6 +171,10 @@ class Succession:
     def _outside(self) -> Chains:
         entries, stages = self.resource.entries, self.events.stages
         return Chains(self.events, [item.key for item in entries if is_prioritised(item, stages[item.key])])
+
+    def are_apart(self, first: TaskKey, last: TaskKey) -> bool:
+        """Whether a job that only priorities schedule goes through a chain before the next one is released."""
+        return self._outside.in_turn(first, last)
 
     def over_before(self, members: Sequence[int], rivals: Iterable[int]) -> frozenset[int]:
         """The rivals of a chain on one core, or of a stage, of which no job waits while one of it does.
