@@ -30,13 +30,10 @@ def longer_by_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
     `chain` are threads of a flow that may be one chain, the first of them first. Where the last one is not chained to
     the one before in the design it is its response time.
     """
-    joined = _joined(space, chain, view)
-    if len(joined) == 1:
-        return bounded_response_ns(space, joined[0], "thread", view)
-    *_, before, whole = _ends_ns(space, joined, view)
-    if whole >= UNBOUNDED_NS or before >= UNBOUNDED_NS:
-        return bounded_response_ns(space, joined[-1], "thread", view) if whole < UNBOUNDED_NS else whole
-    longer: Exact = picked("max", whole - before, longest_alone_ns(space, joined[-1], "thread", view))
+    *_, before, whole = _ends_ns(space, chain, view)
+    if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
+        return bounded_response_ns(space, chain[-1], "thread", view)
+    longer: Exact = picked("max", whole - before, longest_alone_ns(space, chain[-1], "thread", view))
     return longer
 
 
@@ -45,29 +42,16 @@ def chain_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
 
     In ns, from the release of the first until the end of the last; `UNBOUNDED_NS` or more without a bound.
     """
-    total: Exact = 0
-    for number in range(len(chain)):
-        total += longer_by_ns(space, chain[: number + 1], view)
-    return total
+    return sum(longer_by_ns(space, chain[: number + 1], view) for number in range(len(chain)))
 
 
-def _joined(space: Space, chain: Sequence[int], view: View) -> list[int]:
-    """The last threads of a chain that are one chain in the design, the last one among them."""
-    found = [chain[-1]]
-    for number in reversed(chain[:-1]):
-        if _end_ns(space, (chain[-1], number), view) is ABSENT:
-            break
-        found.insert(0, number)
-    return found
-
-
-def _ends_ns(space: Space, joined: Sequence[int], view: View) -> list[Exact]:
-    """For each of threads that are one chain when it ends at the latest, after the release of the first one."""
+def _ends_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
+    """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them."""
     ends: list[Exact] = [0]
-    for last, number in enumerate(joined):
+    for last, number in enumerate(chain):
         found = ends[last] + bounded_response_ns(space, number, "thread", view)
         for first in range(last):
-            window = _end_ns(space, (number, joined[first]), view)
+            window = _end_ns(space, (number, chain[first]), view)
             if window is not ABSENT:
                 found = picked("min", found, ends[first] + counted_ns(window))
         ends.append(found)

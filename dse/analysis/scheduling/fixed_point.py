@@ -22,7 +22,7 @@ from dse.analysis.scheduling.model import ChainKey, Ends, Resource, System
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
-from dse.analysis.scheduling.policies.chains import Chain, chains_on
+from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
@@ -122,11 +122,12 @@ class Rounds:
         self.ends: dict[TaskKey | ChainKey, Exact | None] = {
             one.key: system.stages[one.key].elapsed_ns[1] for one in entries
         }
-        self.chains = [chains_on(resource, system.stages) for resource in system.resources]
+        self.chains = chains_in(system)
         for resource, found in zip(system.resources, self.chains, strict=True):
             keys = [entry.key for entry in resource.entries]
             for chain in found:
-                self.ends[chain.key] = sum(system.stages[keys[item]].worst_ns for item in chain.members)
+                alone = sum(system.stages[keys[item]].worst_ns for item in chain.members)
+                self.ends[chain.key] = alone + chain.absent_ns
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
@@ -303,7 +304,7 @@ class Windows:
 
     def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
         self.system = system
-        self.chains = {chain.key: chain for item in system.resources for chain in chains_on(item, system.stages)}
+        self.chains = {chain.key: chain for found in chains_in(system) for chain in found}
         self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks: dict[int, list[Task | None]] = {}

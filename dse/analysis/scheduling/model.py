@@ -223,13 +223,15 @@ class System:
     """The resources of a design, in the order of the file, and all stages on them or before these.
 
     Response times that grow beyond `horizon_ns` by their own jitter have no bound. Of a system that `is_traced` times
-    are numbers that remember how they were made: nothing found of them is kept.
+    are numbers that remember how they were made: nothing found of them is kept. One that `is_part` of a design leaves
+    threads out, which may be anywhere.
     """
 
     stages: Mapping[TaskKey, Stage]
     resources: tuple[Resource, ...]
     horizon_ns: int
     is_traced: bool = False
+    is_part: bool = False
 
     def place(self, key: TaskKey) -> tuple[Resource, int] | None:
         """The resource of a stage and its position there; None where it runs on none of these."""

@@ -112,7 +112,7 @@ def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
     """The system in which only these threads are there, by number, each group on a resource of its own."""
-    return _system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view)
+    return replace(_system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view), is_part=True)
 
 
 def _system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
