@@ -30,6 +30,7 @@ from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_joined, is_periodic, may_poll
 from dse.analysis.scheduling.busy_window import PLAIN
+from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
@@ -144,6 +145,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
     alone = _undelayed(space)
+    chains = _chains_apart(space, flow, kind)
     for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
         names = space.components if step.kind == "component" else space.connections
         name = names[step.index].name
@@ -154,6 +156,11 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield _delivery_term(space, step, kind)
             continue
 
+        if number in chains:
+            yield Term(name, partial(_alone_of, alone, step, kind))
+            if chains[number]:
+                yield _chain_term(space, chains[number])
+            continue
         is_stored = may_be_stored(space, step)
         has_others = may_wait_for_inputs(space, step)
         responds = counts_responses(space) and _may_wait(space, step, kind)
@@ -194,22 +201,81 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             return least - period, most + 2 * period
 
         counts = responds and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
-        only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+        is_chained = bool(step.chain) and not step.only_reads
+        only_waits = (
+            counts and not is_chained and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+        )
         waits_where = _waits_where(space, step.index) if only_waits else None
-        counts = only_waits or (counts and _always_waits(space, step.index))
+        counts = only_waits or (counts and not is_chained and _always_waits(space, step.index))
         yield Term(
             name,
             value,
             ends=ends if is_scheduled else None,
             waits=(step.index, Fraction(1)) if counts else None,
-            may_fall=is_scheduled and (has_others or _may_move(space, step, kind)),
+            may_fall=is_scheduled and (has_others or is_chained or _may_move(space, step, kind)),
             only_waits=only_waits,
             waits_where=waits_where,
-            grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
+            grows=is_scheduled
+            and not is_chained
+            and not step.only_reads
+            and not step.since
+            and _ends_in_pieces(space, step),
             phased=None if is_scheduled else phased_of(space, step, kind),
             reads=_reads(space, step, number, kind),
             sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
         )
+
+
+def _chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ...]]:
+    """The elements of a flow, by their places, whose waiting is one figure for the threads of a chain.
+
+    The last of a chain has these threads, the others none.
+    """
+    found: dict[int, tuple[int, ...]] = {}
+    if not counts_responses(space) or kind == "min latency" or space.profile != "dse":
+        return found
+    places = [number for number, step in enumerate(flow.steps) if step.kind == "component"]
+    chains: list[list[int]] = []
+    for place in places:
+        step = flow.steps[place]
+        if step.chain and not step.only_reads:
+            chains[-1].append(place)
+        else:
+            chains.append([place])
+    for members in chains:
+        steps = [flow.steps[place] for place in members]
+        if len(members) > 1 and all(_only_waits(space, step, kind) for step in steps):
+            found |= dict.fromkeys(members, ())
+            found[members[-1]] = tuple(step.index for step in steps)
+    return found
+
+
+def _only_waits(space: Space, step: Step, kind: str) -> bool:
+    """Whether an element of a flow adds what it takes by itself and its waiting for others, in every design."""
+    if step.only_reads or not _counts_waiting(space, step.index) or not _always_waits(space, step.index):
+        return False
+    return not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+
+
+def _alone_of(alone: Space, step: Step, kind: str, view: View) -> Fraction:
+    """What an element of a flow adds to a metric where nothing waits."""
+    return ZERO + figure_of(kind, _element_range_ns(alone, step, view))
+
+
+def _chain_term(space: Space, chain: tuple[int, ...]) -> Term:
+    """How long the threads of a flow that may be one chain wait for others, in ns."""
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        return ZERO, ZERO + len(chain) * UNBOUNDED_NS
+
+    return Term(
+        space.components[chain[-1]].name,
+        lambda view: ZERO + chain_wait_ns(space, chain, view),
+        ends=ends,
+        waits=(chain, Fraction(1)),
+        only_waits=True,
+        grows=True,
+    )
 
 
 def _undelayed(space: Space) -> Space:

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.model import ChainKey
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, bounded_response_ns, counted_ns
-from dse.analysis.scheduling.fixed_point import solve
 from dse.analysis.scheduling.tasks import longest_alone_ns, task_keys
 from dse.analysis.terms import picked
 from dse.analysis.views import View
@@ -37,12 +37,15 @@ def longer_by_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
     return longer
 
 
-def chain_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
-    """The longest time of threads of a flow that may be one chain, without what passes between them.
+def chain_wait_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
+    """How long threads of a flow that may be one chain wait for others, all of them together.
 
-    In ns, from the release of the first until the end of the last; `UNBOUNDED_NS` or more without a bound.
+    In ns; `UNBOUNDED_NS` and more without a bound.
     """
-    return sum(longer_by_ns(space, chain[: number + 1], view) for number in range(len(chain)))
+    return sum(
+        longer_by_ns(space, chain[: number + 1], view) - longest_alone_ns(space, chain[number], "thread", view)
+        for number in range(len(chain))
+    )
 
 
 def _ends_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:

@@ -9,7 +9,7 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -23,9 +23,9 @@ from dse.analysis.scheduling.policies import accelerators, buses, chains, execut
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
-from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
+from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
@@ -66,6 +66,11 @@ class Solution:
     spans: Spans
     losses: Mapping[TaskKey, Loss] = field(default_factory=dict)
     rounds: int = 0
+
+    @property
+    def tasks(self) -> Iterator[TaskKey]:
+        """The stages on its resources."""
+        return (entry.key for resource in self.system.resources for entry in resource.entries)
 
     def because(self, loss: Loss) -> tuple[TaskKey, ...]:
         """The stages without a bound because of which a stage has none; none where it has none by itself."""

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from ortools.sat.python import cp_model
@@ -29,12 +30,16 @@ from ortools.sat.python import cp_model
 from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.scheduling.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
+from dse.analysis.scheduling.model import Ends
+from dse.analysis.scheduling.tasks import TaskKey, alone_ns, longest_alone_ns, shortest_alone_ns
+from dse.analysis.terms import Waiter
 from dse.analysis.views import View, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int, greatest
+from dse.encode.scheduling.chains import ChainRows
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.hosted import add_hosted_rows
 from dse.encode.scheduling.places import Places, Thread
+from dse.space.architecture.chains import may_succeed, way_up
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 from dse.support.timelimit import look_at_the_clock
@@ -53,7 +58,8 @@ class WaitRows:
         self.space: Space = board.space
         self.places, self.combined = places, combined
         self.scale = board.wait_scale or 1
-        self.variables = {number: variable.index for number, variable in board.waiting.items()}
+        self.variables: dict[int, int] = {}
+        self.chains = ChainRows(self)
         self.firsts: dict[int, int] = {}
         """How long the first job of a busy period waits: the same where no later job waits longer."""
         self.jitters: dict[int, int] = {}
@@ -69,11 +75,14 @@ class WaitRows:
 
     def extend(self, board: Board) -> None:
         """Rows of whatever has been asked of the board since, and of its limits."""
-        self.variables.update((number, variable.index) for number, variable in board.waiting.items())
+        self.variables.update((item, found.index) for item, found in board.waiting.items() if isinstance(item, int))
         self._orderly |= {item.thread for item in board.deadlines if item.guard is None and _ends_first(board, item)}
         for term in board.open_terms[self._terms :]:
             self._add_term(term)
         self._terms = len(board.open_terms)
+        for waiter, variable in board.waiting.items():
+            if isinstance(waiter, tuple):
+                self.chains.adopt(waiter, variable.index)
         for number in list(self.variables):
             look_at_the_clock()
             if number not in self._rows:
@@ -89,6 +98,7 @@ class WaitRows:
         other.__dict__.update(self.__dict__)
         other.combined = combined
         other.variables, other._made = dict(self.variables), dict(self._made)
+        other.chains = self.chains.copy(other)
         other.firsts = dict(self.firsts)
         other._rows = {number: list(rows) for number, rows in self._rows.items()}
         return other
@@ -115,14 +125,19 @@ class WaitRows:
         return cp_model.LinearExpr.weighted_sum(literals, [self.scale * worst for _, worst in thread.worst])
 
     def _rivals(self, number: int) -> list[Thread]:
-        """Threads that may delay a thread and are simple enough to be counted."""
+        """Threads that may delay a thread and are simple enough to be counted.
+
+        None of those that may come before or after it in a chain, for which it need not wait.
+        """
         thread = self.places.threads.get(number)
         if thread is None or thread.is_odd or thread.rates is None:
             return []
         found = {}
         for processor in thread.cores:
             for other in self.places.on(processor):
-                if other.number != number and not other.is_odd and other.rates is not None:
+                if other.number == number or other.is_odd or other.rates is None:
+                    continue
+                if not may_succeed(self.space, number, other.number):
                     found[other.number] = other
         return list(found.values())
 
@@ -130,10 +145,14 @@ class WaitRows:
 
     def _add_term(self, term: OpenTerm) -> None:
         """A figure with a variable of its own that holds waiting: variable >= least + weight * waiting."""
-        if term.waits is None or term.least is None or term.waits[0] not in self.places.threads:
+        if term.waits is None or term.least is None:
             return
         number, weight = term.waits
-        if self.variables.get(number) == term.variable.index:
+        if (
+            not isinstance(number, int)
+            or number not in self.places.threads
+            or self.variables.get(number) == term.variable.index
+        ):
             return
         each = weight / self.scale
         most = each.denominator * (abs(term.least.high) + abs(term.least.low)) + each.numerator * UNBOUNDED_NS
@@ -227,6 +246,8 @@ class WaitRows:
 
         forms, waits = [board.form(board.table(carrying))], list[Any]()
         if wire.source is not None and wire.rate_hz is None and wire.data_rate is None:
+            if len(way_up(self.space, wire.source)) > 1:
+                return self._chained_jitter(board, number, wire.source, forms[0], eager, below)
             source = self.space.components[wire.source]
             if "sporadic" in set(leaves(source.protocol)):
                 return None
@@ -236,12 +257,12 @@ class WaitRows:
                 return self.scale * (longest_alone_ns(self.space, number, "thread", view) - shortest)
 
             forms.append(board.form(board.table(varying)))
+            self.upstream[number] = wire.source
             if wire.source in self.places.threads and self.executes(wire.source):
                 waits.append(self.waiting(wire.source))
             further = self._add_jitter(board, wire.source, below | {number})
             if further is not None:
                 waits.append(further)
-            self.upstream[number] = wire.source
         most = sum(form.high for form in forms) + sum(
             self.model.proto.variables[item.index].domain[1] for item in waits
         )
@@ -251,6 +272,50 @@ class WaitRows:
         self.jitters[number] = variable.index
         return variable
 
+    def _chained_jitter(
+        self, board: Board, number: int, source: int, carried: Form, eager: int, below: frozenset[int]
+    ) -> cp_model.IntVar:
+        """At least the jitter that the connection to a thread adds, behind a thread that may be chained itself.
+
+        Where events release all threads of a part of that chain but the first, and a timer releases that one or it is
+        the first of all, what they vary and wait together is in it, too.
+        """
+        chain = way_up(self.space, source)
+        chain = chain[max((place + 1 for place, item in enumerate(chain) if not self.executes(item)), default=0) :]
+        self.upstream[number] = source
+        variable = self.model.new_int_var(0, carried.high + 2 * len(chain) * UNBOUNDED_NS * self.scale, "")
+        self.jitters[number] = variable.index
+        where = [eager]
+        self.model.add(variable >= self._expression(carried)).only_enforce_if(self.combined.literal(eager))
+        if any("sporadic" in set(leaves(self.space.components[item].protocol)) for item in chain):
+            return variable
+        for start in reversed(range(len(chain))):
+            part, first = chain[start:], self.places.threads.get(chain[start])
+            total = (
+                self._expression(carried) + self._expression(self._varying(board, part)) + self.chains.variable(part)
+            )
+            for literal, _ in [item for item in (first.modes if first is not None else ()) if item[1] is not None]:
+                held = [self.combined.literal(index) for index in (*where, literal)]
+                self.model.add(variable >= total).only_enforce_if(held)
+            eager_one = self._eager(board, self.space.components[chain[start]])
+            if eager_one is None:
+                break
+            where.append(eager_one)
+            if not start and chain == way_up(self.space, source):
+                further = self._add_jitter(board, chain[0], below | {number})
+                held = [self.combined.literal(index) for index in where]
+                self.model.add(variable >= total + (0 if further is None else further)).only_enforce_if(held)
+        return variable
+
+    def _varying(self, board: Board, chain: Sequence[int]) -> Form:
+        """How much more than at least the threads of a chain take at most by themselves."""
+
+        def varying(view: View) -> int:
+            times = (alone_ns(self.space.components[item], "thread", view) for item in chain)
+            return self.scale * sum(most - least for least, most in times)
+
+        return board.form(board.table(varying))
+
     def _eager(self, board: Board, component: Component) -> int | None:
         """A literal that is true where events dispatch a component; None where they never do."""
         found = [literal for literal, value in board.table(lambda view: is_event_triggered(component, view)) if value]
@@ -258,11 +323,23 @@ class WaitRows:
 
     # --- rows that follow ------------------------------------------------------------------------------------------
 
-    def refine(self, number: int, view: View) -> bool:
-        """Count the jobs that delay a thread in a design, and how late they are; whether any was not counted yet."""
-        return self._refine(number, view, all_responses(self.space, view), set())
+    def refine(self, waiter: Waiter, view: View) -> bool:
+        """Count the jobs that delay a thread in a design, and how late they are; whether any was not counted yet.
 
-    def _refine(self, number: int, view: View, known: Mapping[TaskKey, Exact | None], seen: set[int]) -> bool:
+        Of a chain those of the threads that are cut off from the others in the design.
+        """
+        known = all_responses(self.space, view)
+        if isinstance(waiter, int):
+            return self._refine(waiter, view, known, set())
+        joined = [(last, first) in known for first, last in pairwise(waiter)]
+        ends = zip(waiter, [False, *joined], [*joined, False], strict=True)
+        alone = [number for number, is_behind, is_before in ends if not is_behind and not is_before]
+        fresh = False
+        for number in alone:
+            fresh |= self._refine(number, view, known, set())
+        return fresh
+
+    def _refine(self, number: int, view: View, known: Ends, seen: set[int]) -> bool:
         seen.add(number)
         response = known.get((number, "thread"))
         thread = self.places.threads.get(number)

@@ -14,25 +14,28 @@ from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import leaves
 
 
-def chained_to(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
-    """The thread whose end may release a thread at once on the same core, in some design; None where none may.
-
-    Judged by what the file offers: one trigger, a common processor, and no executor, reservation, segment or stated
-    response time that keeps them apart in every design.
-    """
+def follows(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
+    """The only component whose end may release a component in some design, by number; None where there is none."""
     component = components[number]
     if len(component.triggers) != 1 or not may_be_event_triggered(component):
         return None
     connection = connections[component.triggers[0]]
-    if connection.source is None or connection.sender != connection.source or connection.source == number:
+    return connection.sender if connection.sender != number else None
+
+
+def chained_to(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
+    """The thread whose end may release a thread on the same core in some design, by number; None where none may.
+
+    Judged by what the file offers: one trigger, a common processor, and no executor, reservation, segment or stated
+    response time that keeps them apart in every design.
+    """
+    found = follows(components, connections, number)
+    if found is None or not _may_be_chained(components[number]) or not _may_be_chained(components[found]):
         return None
-    sender = components[connection.source]
-    if not _may_be_chained(component) or not _may_be_chained(sender):
+    if set(leaves(components[found].communication)) == {"let"}:
         return None
-    if set(leaves(sender.communication)) == {"let"}:
-        return None
-    shared = (set(leaves(component.processor)) & set(leaves(sender.processor))) - {None}
-    return connection.source if shared else None
+    shared = (set(leaves(components[number].processor)) & set(leaves(components[found].processor))) - {None}
+    return found if shared else None
 
 
 def _may_be_chained(component: Component) -> bool:
@@ -43,11 +46,28 @@ def _may_be_chained(component: Component) -> bool:
 
 
 def way_up(space: Space, number: int) -> tuple[int, ...]:
-    """The threads before a thread that may be one chain with it in some design, the first of them first."""
+    """The threads that may be one chain up to a thread in some design: the first of them first, itself last."""
     found = [number]
     while (before := chained_to(space.components, space.connections, found[0])) is not None and before not in found:
         found.insert(0, before)
-    return tuple(found[:-1])
+    return tuple(found)
+
+
+def may_succeed(space: Space, one: int, other: int) -> bool:
+    """Whether in some design one of two components comes before the other in a chain, on whatever cores.
+
+    Then a job of one need not wait for the other, however urgent that is (docs/semantics.md, section 4.9).
+    """
+    return one in _before(space, other) or other in _before(space, one)
+
+
+def _before(space: Space, number: int) -> list[int]:
+    found = [number]
+    before = follows(space.components, space.connections, number)
+    while before is not None and before not in found:
+        found.append(before)
+        before = follows(space.components, space.connections, before)
+    return found[1:]
 
 
 def with_chains(
@@ -55,7 +75,7 @@ def with_chains(
 ) -> tuple[Step, ...]:
     """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
 
-    A thread of which the flow states figures of its own ends a chain, and begins none.
+    A thread of which the flow states figures of its own is in no chain.
     """
     found: list[Step] = []
     chain: tuple[int, ...] = ()

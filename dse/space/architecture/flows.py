@@ -42,9 +42,8 @@ def build_flows(
         ledger.work.go_on(10)
         tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths, ways)
         steps = tracer.trace(given.path, (name,))
-        steps = with_chains(components, connections, with_way(components, steps))
-        if clocked:
-            steps = with_past(steps)
+        steps = with_way(components, steps)
+        steps = with_past(steps) if clocked else with_chains(components, connections, steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
         result.append(Flow(name, steps, required))
     return tuple(result)

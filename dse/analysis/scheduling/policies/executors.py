@@ -49,9 +49,9 @@ from dse.analysis.scheduling.busy_window import (
 from dse.analysis.scheduling.event_models import once
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
-from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact

@@ -59,7 +59,9 @@ class Chains:
             ends = [(self._response_ns(first), rests[0])]
             between: Exact = 0
             for index in range(1, len(way)):
-                between += self.events.stages[way[index]].follows.most_ns
+                link = self.events.stages[way[index]].follows
+                assert link is not None
+                between += link.most_ns
                 end = self.events.ends.get((way[index][0], first[0]))
                 ends.append((None if end is None else end + between, rests[index]))
             spans = [end + rest for end, rest in ends if end is not None and rest is not None]
