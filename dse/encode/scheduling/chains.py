@@ -16,10 +16,19 @@ from typing import Protocol
 from ortools.sat.python import cp_model
 
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
+from dse.analysis.terms import Waiter
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Space
+
+
+class CountedJobs(Protocol):
+    """The interface of the jobs that are counted in rows which these rows use."""
+
+    @property
+    def rows(self) -> dict[Waiter, list[tuple[int, int, int]]]:
+        """By thread or chain: a processor, the position of a type of it, and a row."""
 
 
 class Waiting(Protocol):
@@ -29,6 +38,10 @@ class Waiting(Protocol):
     places: Places
     combined: Combined
     scale: int
+
+    @property
+    def jobs(self) -> CountedJobs:
+        """The jobs that are counted in rows."""
 
     @property
     def model(self) -> cp_model.CpModel:
@@ -47,11 +60,12 @@ class ChainRows:
     def __init__(self, waiting: Waiting) -> None:
         self.waiting = waiting
         self._variables: dict[tuple[int, ...], int] = {}
+        self._throughout: dict[tuple[tuple[int, ...], int, int], int] = {}
 
     def copy(self, waiting: Waiting) -> ChainRows:
         """The same for a copy of the model."""
         other = ChainRows(waiting)
-        other._variables = dict(self._variables)
+        other._variables, other._throughout = dict(self._variables), dict(self._throughout)
         return other
 
     def adopt(self, chain: tuple[int, ...], index: int) -> None:
@@ -97,14 +111,36 @@ class ChainRows:
             if not delays:
                 continue
             literals = [combined.literal(index) for _, index in delays]
-            most = self.waiting.scale * sum(max(places.worst_on[processor, other.number]) for other, _ in delays)
-            work = works[processor] = model.new_int_var(0, most, "")
+            work = works[processor] = model.new_int_var(0, len(chain) * UNBOUNDED_NS * self.waiting.scale, "")
+            rows = self.waiting.jobs.rows.setdefault(chain, [])
             for position, kind in enumerate(places.types[processor]):
                 times = [self.waiting.scale * places.worst_on[processor, other.number][position] for other, _ in delays]
-                row = model.add(work >= cp_model.LinearExpr.weighted_sum(literals, times))
+                row = model.add(work - cp_model.LinearExpr.weighted_sum(literals, times) >= 0)
                 row.only_enforce_if(combined.literal(kind))
+                rows.append((processor, position, row.index))
         if works:
             model.add(variable >= sum(works.values()))
+
+    def throughout(self, chain: tuple[int, ...], processor: int) -> list[tuple[Thread, int]]:
+        """The threads that may delay every thread of a chain on a processor, each with a literal of its doing so."""
+        places, combined = self.waiting.places, self.waiting.combined
+        if chain not in self.waiting.jobs.rows or not all(map(self._counts, chain)):
+            return []
+        own = [places.threads[number] for number in chain]
+        found = []
+        for other in places.on(processor):
+            if self._delays(processor, other, own) is None or any(processor not in item.cores for item in own):
+                continue
+            delays = [combined.delays(processor, other, thread) for thread in own]
+            if None in delays:
+                continue
+            key = (chain, processor, other.number)
+            if key not in self._throughout:
+                made = self.waiting.model.new_bool_var("")
+                combined.implied(delays, made.index)
+                self._throughout[key] = made.index
+            found.append((other, self._throughout[key]))
+        return found
 
     def _counts(self, number: int) -> bool:
         """Whether a thread waits for others in every design, by its own priority."""
