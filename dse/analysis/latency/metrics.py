@@ -30,9 +30,9 @@ from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
 from dse.analysis.rates import is_joined, is_periodic, may_poll
 from dse.analysis.scheduling.busy_window import PLAIN
-from dse.analysis.scheduling.chained import chain_wait_ns
+from dse.analysis.scheduling.chained import chain_wait_ns, longer_by_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.scheduling.tasks import always_executes
+from dse.analysis.scheduling.tasks import always_executes, longest_alone_ns
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.architecture.activation import must_be_event_triggered
@@ -156,74 +156,82 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield _delivery_term(space, step, kind)
             continue
 
-        if number in chains:
+        if number not in chains or not _counts_waiting_once(space, step):
+            yield _element_term(space, step, number, kind, is_apart=number in chains)
+        else:
             yield Term(name, partial(_alone_of, alone, step, kind))
-            if chains[number]:
-                yield _chain_term(space, chains[number])
-            continue
-        is_stored = may_be_stored(space, step)
-        has_others = may_wait_for_inputs(space, step)
-        responds = counts_responses(space) and _may_wait(space, step, kind)
-        is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
-        counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
+        if chains.get(number):
+            yield _chain_term(space, chains[number])
 
-        def value(view: View, step: Step = step, space: Space = counted) -> Fraction:
-            figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
-            if kind == "run jitter":
-                figure += _run_excess_ns(space, step, view)
-            return figure
 
-        def ends(
-            view: View,
-            step: Step = step,
-            value: Callable[..., Fraction] = value,
-            is_stored: bool = is_stored,
-            has_others: bool = has_others,
-        ) -> tuple[Fraction, Fraction]:
-            """Response times are no shorter than execution times; each counts for its job and for those queued.
+def _element_term(space: Space, step: Step, number: int, kind: str, *, is_apart: bool) -> Term:
+    """The term of a component in a metric of a flow, behind `number` elements.
 
-            What waits for other inputs waits less where it comes later itself.
-            """
-            least = value(view, step, alone)
-            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
-            if kind == "min latency":
-                return least - period, least
-            jobs = 2 + _queue_size(space, step, view)
-            if has_others:  # which counts no more than a time without a bound, in place of a queue
-                rows = step_rows(alone, step, view)
-                least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
-                jobs = 3 if is_joined(space.components[step.index], view) else jobs
-            if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
-                jobs += 1 + 2 * len(dispatchers(space, step.index))
-            most = least + jobs * UNBOUNDED_NS
-            if not _may_move(space, step, kind):
-                return least, most
-            return least - period, most + 2 * period
+    Where it `is_apart` what its job waits for others is not in it.
+    """
+    alone = _undelayed(space)
+    is_stored = may_be_stored(space, step)
+    has_others = may_wait_for_inputs(space, step)
+    responds = counts_responses(space) and _may_wait(space, step, kind)
+    is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
+    counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
 
-        counts = responds and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
-        is_chained = bool(step.chain) and not step.only_reads
-        only_waits = (
-            counts and not is_chained and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
-        )
-        waits_where = _waits_where(space, step.index) if only_waits else None
-        counts = only_waits or (counts and not is_chained and _always_waits(space, step.index))
-        yield Term(
-            name,
-            value,
-            ends=ends if is_scheduled else None,
-            waits=(step.index, Fraction(1)) if counts else None,
-            may_fall=is_scheduled and (has_others or is_chained or _may_move(space, step, kind)),
-            only_waits=only_waits,
-            waits_where=waits_where,
-            grows=is_scheduled
-            and not is_chained
-            and not step.only_reads
-            and not step.since
-            and _ends_in_pieces(space, step),
-            phased=None if is_scheduled else phased_of(space, step, kind),
-            reads=_reads(space, step, number, kind),
-            sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
-        )
+    def value(view: View, space: Space = counted) -> Fraction:
+        figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
+        if kind == "run jitter":
+            figure += _run_excess_ns(space, step, view)
+        if is_apart and space is not alone:
+            figure -= _waited_ns(space, step, view)
+        return figure
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        """Response times are no shorter than execution times; each counts for its job and for those queued.
+
+        What waits for other inputs waits less where it comes later itself.
+        """
+        least = value(view, alone)
+        period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+        if kind == "min latency":
+            return least - period, least
+        jobs = 2 + _queue_size(space, step, view)
+        if has_others:  # which counts no more than a time without a bound, in place of a queue
+            rows = step_rows(alone, step, view)
+            least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
+            jobs = 3 if is_joined(space.components[step.index], view) else jobs
+        if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
+            jobs += 1 + 2 * len(dispatchers(space, step.index))
+        most = least + jobs * UNBOUNDED_NS
+        if not _may_move(space, step, kind):
+            return least, most
+        return least - period, most + 2 * period
+
+    counts = responds and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
+    is_chained = bool(step.chain) and not step.only_reads
+    counts = counts and not is_chained and not is_apart
+    only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+    waits_where = _waits_where(space, step.index) if only_waits else None
+    counts = only_waits or (counts and _always_waits(space, step.index))
+    may_fall = has_others or (is_chained and not is_apart) or _may_move(space, step, kind)
+    may_grow = not is_chained and not step.only_reads and not step.since
+    return Term(
+        space.components[step.index].name,
+        value,
+        ends=ends if is_scheduled else None,
+        waits=(step.index, Fraction(1)) if counts else None,
+        may_fall=is_scheduled and may_fall,
+        only_waits=only_waits,
+        waits_where=waits_where,
+        grows=is_scheduled and may_grow and _ends_in_pieces(space, step),
+        phased=None if is_scheduled else phased_of(space, step, kind),
+        reads=_reads(space, step, number, kind),
+        sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
+    )
+
+
+def _waited_ns(space: Space, step: Step, view: View) -> Fraction:
+    """How long the job of a thread of a flow waits for others, behind those before it in its chain."""
+    longest = longer_by_ns(space, (*step.chain, step.index), view)
+    return ZERO + longest - longest_alone_ns(space, step.index, "thread", view)
 
 
 def _chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ...]]:
@@ -244,17 +252,17 @@ def _chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, .
             chains.append([place])
     for members in chains:
         steps = [flow.steps[place] for place in members]
-        if len(members) > 1 and all(_only_waits(space, step, kind) for step in steps):
+        if len(members) > 1 and all(_waits_apart(space, step, kind) for step in steps):
             found |= dict.fromkeys(members, ())
             found[members[-1]] = tuple(step.index for step in steps)
     return found
 
 
-def _only_waits(space: Space, step: Step, kind: str) -> bool:
-    """Whether an element of a flow adds what it takes by itself and its waiting for others, in every design."""
+def _waits_apart(space: Space, step: Step, kind: str) -> bool:
+    """Whether what a job of an element waits for others may be told apart from the rest of it, in every design."""
     if step.only_reads or not _counts_waiting(space, step.index) or not _always_waits(space, step.index):
         return False
-    return not _may_move(space, step, kind) and _counts_waiting_once(space, step)
+    return not _may_move(space, step, kind)
 
 
 def _alone_of(alone: Space, step: Step, kind: str, view: View) -> Fraction:
