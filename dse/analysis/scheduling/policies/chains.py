@@ -152,5 +152,10 @@ def window_of(
     work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
     whole = Task(own[-1].name, work_ns, own[-1].streams, None, own[-1].stage)
     under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
+    rest_ns = succession.rest_ns(first, last)
+    if under_way_ns and rest_ns is not None:
+        lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, lowest.blocking_ns).response_ns()
+        if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
+            under_way_ns = 0
     waits_ns = (1 + len(chain.breaks)) * lowest.blocking_ns + chain.sent_ns
     return Preempted(whole, rivals, waits_ns, kin, under_way_ns)

@@ -33,13 +33,15 @@ class Chains:
         """The first of each stage's chain in the executor."""
         self._pairs: set[tuple[TaskKey, TaskKey]] = set()
         """Of each pair the one that comes before, or the same."""
+        self._spans: dict[tuple[TaskKey, TaskKey], Exact] = {}
+        """The longest time from the release of the one that comes before until the end of the other."""
         there = set(keys)
         for key in keys:
             ways = list(self._spans_to(key))
             is_over = [self._is_apart(first, span) for first, span in ways]
             for position, (first, _) in enumerate(ways):
                 if first in there:
-                    self._first[key] = first
+                    self._first[key], self._spans[first, key] = first, ways[position][1]
                     if any(is_over[position:]):
                         self._pairs.add((first, key))
 
@@ -93,6 +95,14 @@ class Chains:
     def in_turn(self, first: TaskKey, last: TaskKey) -> bool:
         """Whether a stage comes before another in a chain, or is it, and no two jobs of the chain between ever wait."""
         return (first, last) in self._pairs
+
+    def rest_ns(self, first: TaskKey, last: TaskKey) -> Exact | None:
+        """The least time, in ns, from the end of a job of a chain until its next one is released.
+
+        None where it is not known, and where the chain is released once only.
+        """
+        apart, span = self._apart.get(first), self._spans.get((first, last))
+        return None if apart is None or span is None else apart - span
 
     def _follow(self, one: TaskKey, other: TaskKey) -> bool:
         return self.in_turn(one, other) or self.in_turn(other, one)
@@ -177,6 +187,10 @@ class Succession:
     def are_apart(self, first: TaskKey, last: TaskKey) -> bool:
         """Whether a job that only priorities schedule goes through a chain before the next one is released."""
         return self._outside.in_turn(first, last)
+
+    def rest_ns(self, first: TaskKey, last: TaskKey) -> Exact | None:
+        """The least time, in ns, from the end of a job of a chain until its next one is released; None if not known."""
+        return self._outside.rest_ns(first, last)
 
     def over_before(self, members: Sequence[int], rivals: Iterable[int]) -> frozenset[int]:
         """The rivals of a chain on one core, or of a stage, of which no job waits while one of it does.
