@@ -19,7 +19,6 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS
 from dse.analysis.terms import Waiter
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Space
 
 
@@ -150,13 +149,8 @@ class ChainRows:
         return all(worst for _, worst in thread.worst)
 
     def _delays(self, processor: int, other: Thread, own: Sequence[Thread]) -> int | None:
-        """A literal that is true where another thread delays one of these on a processor; None where it never does.
-
-        It is not asked of threads that may come before or after one of them in a chain.
-        """
-        if other.is_odd or other.rates is None:
-            return None
-        if any(other.number == item.number or self._may_succeed(item.number, other.number) for item in own):
+        """A literal that is true where another thread delays one of these on a processor; None where it never does."""
+        if other.is_odd or other.rates is None or any(other.number == item.number for item in own):
             return None
         found = {
             delays
@@ -165,9 +159,6 @@ class ChainRows:
             and (delays := self.waiting.combined.delays(processor, other, thread)) is not None
         }
         return self.waiting.combined.any_of(tuple(sorted(found))) if found else None
-
-    def _may_succeed(self, one: int, other: int) -> bool:
-        return may_succeed(self.waiting.space, one, other)
 
     def _cuts(self, before: int, number: int) -> list[tuple[int, ...]]:
         """Literals that are all true only where a thread is no chain with the one before, in several ways.

@@ -39,7 +39,6 @@ from dse.encode.scheduling.hosted import add_hosted_rows
 from dse.encode.scheduling.jitters import Jitters
 from dse.encode.scheduling.jobs import JobRows
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.support.timelimit import look_at_the_clock
@@ -121,19 +120,14 @@ class WaitRows:
         return cp_model.LinearExpr.weighted_sum(literals, [self.scale * worst for _, worst in thread.worst])
 
     def _rivals(self, number: int) -> list[Thread]:
-        """Threads that may delay a thread and are simple enough to be counted.
-
-        None of those that may come before or after it in a chain, for which it need not wait.
-        """
+        """Threads that may delay a thread and are simple enough to be counted."""
         thread = self.places.threads.get(number)
         if thread is None or thread.is_odd or thread.rates is None:
             return []
         found = {}
         for processor in thread.cores:
             for other in self.places.on(processor):
-                if other.number == number or other.is_odd or other.rates is None:
-                    continue
-                if not may_succeed(self.space, number, other.number):
+                if other.number != number and not other.is_odd and other.rates is not None:
                     found[other.number] = other
         return list(found.values())
 

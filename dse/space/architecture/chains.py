@@ -58,7 +58,19 @@ def may_succeed(space: Space, one: int, other: int) -> bool:
 
     Then a job of one need not wait for the other, however urgent that is (docs/semantics.md, section 4.9).
     """
-    return one in _before(space, other) or other in _before(space, one)
+    return bool(successors(space, one, other))
+
+
+def successors(space: Space, one: int, other: int) -> tuple[int, ...]:
+    """The threads behind the first of two components up to the other one, where these are in a chain in some design.
+
+    Numbers, without that first one; none where neither may come before the other.
+    """
+    for first, last in ((one, other), (other, one)):
+        before = _before(space, last)
+        if first in before:
+            return (last, *before[: before.index(first)])
+    return ()
 
 
 def _before(space: Space, number: int) -> list[int]:
