@@ -55,7 +55,7 @@ class _Core:
     free: Mapping[int, OpenPriority]
     latest: Latest
     design: Sequence[int]
-    known: Known
+    known: Ends
 
     def in_time(self, number: int, options: Mapping[int, int]) -> bool:
         """Whether a thread meets its limits where the free ones have these options."""
@@ -94,7 +94,7 @@ def best_options(
     free: Mapping[int, OpenPriority],
     latest: Latest,
     design: Sequence[int],
-    known: Known | None = None,
+    known: Ends | None = None,
 ) -> dict[int, int] | None:
     """Options of the priorities of threads that share a core, by thread, with which all meet their limits.
 

@@ -162,12 +162,7 @@ class Succession:
         entries, stages = self.resource.entries, self.events.stages
         if not any(stages[entry.key].follows is not None for entry in entries):
             return {}
-        above = {
-            position: set(_before(stages, entry.key))
-            for position, entry in enumerate(entries)
-            if is_prioritised(entry, stages[entry.key])
-        }
-        found = {}
+        above, found = self._above, {}
         for position, mine in above.items():
             key = entries[position].key
             related = frozenset(
@@ -178,6 +173,16 @@ class Succession:
             if related:
                 found[position] = related
         return found
+
+    @cached_property
+    def _above(self) -> Mapping[int, frozenset[TaskKey]]:
+        """What comes before each stage in its chain, by the position of those that only priorities schedule."""
+        stages = self.events.stages
+        return {
+            position: frozenset(_before(stages, entry.key))
+            for position, entry in enumerate(self.resource.entries)
+            if is_prioritised(entry, stages[entry.key])
+        }
 
     @cached_property
     def _outside(self) -> Chains:
@@ -195,18 +200,18 @@ class Succession:
     def over_before(self, members: Sequence[int], rivals: Iterable[int]) -> frozenset[int]:
         """The rivals of a chain on one core, or of a stage, of which no job waits while one of it does.
 
-        Positions; such rivals come before or after the chain, and are over when it is released.
+        Positions; such rivals come before the first of the chain or after its last, and are over when it is released.
         """
         if not self.relatives_there:
             return frozenset()
-        entries = self.resource.entries
+        entries, above = self.resource.entries, self._above
         first, last = entries[members[0]].key, entries[members[-1]].key
-        near = frozenset[int]().union(*(self.relatives(position) for position in members))
+        before, keys = above.get(members[0], frozenset()), {other: entries[other].key for other in rivals if other in above}
         return frozenset(
             other
-            for other in rivals
-            if other in near
-            and (self._outside.in_turn(entries[other].key, last) or self._outside.in_turn(first, entries[other].key))
+            for other, key in keys.items()
+            if (key in before and self._outside.in_turn(key, last))
+            or (last in above[other] and self._outside.in_turn(first, key))
         )
 
 
