@@ -20,6 +20,7 @@ from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.placement.first_fit import core_of_each
+from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.priorities import most_levels, number_of
 from dse.analysis.scheduling.responses import counted_ns, is_released_alone, response_among
 from dse.analysis.scheduling.tasks import TaskKey
@@ -29,7 +30,6 @@ from dse.support.units import Exact
 
 Latest = Mapping[int, Sequence[tuple[str, Fraction]]]
 """For each thread its limits in ns, each with its operator."""
-Known = Mapping[TaskKey, Exact | None]
 
 
 class _Changed(Sequence[int]):
@@ -181,7 +181,7 @@ def with_best_order(
     bounds: dict[TaskKey, Exact | None] = {
         (number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()
     }
-    ways: list[Known] = [{}]
+    ways: list[Ends] = [{}]
     if not all(is_released_alone(space, number, view) for number in by_number):
         ways = [bounds, {}]
     seen: set[Design] = set()

@@ -206,7 +206,10 @@ class Succession:
             return frozenset()
         entries, above = self.resource.entries, self._above
         first, last = entries[members[0]].key, entries[members[-1]].key
-        before, keys = above.get(members[0], frozenset()), {other: entries[other].key for other in rivals if other in above}
+        before, keys = (
+            above.get(members[0], frozenset()),
+            {other: entries[other].key for other in rivals if other in above},
+        )
         return frozenset(
             other
             for other, key in keys.items()
