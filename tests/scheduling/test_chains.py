@@ -155,7 +155,7 @@ def test_no_run_takes_longer_than_its_bound(seed: int) -> None:
     core = chained_callbacks.draw(rng)
     space = space_of(chained_callbacks.text_of(core))
     view = View(())
-    known = all_responses(space, view)
+    known = {key: time for key, time in all_responses(space, view).items() if isinstance(key[1], str)}  # no chains
     bounds = {space.components[number].name: time for (number, _), time in known.items()}
     for _ in range(3):
         for name, taken in chained_callbacks.played(core, rng).items():

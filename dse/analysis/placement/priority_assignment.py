@@ -23,10 +23,8 @@ from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.priorities import most_levels, number_of
 from dse.analysis.scheduling.responses import counted_ns, is_released_alone, response_among
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import Design, OpenPriority, Space
-from dse.support.units import Exact
 
 Latest = Mapping[int, Sequence[tuple[str, Fraction]]]
 """For each thread its limits in ns, each with its operator."""
@@ -178,7 +176,7 @@ def with_best_order(
     view = View(design)
     latest = limits_of(limits, view)
     by_number = {item.component: item for item in free}
-    bounds: dict[TaskKey, Exact | None] = {
+    bounds: Ends = {
         (number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()
     }
     ways: list[Ends] = [{}]
