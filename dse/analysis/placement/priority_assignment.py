@@ -176,9 +176,7 @@ def with_best_order(
     view = View(design)
     latest = limits_of(limits, view)
     by_number = {item.component: item for item in free}
-    bounds: Ends = {
-        (number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()
-    }
+    bounds: Ends = {(number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()}
     ways: list[Ends] = [{}]
     if not all(is_released_alone(space, number, view) for number in by_number):
         ways = [bounds, {}]

@@ -67,6 +67,8 @@ class Stage:
     follows
         the only stage whose end releases it, in a chain of which each job may end before the next one begins; None
         where there are others, a timer, a separation, or a time for which what is sent waits.
+    is_chained
+        whether it may be one chain with the stage that it follows, by what the file offers.
     has_section
         whether nothing interrupts it for a part of its time.
     rooms
@@ -88,6 +90,7 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
+    is_chained: bool = False
     rooms: tuple[int | None, ...] = ()
     keeps: int | None = None
 

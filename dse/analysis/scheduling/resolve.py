@@ -32,6 +32,7 @@ from dse.analysis.scheduling.overheads import interrupting, switching_ns
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
 from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.space.architecture.chains import chained_to
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 
@@ -178,6 +179,7 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         bool(pieces) and component.executor is not None,
         _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),
+        part == "thread" and chained_to(space.components, space.connections, number) is not None,
         _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
         kept_jobs(space, component, part, view),
     )

@@ -39,10 +39,11 @@ def chained_to(components: Sequence[Component], connections: Sequence[Connection
 
 
 def _may_be_chained(component: Component) -> bool:
-    """Whether a component may be a whole thread that its priority alone schedules."""
+    """Whether a component may be a whole thread that its priority alone schedules, and executes in every design."""
     if component.processor is None or component.pieces is not None or component.reservation is not None:
         return False
-    return component.response_ns is None and None in set(leaves(component.executor))
+    executes = all(leaf is not None for leaf in leaves(component.execution_ns))
+    return executes and component.response_ns is None and None in set(leaves(component.executor))
 
 
 def way_up(space: Space, number: int) -> tuple[int, ...]:

@@ -108,7 +108,7 @@ def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKe
     """What comes before a stage on its core, straight or through stages that are left out; None where nothing does."""
     sent: Exact = 0
     passed: list[TaskKey] = []
-    link = stage.follows
+    link = stage.follows if stage.is_chained else None
     while link is not None and link.after is not None and link.after not in passed:
         sent += link.most_ns
         if link.after in positions:
@@ -116,7 +116,7 @@ def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKe
         if link.after not in absent:
             return None
         passed.append(link.after)
-        link = absent[link.after].follows
+        link = absent[link.after].follows if absent[link.after].is_chained else None
     return None
 
 
