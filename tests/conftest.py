@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ settings.register_profile("dse", deadline=None, max_examples=count(300), suppres
 settings.load_profile("dse")
 
 os.environ.pop("COLUMNS", None)  # what runs tests in parallel sets it; commands go by it
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # images of containers set it: each program that a test starts would
+sys.dont_write_bytecode = False  # compile all of its modules again, and each worker all files of tests
 
 ROOT = Path(__file__).parents[1]
 QUICK = {
