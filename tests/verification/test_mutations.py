@@ -39,6 +39,7 @@ SLOW = {"inmark_clock": "exhaustion", "perception": "exhaustion"}
 PARTS = {
     "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
     "perception": {"detection.core": "1", "lanes.core": "2"},
+    "racing_stack": {"filter.executor": "filter_node", "tracking.period": "50 ms"},
 }
 """Decisions that are fixed in these problems where there is little time: the proof is the same, of fewer designs."""
 
