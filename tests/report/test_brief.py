@@ -23,6 +23,7 @@ from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page
 from tests.cli.test_time_limits import jumping
+from tests.helpers.effort import few
 
 COLUMNS, LINES = 100, 40
 console = Console(file=io.StringIO(), width=COLUMNS)
@@ -96,7 +97,7 @@ def test_every_answer_about_a_middle_system_is_on_one_screen(
         assert len(capsys.readouterr().out.splitlines()) > len(lines)
 
 
-@pytest.mark.parametrize("width", [80, 100])
+@pytest.mark.parametrize("width", few([80, 100]))
 @pytest.mark.parametrize("name", ["solve", *MIDDLE])
 def test_no_table_of_a_command_loses_a_cell(
     name: str, width: int, middle: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
