@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
@@ -39,8 +40,17 @@ def raw_designs(space: Space) -> list[Design]:
     return list(product(*(range(len(decision.options)) for decision in space.decisions)))
 
 
-def evaluated(evaluator: Evaluator) -> dict[Design, Evaluation]:
-    """Every canonical combination of options and what the analysis makes of it."""
+_EVALUATED: WeakKeyDictionary[Evaluator, dict[Design, Evaluation]] = WeakKeyDictionary()
+
+
+def evaluated(evaluator: Evaluator) -> Mapping[Design, Evaluation]:
+    """Every canonical combination of options and what the analysis makes of it; once for each evaluator."""
+    if evaluator not in _EVALUATED:
+        _EVALUATED[evaluator] = _evaluated(evaluator)
+    return _EVALUATED[evaluator]
+
+
+def _evaluated(evaluator: Evaluator) -> dict[Design, Evaluation]:
     found: dict[Design, Evaluation] = {}
     for raw in raw_designs(evaluator.space):
         design = canonical(evaluator.space, raw)
