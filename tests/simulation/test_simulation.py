@@ -13,6 +13,7 @@ from dse.cli.main import run
 from dse.questions.verbs.simulate import simulate
 from dse.report.content.simulate import simulation_page
 from dse.support.errors import UsageError
+from tests.helpers.effort import LONG
 
 MS = 10**6
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -282,7 +283,7 @@ def test_shipped_problems(path: Path, contention: bool) -> None:
     if not problem.space.flows or not problem.space.baseline:
         pytest.skip("no flow or no baseline")
     try:
-        result = simulate(problem, runs=8, contention=contention)
+        result = simulate(problem, runs=8 if LONG else 3, contention=contention)
     except UsageError as error:
         pytest.skip(str(error))
     assert not result.contradictions
