@@ -19,6 +19,12 @@ TOO_MANY = ("inmark_clock",)
 """Problems with millions of designs: nothing looks at every one of them, or verifies them over and over."""
 SLOW = ("racing_stack",)
 """Problems of which each question takes seconds: without more effort they are solved and analysed, and no more."""
+PARTS = {
+    "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
+    "perception": {"detection.core": "1", "lanes.core": "2"},
+    "racing_stack": {"filter.executor": "filter_node", "tracking.period": "50 ms"},
+}
+"""Decisions that are fixed in these problems where there is little time: the proof is the same, of fewer designs."""
 ENUMERABLE = [path for path in example_files() if path.stem not in TOO_MANY and (LONG or path.stem not in SLOW)]
 """The example problems whose designs can all be looked at, in the time that there is."""
 

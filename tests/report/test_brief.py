@@ -23,7 +23,8 @@ from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page
 from tests.cli.test_time_limits import jumping
-from tests.helpers.effort import few
+from tests.helpers.effort import LONG, few
+from tests.helpers.support import PARTS
 
 COLUMNS, LINES = 100, 40
 console = Console(file=io.StringIO(), width=COLUMNS)
@@ -38,8 +39,7 @@ def printed(result: dse.Result, top: int | None = TOP) -> list[str]:
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
 def test_it_fits_a_screen_and_begins_with_the_proof(path: Path) -> None:
     problem = dse.load(path)
-    if path.stem == "inmark_clock":  # a part of its front is quicker
-        problem = problem.ask(fix={"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"})
+    problem = problem.ask(fix={} if LONG else PARTS.get(path.stem, {}))  # a part of a front is quicker
     lines = printed(dse.solve(problem))
     assert len(lines) <= LINES
     assert any(line.startswith("Front    complete, proved: ") for line in lines[1:5])

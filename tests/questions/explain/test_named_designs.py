@@ -30,7 +30,7 @@ from dse.support.timelimit import OutOfTime
 from tests.helpers.conflicting import Brute, infeasible
 from tests.helpers.effort import LONG, count
 
-PROBLEMS = max(8, count(40))
+PROBLEMS = max(6, count(40))
 
 
 def examples(found: Explanation) -> Iterator[tuple[Example, frozenset[str] | None]]:

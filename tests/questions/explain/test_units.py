@@ -82,8 +82,8 @@ SOME = {
     **{metric: METRICS[metric][1][::3] for metric in ("min latency of f", "jitter of f", "utilisation of p")},
     "response time of t": TIMES[1::3],
     "ratio": METRICS["ratio"][1][1::3],
-    "share": FOR_TOTALS[::6],
-    "twice": (*ALONE, *[unit for unit in FOR_TOTALS if unit in ELSEWHERE][::9]),
+    "share": FOR_TOTALS[::12],
+    "twice": (*ALONE, *[unit for unit in FOR_TOTALS if unit in ELSEWHERE][::18]),
 }
 """Of metrics whose units all have another metric of their kind: some of them. Every unit is that of some limit."""
 CASES = [
