@@ -61,7 +61,7 @@ MIDDLE = {
     "compare results": ["r.json", "r.json"],
     "explain": ["p.yaml", "--require", "price <= 10 EUR"],
     "sensitivity": ["p.yaml", "--time-limit", "2000"],  # looks at a clock that jumps
-    "simulate": ["p.yaml", "--runs", "1", "--duration", "1 s"],
+    "simulate": ["p.yaml", "--runs", "1", "--duration", "200 ms"],
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],
 }

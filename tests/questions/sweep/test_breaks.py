@@ -150,7 +150,7 @@ def test_a_limit_on_all_of_a_kind(vary: str) -> None:
     sign = 1 if axis.operator == "<=" else -1
     assert len(starts) > 1
     places = [*starts, *((one + other) / 2 for one, other in pairwise(starts))]
-    for place in places if LONG else places[:: len(places) // 8 + 1]:
+    for place in places if LONG else places[:: len(places) // 6 + 1]:
         expected = [
             stretch_vectors(outcome, stretch)
             for stretch in outcome["stretches"]
