@@ -29,7 +29,7 @@ SEEDS = {
     method: [(size, seed) for size, drawn in sizes.items() for seed in cases(*drawn)] for method, sizes in DRAWN.items()
 }
 TOO_LARGE = "some figures are so large that a solver could not add them exactly"
-OF_EACH = 20 if LONG else 3
+OF_EACH = 20 if LONG else 2
 LARGE = ("inmark", "autoware_reference", "perception")
 SMALL = [path.stem for path in example_files() if LONG or path.stem not in LARGE]
 
