@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import pytest
 
 import dse
 from dse.cli.main import run
+from dse.importers.allowance import allowed
 from dse.importers.registry import read_foreign
 from dse.support.errors import ProblemError, UsageError
-from tests.helpers.effort import cases
+from tests.helpers.effort import LONG, cases
 
 FORMAT = "autoware_system_design_format: 0.3.0\n"
 CAMERA = """name: Camera.node
@@ -204,7 +206,9 @@ def test_what_is_left_out_is_told(name: str, text: str, expected: str, tmp_path:
     assert any(expected in item.message for item in remarks), [item.message for item in remarks]
 
 
-def test_instances_that_double_at_each_level_are_too_many(tmp_path: Path) -> None:
+def test_instances_that_double_at_each_level_are_too_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not LONG:  # what is allowed takes seconds
+        monkeypatch.setattr("dse.importers.autoware.reading.allowed", partial(allowed, 100_000))
     path = write(tmp_path)
     for level in range(18):
         inner = f"Level{level + 1}.module" if level < 17 else "Camera.node"
