@@ -20,7 +20,7 @@ from dse.spec.loading.recognising import no_answer
 from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.samples import Samples, read_samples
 from dse.spec.loading.sources import Carried, Files, OnDisk, name_from, read_source
-from dse.spec.loading.wording import translated
+from dse.spec.loading.wording import is_of_wrong_items, translated
 from dse.spec.loading.writing import block_text
 from dse.spec.quantities.totals import in_declared_units
 from dse.spec.schema.model import Catalogue, Spec
@@ -305,7 +305,8 @@ class _SpecLoader:
         return found
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        self.findings += [translated(item, source, model) for item in error.errors(include_url=False)]
+        found = error.errors(include_url=False)
+        self.findings += [translated(item, source, model) for item in found if not is_of_wrong_items(item)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)
