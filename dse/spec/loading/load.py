@@ -16,7 +16,7 @@ from dse.spec.loading.document import SECTIONS, identity_of, merged_document
 from dse.spec.loading.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.loading.messages import CARRIED, Sized, read_sizes, with_sizes
 from dse.spec.loading.reader import MAX_BYTES, PathPart, RepeatedKeysError, Source, YamlNode, decode_text, read_yaml
-from dse.spec.loading.recognising import no_answer
+from dse.spec.loading.recognising import no_answer, of_another_format
 from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.samples import Samples, read_samples
 from dse.spec.loading.sources import Carried, Files, OnDisk, name_from, read_source
@@ -197,6 +197,9 @@ class _SpecLoader:
         except ProblemError as error:
             self._is_complete = False
             self.findings += error.diagnostics
+            return
+        if model is Spec and isinstance(self.files, OnDisk) and (foreign := of_another_format(path, text)):
+            self.miss(foreign)
             return
         source = self.take(text, file, model, data)
         if source is not None:
