@@ -209,7 +209,9 @@ class Flows:
         (component, rest), *others = context.descend(path)
         place, flat = member.item.place, component.flat
         if others:
-            text = f"the flow {member.item.name} names {path[0]}, an array: its first element alone, {component.title}, "
+            text = (
+                f"the flow {member.item.name} names {path[0]}, an array: its first element alone, {component.title}, "
+            )
             self.library.remark(f"{text}is followed, as by OSATE", place)
         if not rest:
             yield (Stop(component, None, place),)

@@ -137,14 +137,14 @@ class Launch:
         return "unless" not in action.texts or not is_so(action.texts["unless"], context)
 
     def _starts(self, action: Entity, context: Context) -> bool:
-        """Whether the condition of an action holds; a node counts where that is an expression that is not followed."""
+        """Whether the condition of an action holds; nodes count where that is an expression that is not followed."""
         try:
             return self._holds(action, context)
         except NotStaticError as error:
-            if action.kind not in NODES or IN_PYTHON not in str(error):
+            if action.kind not in (*NODES, "group") or IN_PYTHON not in str(error):
                 raise
             name = action.text("name", "exec", "plugin")[:80]
-            words = f"{action.kind} {name} counts as started: its condition is not followed: {error}"
+            words = f"{action.kind} {name}".strip() + f" counts as started: its condition is not followed: {error}"
             self.tell(context, action.line, words)
             return True
 
@@ -221,6 +221,13 @@ class Launch:
     def unknown(self, action: Entity, context: Context, scope: Scope) -> None:
         """Raise `NotStaticError` where the name of an action in a Python file is not static."""
         resolve(action.text("name"), context)
+
+    def assumed(self, action: Entity, context: Context, scope: Scope) -> None:
+        """A branch of a Python file that is followed although its condition is not known: that is told."""
+        try:
+            resolve(action.text("name"), context)
+        except NotStaticError as error:
+            self.tell(context, action.line, f"a branch counts as taken: its condition is not followed: {error}")
 
     def _set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
         """An environment variable that the file sets."""
@@ -368,6 +375,7 @@ ACTIONS: Mapping[str, Act] = {
     "timer": Launch.apart,
     "opaque": Launch.apart,
     "unknown": Launch.unknown,
+    "assumed": Launch.assumed,
     "executable": Launch._leave_out,
     "node": Launch.node,
     "lifecycle_node": Launch.node,
