@@ -208,6 +208,10 @@ def test_arguments_and_stated_timers_count(name: str, package: Path) -> None:
     }
     data, _ = read(package / "launch" / name, timers="/front/track:detector.fps [Hz]")
     assert [body.get("period") for body in data["threads"].values()] == [None, "200 ms", None, None, None]
+    data, said = read(package / "launch" / name, timers="*.fps [Hz]", arguments="sid:=rear")
+    assert [body.get("period") for body in data["threads"].values()] == [None, "200 ms", None, None, None]
+    [told] = [text for text in said if "--arguments" in text]
+    assert 'sid: no file that was read has such a launch argument (did you mean "side"?)' in told
 
 
 def test_the_chosen_rate_goes_back_by_the_name_of_the_parameter(package: Path) -> None:

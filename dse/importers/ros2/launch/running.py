@@ -17,7 +17,7 @@ from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_y
 from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
 from dse.importers.ros2.launch.substitutions import IN_PYTHON, SHOWN, Context, NotStaticError, is_so, resolve
 from dse.importers.ros2.packages import Packages
-from dse.support.errors import Diagnostic, ProblemError
+from dse.support.errors import Diagnostic, ProblemError, did_you_mean
 from dse.support.files.reading import obstacle, real
 
 MOST_INCLUDES = 5000
@@ -79,6 +79,7 @@ class Launch:
     files: dict[Path, Entity] = field(default_factory=dict)
     parameter_files: dict[Path, ParameterFile | None] = field(default_factory=dict)
     including: list[Path] = field(default_factory=list)
+    declared: dict[str, None] = field(default_factory=dict)
 
     def run(self, file: Path, arguments: Mapping[str, str]) -> None:
         """Everything that a file starts.
@@ -90,6 +91,12 @@ class Launch:
         """
         context = Context(file, dict(arguments), self.packages)
         self._file(file, context, Scope())
+        for name in arguments:
+            if name not in self.declared and name not in context.asked:
+                near = did_you_mean(name, list(self.declared)) or f"declared: {', '.join(self.declared) or 'none'}"
+                self.tell(
+                    context, 1, f"--arguments {name[:80]}: no file that was read has such a launch argument", near
+                )
 
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once.
@@ -176,6 +183,7 @@ class Launch:
         An argument without a value and default makes texts that use it *not static*.
         """
         name = action.text("name")
+        self.declared[name] = None
         if "value" in action.texts:
             self.assign(action, context, scope)
         elif name not in context.arguments:
