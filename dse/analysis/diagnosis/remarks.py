@@ -114,9 +114,10 @@ def _late_reads(space: Space, view: View) -> Iterator[str]:
 
 
 def _on_processors(space: Space) -> Iterator[Component]:
-    """Threads of which an execution time would be counted."""
+    """Threads of which an execution time would be counted; shared data take none."""
     if space.profile == "dse":  # OSATE has its own figures in place of one
-        yield from (item for item in space.components if item.section == "threads" and item.processor is not None)
+        threads = (item for item in space.components if item.section == "threads" and item.category != "data")
+        yield from (item for item in threads if item.processor is not None)
 
 
 def _untimed(names: Sequence[str]) -> Iterator[str]:
