@@ -78,6 +78,23 @@ def test_a_file_that_decides_states_the_call_of_the_model(tmp_path: Path, capsys
         assert hint in capsys.readouterr().err
 
 
+def test_a_file_that_decides_keeps_what_the_model_says_of_parameters(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The range of the parameter that it decides, and the other parameters: all of them are exported."""
+    path = tmp_path / "p.yaml"
+    text = f"dse: 1\nname: p\nof: {AADL / 'localisation_config.aadl'}\nobjectives: [minimise latency of fix]\n"
+    text += "threads: {node.localisation: {parameters: {min_vel: {value: [0.1 m/s, 0.5 m/s]}}}}\n"
+    path.write_text(text + "rules: [node.localisation.min_dist >= 0.1 m]\n", encoding="utf-8")
+    result = dse.solve(path)
+    assert yaml.safe_load(dse.export(result, 1, "ros2"))["node_localisation"] == {
+        "ros__parameters": {"orientation_buffer_size": 10, "min_dist": 0.2, "min_vel": 0.1}
+    }
+    path.write_text(text.replace("0.5 m/s", "5 m/s"), encoding="utf-8")
+    assert run(["check", str(path)]) == 3
+    assert "min_vel.value[1]: 5 m/s is not within 0.05 m/s .. 1 m/s" in capsys.readouterr().err
+
+
 def test_a_call_comes_back_from_aadl(tmp_path: Path) -> None:
     """On the robot alone: a virtual bus with figures of two types of processors is none in AADL."""
     text = (FOLDER / "request_reply.yaml").read_text(encoding="utf-8")

@@ -142,4 +142,7 @@ def _component(own: MappingEntry | None, entry: MappingEntry) -> MappingEntry:
         return own
     if "executor" in mine and "processor" not in mine:  # the executor says where its threads run
         theirs = {key: value for key, value in theirs.items() if key != "processor"}
-    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, {**theirs, **mine}))
+    fields = {**theirs, **mine}
+    if "parameters" in theirs and "parameters" in mine:  # each has fields of its own: a range, a value
+        fields["parameters"] = _section(mine["parameters"], theirs["parameters"])
+    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, fields))
