@@ -29,6 +29,28 @@ def test_every_figure_is_equal_or_differs_for_a_known_reason() -> None:
     assert [int(text) for text in said.groups()] == [sum(figure.is_equal for figure in figures), len(figures)]
 
 
+NUMBERED = {
+    "Table": ("2.1-2.2", "3.1-3.5", "5.1-5.9"),
+    "Listing": ("2.1-2.3", "3.1-3.4", "4.1-4.9"),
+    "Figure": ("2.1-2.3", "3.1-3.2", "4.1-4.1", "5.1-5.8"),
+}
+"""What the report numbers; the figures of chapter 1 are pictures."""
+
+
+def test_the_page_has_every_table_listing_and_figure_of_the_report() -> None:
+    for kind, ranges in NUMBERED.items():
+        found = set()
+        for listed in re.findall(rf"\b{kind}s? ((?:\d\.\d(?:, | and | to )?)+)", PAGE):
+            for first, last in re.findall(r"(\d\.\d)(?: to (\d\.\d))?", listed):
+                found |= {f"{first[0]}.{number}" for number in range(int(first[-1]), int((last or first)[-1]) + 1)}
+        for part in ranges:
+            first, last = part.split("-")
+            assert found >= {f"{first[0]}.{number}" for number in range(int(first[-1]), int(last[-1]) + 1)}, (
+                kind,
+                part,
+            )
+
+
 def test_the_page_has_every_command_of_the_walk() -> None:
     for command in COMMANDS:
         assert f"dse {command}" in PAGE, command
