@@ -83,7 +83,7 @@ def test_every_other_command_of_the_page_runs(
 
 
 PROBLEMS = ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry", "shared_state"]
-PROBLEMS += ["request_reply", "component_parameters"]
+PROBLEMS += ["request_reply", "component_parameters", "can_messages"]
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -108,6 +108,24 @@ def test_what_the_page_says_that_dse_adds() -> None:
         found = dse.analyse(ROOT / "problems" / "inmark.yaml", {"computer.type": computer})
         assert rounded(Fraction(found.metrics["jitter of software_chain"]) / 10**6, "0.000") == jitter
         assert f"{jitter} ms" in PAGE
+
+
+def test_what_the_page_says_of_the_messages_of_table_3_1() -> None:
+    """Each row has the printed data rate; without waiting it is Table 3.4, with it three frames of 12 B, two of 10 B and one that has begun."""
+    path = FOLDER / "can_messages.yaml"
+    rows = {row["source"]: Fraction(row["actual_KBytesps"]) * 1000 for row in table("3_1")}
+    sent = {item.name: item.data_rate for item in dse.load(path).space.connections}
+    assert sent == {name: rate for name, rate in rows.items() if name in sent} and len(sent) == 12
+    reported = {"canbus0.type": "can_125k", "io_dummy.io_conn.rpdo1.identifier": "0x203"}
+    for queuing, worst_us in (("not_counted", 2_612), ("counted", 2_612 + 4 * 1_312 + 2 * 1_136)):
+        found = dse.analyse(path, reported, bus_queuing=queuing)
+        assert found.metrics["latency of f_io_cmd"] == worst_us * 1000
+        assert found.metrics["load of canbus0"] == 2_920
+    solved = [
+        point.objectives["latency of f_io_cmd"] for point in dse.solve(path).front if point.objectives["price"] == 2000
+    ]
+    assert solved == [3_924_000]
+    assert all(text in PAGE for text in ("7.52 ms", "10.132 ms", "3.924 ms"))
 
 
 def test_what_the_page_says_of_the_listings_of_chapter_4() -> None:
