@@ -111,7 +111,10 @@ def test_what_the_page_says_that_dse_adds() -> None:
 
 
 def test_what_the_page_says_of_the_messages_of_table_3_1() -> None:
-    """Each row has the printed data rate; without waiting it is Table 3.4, with it three frames of 12 B, two of 10 B and one that has begun."""
+    """Each row has the printed data rate; the command takes what Table 3.4 says where nothing waits.
+
+    Else three frames of 12 B and two of 10 B go first, and one of 12 B has begun.
+    """
     path = FOLDER / "can_messages.yaml"
     rows = {row["source"]: Fraction(row["actual_KBytesps"]) * 1000 for row in table("3_1")}
     sent = {item.name: item.data_rate for item in dse.load(path).space.connections}

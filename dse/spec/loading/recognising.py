@@ -32,7 +32,7 @@ def is_problem(text: str) -> bool:
 
 
 def of_another_format(path: Path, text: str) -> Diagnostic | None:
-    """What is wrong with a file that is of a format of `dse import` alone, such as a CAN database; None for others.
+    """A mistake where a file is of a format of `dse import` alone, such as a CAN database; None for other files.
 
     The hint is the command that makes a problem file of it.
     """
