@@ -245,6 +245,7 @@ def test_the_parameters_are_those_that_nodes_declare(tmp_path: Path) -> None:
         "sprayer": {"ros__parameters": {"rate": 250}},
     }
     assert "# Without a stated parameter, so that their nodes keep what they have: " in text
+    assert "no parameter of a node is stated for it" not in text
     (tmp_path / "r.json").write_text(result.to_json(), encoding="utf-8")
     out = tmp_path / "out.yaml"
     for _ in range(2):
@@ -253,6 +254,16 @@ def test_the_parameters_are_those_that_nodes_declare(tmp_path: Path) -> None:
     (tmp_path / "out.pinning.csv").write_text("mine", encoding="utf-8")
     assert run(["export", f"{tmp_path}/r.json#{point.id}", "--format", "ros2", "-o", str(out)]) == 2
     assert (tmp_path / "out.pinning.csv").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_chosen_period_that_no_parameter_has_is_told() -> None:
+    """A node with parameters of its own keeps its period where none of them is the period."""
+    result = dse.solve(example_folder() / "report" / "component_parameters.yaml")
+    for point in result.front:
+        text = export(result, point.id, "ros2")
+        period = point.decisions["gnss_localisation.period"]
+        assert f"no parameter of a node is stated for it: gnss_localisation.period {period}\n" in text
+        assert "period" not in yaml.safe_load(text)["/gnss_localisation"]["ros__parameters"]
 
 
 def test_parameters_that_no_node_declares_are_not_written() -> None:

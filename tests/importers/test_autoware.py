@@ -124,6 +124,14 @@ def test_a_system(tmp_path: Path) -> None:
     assert remarks == ["track starts in 2 ways: it counts as a thread for each"]
 
 
+def test_a_node_alone_that_says_how_it_is_launched(tmp_path: Path) -> None:
+    """Its key ``launch`` does not make it a launch file: the name tells what it is."""
+    path = tmp_path / "Camera.node.yaml"
+    path.write_text(FORMAT + CAMERA + "launch:\n  executable: camera_node\n", encoding="utf-8")
+    document, _ = imported(path)
+    assert {name: body["period"] for name, body in document["threads"].items()} == {"Camera.grab": "50 ms"}
+
+
 def test_a_mode_without_what_fusion_reads(tmp_path: Path) -> None:
     document, _ = imported(write(tmp_path), mode="blind", rate="20 Hz")
     assert "sensing.eyes.left_camera.grab" not in document["threads"]
