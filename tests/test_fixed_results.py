@@ -59,8 +59,8 @@ Answer = Callable[[], Mapping[str, Any]]
 def questions() -> Iterator[tuple[str, Answer]]:
     """Name and answer of every question; the answer is computed when it is called for."""
     yield from _shipped()
-    for name, text in _drawn():
-        yield name, partial(_of_text, text)
+    for name, drawn in _drawn():
+        yield name, partial(_of_text, drawn)
     yield from _of_every_kind()
 
 
@@ -76,26 +76,42 @@ def _shipped() -> Iterator[tuple[str, Answer]]:
             yield f"shipped {path.relative_to(ROOT)} {words}".strip(), partial(_of_file, path, change)
 
 
-def _drawn() -> Iterator[tuple[str, str]]:
-    """Problem files by name, each with a question of its own."""
+def _drawn() -> Iterator[tuple[str, Callable[[], str]]]:
+    """Problem files by name, each with a question of its own; a file is drawn when it is called for."""
     for family in FAMILIES:
         for seed in range(4):
-            text = random_problem(6 + 2 * seed, seed, 2 + seed % 2, family)
-            yield f"{family} {seed}", text
-            yield f"{family} {seed} with response times", f"{text}processing: response_time\n"
+            drawn = partial(random_problem, 6 + 2 * seed, seed, 2 + seed % 2, family)
+            yield f"{family} {seed}", drawn
+            yield f"{family} {seed} with response times", partial(_with_response_times, drawn)
     for kind in thread_systems.KINDS:
         for seed in range(5):
-            yield f"threads {kind} {seed}", thread_systems.text_of(thread_systems.draw(seed, kind=kind))
+            yield f"threads {kind} {seed}", partial(_threads, kind, seed)
     for seed in range(10):
-        yield f"segments {seed}", thread_segments.text_of(thread_segments.draw(seed))
-        yield f"callbacks {seed}", chained_callbacks.text_of(chained_callbacks.draw(random.Random(seed)))
-    for name, drawn, write in (
+        yield f"segments {seed}", partial(_segments, seed)
+        yield f"callbacks {seed}", partial(_written, chained_callbacks.draw, chained_callbacks.text_of, seed)
+    for name, draw, write in (
         ("late reads", test_late_reads.drawn, json.dumps),
         ("open offsets", test_open_offsets.drawn, to_yaml),
         ("reads", test_reads.drawn, json.dumps),
     ):
         for seed in range(8):
-            yield f"clocks {name} {seed}", write(drawn(random.Random(seed)))
+            yield f"clocks {name} {seed}", partial(_written, draw, write, seed)
+
+
+def _with_response_times(drawn: Callable[[], str]) -> str:
+    return f"{drawn()}processing: response_time\n"
+
+
+def _threads(kind: str, seed: int) -> str:
+    return thread_systems.text_of(thread_systems.draw(seed, kind=kind))
+
+
+def _segments(seed: int) -> str:
+    return thread_segments.text_of(thread_segments.draw(seed))
+
+
+def _written(draw: Callable[[random.Random], Any], write: Callable[[Any], str], seed: int) -> str:
+    return write(draw(random.Random(seed)))
 
 
 def _of_every_kind() -> Iterator[tuple[str, Answer]]:
@@ -105,8 +121,8 @@ def _of_every_kind() -> Iterator[tuple[str, Answer]]:
             yield f"question {seed}{words}", partial(_question, seed, osate=osate, scheduled=scheduled)
 
 
-def _of_text(text: str) -> Mapping[str, Any]:
-    return answer_of(dse.loads(text))
+def _of_text(drawn: Callable[[], str]) -> Mapping[str, Any]:
+    return answer_of(dse.loads(drawn()))
 
 
 def _of_file(path: Path, change: Mapping[str, Any]) -> Mapping[str, Any]:

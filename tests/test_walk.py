@@ -29,6 +29,28 @@ def test_every_figure_is_equal_or_differs_for_a_known_reason() -> None:
     assert [int(text) for text in said.groups()] == [sum(figure.is_equal for figure in figures), len(figures)]
 
 
+NUMBERED = {
+    "Table": ("2.1-2.2", "3.1-3.5", "5.1-5.9"),
+    "Listing": ("2.1-2.3", "3.1-3.4", "4.1-4.9"),
+    "Figure": ("2.1-2.3", "3.1-3.2", "4.1-4.1", "5.1-5.8"),
+}
+"""What the report numbers; the figures of chapter 1 are pictures."""
+
+
+def test_the_page_has_every_table_listing_and_figure_of_the_report() -> None:
+    for kind, ranges in NUMBERED.items():
+        found = set()
+        for listed in re.findall(rf"\b{kind}s? ((?:\d\.\d(?:, | and | to )?)+)", PAGE):
+            for first, last in re.findall(r"(\d\.\d)(?: to (\d\.\d))?", listed):
+                found |= {f"{first[0]}.{number}" for number in range(int(first[-1]), int((last or first)[-1]) + 1)}
+        for part in ranges:
+            first, last = part.split("-")
+            assert found >= {f"{first[0]}.{number}" for number in range(int(first[-1]), int(last[-1]) + 1)}, (
+                kind,
+                part,
+            )
+
+
 def test_the_page_has_every_command_of_the_walk() -> None:
     for command in COMMANDS:
         assert f"dse {command}" in PAGE, command
@@ -61,7 +83,7 @@ def test_every_other_command_of_the_page_runs(
 
 
 PROBLEMS = ["ethernet", "remote", "budgets", "power", "middleware", "differential_odometry", "shared_state"]
-PROBLEMS += ["request_reply", "component_parameters"]
+PROBLEMS += ["request_reply", "component_parameters", "can_messages"]
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -86,6 +108,27 @@ def test_what_the_page_says_that_dse_adds() -> None:
         found = dse.analyse(ROOT / "problems" / "inmark.yaml", {"computer.type": computer})
         assert rounded(Fraction(found.metrics["jitter of software_chain"]) / 10**6, "0.000") == jitter
         assert f"{jitter} ms" in PAGE
+
+
+def test_what_the_page_says_of_the_messages_of_table_3_1() -> None:
+    """Each row has the printed data rate; the command takes what Table 3.4 says where nothing waits.
+
+    Else three frames of 12 B and two of 10 B go first, and one of 12 B has begun.
+    """
+    path = FOLDER / "can_messages.yaml"
+    rows = {row["source"]: Fraction(row["actual_KBytesps"]) * 1000 for row in table("3_1")}
+    sent = {item.name: item.data_rate for item in dse.load(path).space.connections}
+    assert sent == {name: rate for name, rate in rows.items() if name in sent} and len(sent) == 12
+    reported = {"canbus0.type": "can_125k", "io_dummy.io_conn.rpdo1.identifier": "0x203"}
+    for queuing, worst_us in (("not_counted", 2_612), ("counted", 2_612 + 4 * 1_312 + 2 * 1_136)):
+        found = dse.analyse(path, reported, bus_queuing=queuing)
+        assert found.metrics["latency of f_io_cmd"] == worst_us * 1000
+        assert found.metrics["load of canbus0"] == 2_920
+    solved = [
+        point.objectives["latency of f_io_cmd"] for point in dse.solve(path).front if point.objectives["price"] == 2000
+    ]
+    assert solved == [3_924_000]
+    assert all(text in PAGE for text in ("7.52 ms", "10.132 ms", "3.924 ms"))
 
 
 def test_what_the_page_says_of_the_listings_of_chapter_4() -> None:

@@ -8,7 +8,7 @@ CONTRIBUTING.md adds an importer step by step.
 * `ros2/`: CARET files, traces, bags, launch files, executor configurations, message definitions.
 * `can.py`, `can_sizes.py`, `can_dbc.py`: CAN databases (DBC, KCD, SYM, ARXML), by cantools; sizes refused before it
   reads them, and what of DBC files is mended.
-* `amalthea.py`: Amalthea models.
+* `amalthea.py`, `amalthea_xml.py`: Amalthea models, and the tree of their elements.
 * `autoware/`: system design files of Autoware.
 * `allowance.py`: the limit on the parts and texts that one file may ask for.
 

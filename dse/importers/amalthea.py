@@ -1,27 +1,24 @@
 """Amalthea models (the XML of Eclipse APP4MC, and of the WATERS challenges) as problem files.
 
-A task is a thread with the period of its stimulus; its time is that of the ticks of its runnables on the processing
-units. A label that one task writes and another reads is data between them, those of two tasks together one connection
-to a data port. Event chains are flows, latency constraints on them requirements.
+A task is a thread with the period of its stimulus, or one that another task triggers; its time is that of the ticks of
+its runnables on the processing units. A label that one task writes and another reads is data between them, those of two
+tasks together one connection to a data port. Event chains are flows, latency constraints on them requirements.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from dse.importers.allowance import allowed, at, spend
+from dse.importers.amalthea_xml import Element, tree
 from dse.importers.registry import Imported, Key, Place
 from dse.importers.ros2.yaml_places import Names, ros_name
 from dse.support.errors import Diagnostic, ProblemError, UsageError
-from dse.support.files.reading import UnreadableFileError, read_bytes
-from dse.support.files.xml import walk, xml_text
 from dse.support.units import (
     PARAMETER_TIMES_NS,
     TimeRange,
@@ -31,7 +28,6 @@ from dse.support.units import (
     parse_rate_hz,
 )
 
-MOST_BYTES = 64_000_000
 PIECES = 4_000_000
 TIMES_NS = {"ps": Fraction(1, 1000), **PARAMETER_TIMES_NS}
 RATES_HZ = {"Hz": 1, "kHz": 10**3, "KHz": 10**3, "MHz": 10**6, "GHz": 10**9}
@@ -39,55 +35,14 @@ BITS = {"bit": 1, "kbit": 10**3, "Mbit": 10**6, "Kibit": 2**10, "Mibit": 2**20}
 BITS |= {"B": 8, "kB": 8 * 10**3, "MB": 8 * 10**6, "KiB": 2**13, "MiB": 2**23}
 NEEDS = ("Ticks", "ExecutionNeed", "RunnableInstructions")
 """What of a runnable takes time."""
+SWITCHES = ("ModeSwitch", "ProbabilitySwitch", "RunnableModeSwitch", "RunnableProbabilitySwitch")
+DEEPEST = 300
+"""How deep runnables may call each other, with the groups and branches around each call."""
 METRICS = {"Reaction": "reaction time", "Age": "data age"}
 ONE = "one processor"
 LONGEST_NUMBER = 40
 MOST_SOURCE = 900
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d{1,2})?")
-
-
-@dataclass
-class Element:
-    """An element of the file: its tag, its type (of several that stand under one tag), its attributes, its parts.
-
-    Prefixes of tags and attributes are dropped; `kind` comes from ``xsi:type`` and is empty without one.
-    """
-
-    tag: str
-    kind: str
-    attributes: Mapping[str, str]
-    line: int
-    parts: list[Element] = field(default_factory=list)
-
-    @property
-    def name(self) -> str:
-        """Its name, as others refer to it."""
-        return self.attributes.get("name", "")
-
-    def of(self, *tags: str) -> Iterator[Element]:
-        """The parts with one of these tags."""
-        return (item for item in self.parts if item.tag in tags)
-
-    def all(self) -> Iterator[Element]:
-        """The element and all elements inside it, in the order of the file.
-
-        Depth-first; each element uses up a piece of the allowance.
-        """
-        waiting = [self]
-        while waiting:
-            item = waiting.pop()
-            spend()
-            yield item
-            waiting += reversed(item.parts)
-
-    def refers(self, attribute: str) -> list[str]:
-        """The names of what an attribute refers to: ``A?type=Task B?type=Task``, or parts with an ``href``.
-
-        Names are unquoted; kinds behind ``?`` are dropped.
-        """
-        texts = self.attributes.get(attribute, "").split()
-        texts += [item.attributes["href"] for item in self.of(attribute) if "href" in item.attributes]
-        return [unquote(text.rpartition("#")[2].partition("?")[0]) for text in texts]
 
 
 def read(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -101,37 +56,8 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         when an option is wrong.
     """
     with allowed(PIECES), at(path, 1):
-        root = _tree(path)
+        root = tree(path)
         return _Reader(path, root, options).read()
-
-
-def _tree(path: Path) -> Element:
-    """The elements of a file."""
-    try:
-        text = xml_text(path, read_bytes(path, MOST_BYTES, "an Amalthea model"))
-    except UnreadableFileError as error:
-        raise ProblemError([Diagnostic(error.reason, file=str(path))]) from None
-    top = Element("", "", {}, 0)
-    open_ = [top]
-
-    def start(tag: str, attributes: Mapping[str, str], line: int) -> None:
-        spend()
-        plain = {key.rpartition(":")[2]: value for key, value in attributes.items()}
-        kind = attributes.get("xsi:type", "").rpartition(":")[2]
-        item = Element(tag.rpartition(":")[2], kind, plain, line)
-        open_[-1].parts.append(item)
-        open_.append(item)
-
-    def end(tag: str, said: str, line: int) -> None:
-        open_.pop()
-
-    walk(path, text, start, end)
-    [root] = top.parts
-    if root.tag != "Amalthea":
-        raise ProblemError(
-            [Diagnostic(f"expected <am:Amalthea>, got <{root.tag[:40]}>", file=str(path), line=root.line)]
-        )
-    return root
 
 
 class _Reader:
@@ -140,6 +66,7 @@ class _Reader:
     def __init__(self, path: Path, root: Element, options: Mapping[str, Any]) -> None:
         self.path, self.options = path, options
         self.remarks: list[Diagnostic] = []
+        self.told: set[Diagnostic] = set()
         self.places: dict[Key, Place] = {}
         self.names = Names()
         self.parts: dict[str, list[Element]] = {}
@@ -154,6 +81,8 @@ class _Reader:
         self.threads: dict[str, str] = {}
         self.runs: dict[str, list[Element]] = {}
         """The runnables of each task, by its name."""
+        self.triggers: dict[str, dict[str, None]] = {}
+        """By stimulus, the tasks that trigger it."""
         self.wires: dict[tuple[str, str], str] = {}
 
     def _option(self) -> Fraction | None:
@@ -165,7 +94,10 @@ class _Reader:
 
     def _remark(self, message: str, item: Element | None = None, hint: str = "") -> None:
         line = item.line if item is not None else 0
-        self.remarks.append(Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning"))
+        found = Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning")
+        if found not in self.told:
+            self.told.add(found)
+            self.remarks.append(found)
 
     def _at(self, item: Element, words: str = "") -> str:
         return f"{self.path.name}:{item.line}{f': {words}' if words else ''}"[:MOST_SOURCE]
@@ -175,8 +107,9 @@ class _Reader:
         if not self.tasks:
             raise ProblemError([Diagnostic("the model has no tasks", file=str(self.path), line=1)])
         processors = dict(self._processors())
+        self._read_runs()
         threads = dict(self._threads(list(processors)))
-        connections = dict(self._connections())
+        connections = {**dict(self._connections()), **dict(self._dispatches())}
         flows, requirements = self._flows()
         document: dict[str, Any] = {
             "dse": 1,
@@ -255,17 +188,16 @@ class _Reader:
             self._remark("priorities are left out: not every task has one")
         free = [task.name for task in self.tasks if not homes.get(task.name)]
         if free and len(slots) > 1:
-            self._remark(f"{len(free)} tasks are mapped to no processing unit: each may be on any", hint=free[0])
+            words = "1 task is" if len(free) == 1 else f"{len(free)} tasks are"
+            self._remark(f"{words} mapped to no processing unit: each may be on any", hint=free[0])
         for task in self.tasks:
             name = self.names.new(ros_name(task.name or "task"))
             self.threads[task.name] = name
             self.places["threads", name] = Place(str(self.path), task.line, 1)
-            called = [reference for item in task.all() for reference in item.refers("runnable")]
-            self.runs[task.name] = [self.runnables[item] for item in called if item in self.runnables]
             where = homes.get(task.name) or list(slots)
             body: dict[str, Any] = {"processor": where[0] if len(where) == 1 else where}
             body |= self._activation(task)
-            times = self._times(self.runs[task.name], list(dict.fromkeys(self.kinds[slot] for slot in where)))
+            times = self._times(task, list(dict.fromkeys(self.kinds[slot] for slot in where)))
             body |= {"compute_execution_time": times} if times else {}
             body |= {"priority": priorities[task.name]} if has_all else {}
             count = len(self.runs[task.name])
@@ -284,22 +216,63 @@ class _Reader:
                     self._remark(f"the offset of {item.name} is not counted", offset, "state `offset` of its threads")
                 protocol = "periodic" if item.kind == "PeriodicStimulus" else "sporadic"
                 return {"dispatch_protocol": protocol, "period": format_duration(max(1, round(period)))}
+        if any(item.name in self.triggers for item in stimuli):
+            return {"dispatch_protocol": "aperiodic"}
         kinds = ", ".join(item.kind or item.tag for item in stimuli) or "no stimulus"
         self._remark(f"nothing says how often {task.name} runs ({kinds})", task, "state its `period`")
         return {"dispatch_protocol": "periodic"}
 
-    def _times(self, runnables: Sequence[Element], kinds: Sequence[str]) -> Any:
-        """The times of runnables after each other: a range, or one for each type of processor; None where not known."""
+    def _read_runs(self) -> None:
+        """What each task runs, and which stimuli of others it triggers."""
+        for task in self.tasks:
+            self.runs[task.name] = list(self._called(task, ()))
+            for item in (part for one in (task, *self.runs[task.name]) for part in one.all()):
+                if item.kind == "InterProcessTrigger":
+                    for name in item.refers("stimulus"):
+                        self.triggers.setdefault(name, {})[task.name] = None
+
+    def _called(self, item: Element, within: tuple[str, ...]) -> Iterator[Element]:
+        """The runnables that a task or runnable calls, each before those that it calls itself."""
+        for part in item.all():
+            for name in part.refers("runnable"):
+                if name not in self.runnables:
+                    self._remark(f"there is no runnable {name[:80]}: the call is left out", part)
+                elif name in within or len(within) > DEEPEST:
+                    self._remark(f"the runnable {name[:80]} calls itself: the call is left out", part)
+                else:
+                    yield self.runnables[name]
+                    yield from self._called(self.runnables[name], (*within, name))
+
+    def _ticks(self, item: Element, kind: str, within: tuple[str, ...], depth: int = 0) -> tuple[Fraction, Fraction]:
+        """The fewest and most ticks of an element: of what is in it and what it calls, one branch of each switch."""
+        spend()
+        if depth > DEEPEST:
+            raise ProblemError(
+                [Diagnostic("calls are too deep within each other", file=str(self.path), line=item.line)]
+            )
+        if item.kind in NEEDS or item.tag in NEEDS:
+            bounds = _bounds(item, kind)
+            if bounds is None:
+                self._remark(f"the time of {item.kind or item.tag} is not understood and left out", item)
+            return bounds or (Fraction(0), Fraction(0))
+        is_switch = item.kind in SWITCHES
+        parts = list(item.of("entries", "defaultEntry")) if is_switch else item.parts
+        found = [self._ticks(part, kind, within, depth + 1) for part in parts]
+        for name in item.refers("runnable"):
+            if name in self.runnables and name not in within:
+                found.append(self._ticks(self.runnables[name], kind, (*within, name), depth + 1))
+        if not is_switch:
+            return sum((one[0] for one in found), Fraction(0)), sum((one[1] for one in found), Fraction(0))
+        is_sure = "Probability" in item.kind or any(True for _ in item.of("defaultEntry"))
+        least = min((one[0] for one in found), default=Fraction(0)) if is_sure else Fraction(0)
+        return least, max((one[1] for one in found), default=Fraction(0))
+
+    def _times(self, task: Element, kinds: Sequence[str]) -> Any:
+        """The times of a task: a range, or one for each type of processor; None where not known."""
         found: dict[str, str] = {}
         for kind in kinds:
             hz = self.hz[kind]
-            least = most = Fraction(0)
-            for need in (item for one in runnables for item in one.all() if item.kind in NEEDS or item.tag in NEEDS):
-                bounds = _bounds(need, kind)
-                if bounds is None:
-                    self._remark(f"the time of {need.kind} is not understood and left out", need)
-                    continue
-                least, most = least + bounds[0], most + bounds[1]
+            least, most = self._ticks(task, kind, ())
             if not most:
                 return None
             if not hz:
@@ -347,6 +320,20 @@ class _Reader:
         if unsized:
             self._remark(f"labels without a size count as 0 B: {unsized}")
 
+    def _dispatches(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Which task triggers which: a connection that dispatches the other one."""
+        for target in self.tasks:
+            stimuli = [item for item in target.refers("stimuli") if item in self.triggers]
+            timed = any(_period_ns(self.stimuli[item]) for item in target.refers("stimuli") if item in self.stimuli)
+            for source in dict.fromkeys(task for item in stimuli for task in self.triggers[item]):
+                if timed or source == target.name:
+                    self._remark(f"{target.name} runs by its period: that {source} triggers it is not counted", target)
+                    continue
+                name = self.names.new(f"{self.threads[source]}.triggers.{self.threads[target.name]}")
+                self.wires[source, target.name] = name
+                ends = {"from": self.threads[source], "to": self.threads[target.name]}
+                yield name, {**ends, "port": "event", "source": self._at(target, f"triggered by {source}")}
+
     def _flows(self) -> tuple[dict[str, Any], list[str]]:
         """Event chains as flows, and the limits on their latencies."""
         events = {item.name: item for item in self.parts.get("events", ())}
@@ -364,6 +351,7 @@ class _Reader:
             name = names.new(ros_name(chain.name or "chain"))
             known[chain.name] = name
             flows[name] = {"path": path, "source": self._at(chain)}
+        self._tell_limits()
         for item in self.parts.get("timingConstraints", ()):
             most = next(iter(item.of("maximum")), None)
             limit = _quantity(most, TIMES_NS) if most is not None else None
@@ -372,6 +360,15 @@ class _Reader:
                     metric = METRICS.get(item.attributes.get("type", ""), "latency")
                     requirements.append(f"{metric} of {_quoted(known[scope])} <= {format_duration(int(limit))}")
         return flows, requirements
+
+    def _tell_limits(self) -> None:
+        """The limits that are none on the latency of an event chain, counted by their kind."""
+        kinds: dict[str, int] = {}
+        for item in (*self.parts.get("timingConstraints", ()), *self.parts.get("requirements", ())):
+            if item.kind != "EventChainLatencyConstraint":
+                kinds[item.kind or item.tag] = kinds.get(item.kind or item.tag, 0) + 1
+        for kind, number in kinds.items():
+            self._remark(f"limits of the kind {kind[:80]} are left out: {number}", None, "state `requirements`")
 
     def _path(
         self, chain: Element, events: Mapping[str, Element], of_runnable: Mapping[str, Sequence[str]]
@@ -392,7 +389,7 @@ class _Reader:
         path = [self.threads[tasks[0]]]
         for source, target in pairwise(tasks):
             if (source, target) not in self.wires:
-                words = f"no label leads from {source} to {target}"
+                words = f"no label or trigger leads from {source} to {target}"
                 self._remark(f"the event chain {chain.name} is left out: {words}", chain)
                 return None
             path += [self.wires[source, target], self.threads[target]]

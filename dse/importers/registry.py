@@ -256,7 +256,8 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
         if is_model(path):
             return IMPORTERS[0]
         return next((item for item in IMPORTERS if item.inside and any(found_below(path, item.inside))), IMPORTERS[0])
-    own = next((item for item in IMPORTERS if _is_of(item, path, form)), None)
+    sure = next((item for item in IMPORTERS if form is None and _is_called_so(item, path)), None)
+    own = sure or next((item for item in IMPORTERS if _is_of(item, path, form)), None)
     if own is not None or (form is None and path.name.lower().endswith(YAML)):
         return own  # other packages are not asked about every problem file
     found = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
@@ -269,9 +270,13 @@ def _is_of(importer: Importer, path: Path, form: str | None) -> bool:
     """Whether a file is read by an importer: that of the name, or else of its suffix."""
     if form is not None:
         return importer.name == form
-    name = path.name.lower()
-    is_its = name.endswith(importer.suffixes) and _tells(path, importer.telltale)
-    return is_its or name.endswith(importer.sure or ("\n",))
+    is_its = path.name.lower().endswith(importer.suffixes) and _tells(path, importer.telltale)
+    return is_its or _is_called_so(importer, path)
+
+
+def _is_called_so(importer: Importer, path: Path) -> bool:
+    """Whether the name of a file alone tells that it is of a format."""
+    return path.name.lower().endswith(importer.sure or ("\n",))
 
 
 def _tells(path: Path, pattern: str) -> bool:

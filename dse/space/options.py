@@ -137,8 +137,8 @@ def _never(reference: Reference, text: str) -> QuestionError:
     """A field that has no such option: the options, shortened where there are many."""
     options = list(dict.fromkeys(str(option) for option in reference.texts.values()))
     if len(options) == 1:
-        return QuestionError(f"{reference.name} is always {options[0]}, never {shown(text)}")
+        return QuestionError(f"{shown(text)} is not an option of {reference.name}, which is always {options[0]}")
     meant = did_you_mean(text, options) if reference.kind not in PARSERS else ""
     shortened = options[:SHOWN_OPTIONS] + ["..."] * (len(options) > SHOWN_OPTIONS)
     hint = meant or f"options: {', '.join(shortened)}"
-    return QuestionError(f"{reference.name} is never {shown(text)}", Suggestion(hint))
+    return QuestionError(f"{shown(text)} is not an option of {reference.name}", Suggestion(hint))

@@ -180,3 +180,32 @@ def test_a_list_of_two_ascending_demands_may_be_meant_as_a_range() -> None:
     rule = "rules: [a.compute_execution_time == 9 ms implies a.period == 40 ms]"
     meant = f"{LISTS}{rule}\nbaseline: {{w: {{data_size: 9 B}}}}\n"
     assert not [item for item in said(meant) if item.startswith(("a.", "w."))]
+
+
+@pytest.mark.parametrize(
+    ("ends", "bus", "is_told"),
+    [
+        ("processor: p", "lan", True),
+        ("processor: [p, q]", "lan", False),
+        ("processor: q", "lan", False),
+        ("processor: p", "dds", False),
+        ("processor: p", "[local, lan]", True),
+    ],
+)
+def test_what_is_never_sent_over_its_bus_is_remarked_on(ends: str, bus: str, is_told: bool) -> None:
+    problem = dse.loads(f"""
+dse: 1
+name: local
+processor_types: {{c: {{}}}}
+bus_types: {{eth: {{bandwidth: 1 Mbit/s, transmission_time: from bandwidth}}, ros: {{virtual: true, latency: 1 ms}}}}
+processors: {{p: {{type: c}}, q: {{type: c}}}}
+buses: {{lan: {{type: eth}}, dds: {{type: ros}}}}
+threads:
+  a: {{processor: p, period: 20 ms}}
+  b: {{{ends}, dispatch_protocol: aperiodic}}
+connections: {{w: {{from: a, to: b, data_size: 10 B, bus: {bus}}}}}
+""")
+    told = [text for text in dse.check(problem).remarks if "not sent over" in text]
+    assert [text.partition(" (")[0] for text in told] == (
+        ["not sent over lan, for sender and receiver share a processor or process: w"] if is_told else []
+    )

@@ -18,6 +18,7 @@ from dse.questions.result_problem import belonging
 from dse.spec.loading.load import load_spec, parse_spec
 from dse.spec.loading.writing import block_text
 from dse.support.errors import ProblemError, UsageError
+from tests.helpers.effort import LONG
 
 MAIN = """\
 dse: 1
@@ -149,8 +150,9 @@ def test_the_same_meaning_is_the_same_problem(name: str, solved: Path, capsys: p
     assert run(["verify", "r.json"]) == 0
     assert "has changed since, in comments, layout or paths only" in capsys.readouterr().out
     assert results_of(solved) == before
-    assert run(["report", "r.json", "-o", "rep"]) == 0
-    assert run(["compare", "r.json", "r.json"]) == 0
+    if LONG or name in ("a comment in an include", "in blocks"):  # these commands read a result as `dse.reopen` does
+        assert run(["report", "r.json", "-o", "rep"]) == 0
+        assert run(["compare", "r.json", "r.json"]) == 0
     again = dse.resume("r.json").to_dict()
     assert again["front"] == before["front"]
     assert again["problem"]["identity"] == json.loads(Path("r.json").read_text())["problem"]["identity"]

@@ -102,6 +102,18 @@ def test_only_what_is_open_is_marked() -> None:
     assert marked == ["periodic 4 … 20 ms", "periodic 5 … 50 ms, aperiodic", "periodic 5 … 50 ms, aperiodic"]
 
 
+def test_what_is_open_of_an_executor_is_marked_at_its_threads() -> None:
+    """A thread of the executor `mission_node` has no decision of its own; the core of that is one."""
+    drawing = drawn(dse.load(example_folder() / "report" / "request_reply.yaml"))
+    shown = {
+        (group.findtext(f"{SVG}title") or ""): texts(group)
+        for group in drawing.iter(f"{SVG}g")
+        if group.get("transform") is not None
+    }
+    assert shown["mission"][-1] == "open: core" and shown["get_plan"][-1] == "open: executor, core"
+    assert shown["operator"] == ["operator", "periodic 10 s"]
+
+
 def test_a_design_is_drawn_with_what_was_chosen() -> None:
     result = dse.solve(example_path("inmark"), max_jitter="20 ms")
     first = next(point for point in result.front if point.decisions["computer.type"] == "Spectra")

@@ -19,6 +19,7 @@ from dse.cli.commands.files.schema import FORMATS
 from dse.cli.main import run
 from dse.questions.reopen import ANSWERS
 from tests.answers.written import written_files
+from tests.helpers.effort import LONG
 
 Data = dict[str, Any]
 UNSEEN = {
@@ -148,7 +149,7 @@ def test_each_thing_that_is_wrong_is_told_with_its_place(name: str, written: dic
         tried.add(shape)
         kept = holder[key]
         wrongs: tuple[Any, ...] = (None, [[]], {"x": []}, True, 2.5)
-        for wrong in wrongs:
+        for wrong in wrongs if LONG else (wrongs[len(tried) % 5], wrongs[(len(tried) + 2) % 5]):
             if type(wrong) is type(kept):
                 continue
             holder[key] = wrong

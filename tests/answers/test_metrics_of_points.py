@@ -17,15 +17,15 @@ SHIPPED = ["inmark", "starter"]
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_metrics_of_a_point_are_those_of_its_analysis(name: str, tmp_path: Path) -> None:
-    file = dse.example_path(name)
-    result = dse.with_further_designs(dse.solve(file), 1, top=1)
+    problem = dse.load(dse.example_path(name))
+    result = dse.with_further_designs(dse.solve(problem), 1, top=1)
     path = tmp_path / "r.json"
     path.write_text(result.to_json(), encoding="utf-8")
     again = dse.reopen(path)
     designs: list[Point | FurtherDesign] = [*result.front, *(item for group in result.others for item in group.designs)]
     read: list[Point | FurtherDesign] = [*again.front, *(item for group in again.others for item in group.designs)]
     for one, other in zip(designs, read, strict=True):
-        analysis = dse.analyse(file, one)
+        analysis = dse.analyse(problem, one)
         assert dict(one.metrics) == dict(other.metrics) == dict(analysis.metrics)
     assert dict(result.metric_units) == dict(again.metric_units) == dict(analysis.metric_units)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -62,13 +63,19 @@ main()
 """
 
 
+@cache
+def imported(program: str, command: str) -> list[str]:
+    """The modules that a command has imported when it ends."""
+    done = subprocess.run(
+        [sys.executable, "-c", program, *ARGUMENTS[command]], capture_output=True, text=True, check=True
+    )
+    return done.stderr.rsplit("\nimported ", 1)[1].split()
+
+
 @pytest.mark.parametrize("command", ARGUMENTS)
 def test_a_command_imports_nothing_that_it_does_not_need(command: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *ARGUMENTS[command]], capture_output=True, text=True, check=True
-    )
-    imported = done.stderr.rsplit("\nimported ", 1)[1].split()
-    assert not {name for name in imported for needless in NEVER[command] if f"{name}.".startswith(f"{needless}.")}
+    found = imported(PROGRAM, command)
+    assert not {name for name in found for needless in NEVER[command] if f"{name}.".startswith(f"{needless}.")}
 
 
 def test_what_waits_is_there_when_somebody_asks_for_it() -> None:
@@ -94,13 +101,8 @@ assert list(_loader.entry_points(group="pytest11"))
 
 def test_what_waits_is_a_quarter_of_the_modules_of_a_solve() -> None:
     """Modules do not depend on the machine: with pandas a short solve takes 1.8 s of a processor in place of 1.6 s."""
-    counts = []
-    for program in (PROGRAM, f"import dse.cli.postponed\ndse.cli.postponed.postpone = lambda: None\n{PROGRAM}"):
-        done = subprocess.run(
-            [sys.executable, "-c", program, *ARGUMENTS["solve"]], capture_output=True, text=True, check=True
-        )
-        counts.append(len(done.stderr.rsplit("\nimported ", 1)[1].split()))
-    with_waiting, without = counts
+    at_once = f"import dse.cli.postponed\ndse.cli.postponed.postpone = lambda: None\n{PROGRAM}"
+    with_waiting, without = (len(imported(program, "solve")) for program in (PROGRAM, at_once))
     assert without > 1.3 * with_waiting
 
 

@@ -11,7 +11,7 @@ import pytest
 from dse.analysis.placement.bin_packing import Room, Work
 from dse.analysis.placement.partition import partition, tightest
 from dse.analysis.placement.subset_sum import filled
-from tests.helpers.effort import cases
+from tests.helpers.effort import LONG, cases
 
 
 def loads_of(shares: list[int], taken: list[int], cores: tuple[int, ...]) -> list[int]:
@@ -95,7 +95,7 @@ def loads_that_can_be(shares: list[int], allowed: list[tuple[int, ...]], taken: 
 def test_nearly_full_cores_are_decided_as_all_partitions_say(seed: int) -> None:
     """Cores that are cut into threads, some of which then are a little larger or smaller."""
     source, seen = random.Random(seed), set()
-    for _ in range(15):
+    for _ in range(15 if LONG else 6):
         count, most = source.randint(2, 3), source.choice((60, 500))
         shares = []
         for _ in range(count):

@@ -25,9 +25,11 @@ from dse.support.units import DIMENSIONLESS, Quantity
 from dse.support.units.table import UNITS
 from dse.verification.exhaustion import exhaust
 from dse.verification.tables import build_tables
+from tests.helpers.effort import LONG
 from tests.oracle.generator import random_problem
 
 MOST_MEMBERS = 9
+MOST_DESIGNS = 1500 if LONG else 150
 
 
 def infeasible(seed: int) -> tuple[Problem, list[Design]] | None:
@@ -39,7 +41,7 @@ def infeasible(seed: int) -> tuple[Problem, list[Design]] | None:
     space = problem.space
     designs = structural_designs(space)
     rng = random.Random(seed)
-    if not 2 <= len(designs) <= 1500:
+    if not 2 <= len(designs) <= MOST_DESIGNS:
         return None
     requirements = [item for item in space.requirements if not item.implied][:3]
     fixed = {}

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 from dse.analysis.evaluate import Evaluation, Evaluator
 from dse.analysis.validity import canonical
@@ -18,6 +19,12 @@ TOO_MANY = ("inmark_clock",)
 """Problems with millions of designs: nothing looks at every one of them, or verifies them over and over."""
 SLOW = ("racing_stack",)
 """Problems of which each question takes seconds: without more effort they are solved and analysed, and no more."""
+PARTS = {
+    "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
+    "perception": {"detection.core": "1", "lanes.core": "2"},
+    "racing_stack": {"filter.executor": "filter_node", "tracking.period": "50 ms"},
+}
+"""Decisions that are fixed in these problems where there is little time: the proof is the same, of fewer designs."""
 ENUMERABLE = [path for path in example_files() if path.stem not in TOO_MANY and (LONG or path.stem not in SLOW)]
 """The example problems whose designs can all be looked at, in the time that there is."""
 
@@ -39,8 +46,17 @@ def raw_designs(space: Space) -> list[Design]:
     return list(product(*(range(len(decision.options)) for decision in space.decisions)))
 
 
-def evaluated(evaluator: Evaluator) -> dict[Design, Evaluation]:
-    """Every canonical combination of options and what the analysis makes of it."""
+_EVALUATED: WeakKeyDictionary[Evaluator, dict[Design, Evaluation]] = WeakKeyDictionary()
+
+
+def evaluated(evaluator: Evaluator) -> Mapping[Design, Evaluation]:
+    """Every canonical combination of options and what the analysis makes of it; once for each evaluator."""
+    if evaluator not in _EVALUATED:
+        _EVALUATED[evaluator] = _evaluated(evaluator)
+    return _EVALUATED[evaluator]
+
+
+def _evaluated(evaluator: Evaluator) -> dict[Design, Evaluation]:
     found: dict[Design, Evaluation] = {}
     for raw in raw_designs(evaluator.space):
         design = canonical(evaluator.space, raw)

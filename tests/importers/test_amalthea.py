@@ -107,11 +107,65 @@ def test_a_model_is_a_problem(tmp_path: Path) -> None:
     assert data["flows"]["chain"]["path"] == ["Sense", "Sense.to.Act", "Act"]
     assert data["requirements"] == ["data age of chain <= 30 ms"]
     told = "\n".join(map(str, found.remarks))
-    for words in ("the event chain back is left out: no label leads from Act to Sense", "priorities are left out",
-                  "1 tasks are mapped to no processing unit: each may be on any (Pulse)"):  # fmt: skip
+    for words in ("the event chain back is left out: no label or trigger leads from Act to Sense",
+                  "priorities are left out",
+                  "1 task is mapped to no processing unit: each may be on any (Pulse)"):  # fmt: skip
         assert words in told, told
     [flow] = dse.analyse(dse.loads(found.text), {"Act.processor": "core1", "Pulse.processor": "core0"}).flows
     assert flow.max_ns == 13_000_000  # 2.5 ms, up to 10 ms to the next Act, 0.5 ms
+
+
+INSIDE = """<runnables name="outer"><activityGraph>
+ <items xsi:type="am:RunnableCall" runnable="r_check?type=Runnable"/>
+ <items xsi:type="am:RunnableCall" runnable="outer?type=Runnable"/>
+ <items xsi:type="am:RunnableCall" runnable="gone?type=Runnable"/>
+ <items xsi:type="am:ProbabilitySwitch">
+  <entries><items xsi:type="am:Ticks"><default xsi:type="am:DiscreteValueConstant" value="2000"/></items></entries>
+  <entries><items xsi:type="am:RunnableCall" runnable="r_sense?type=Runnable"/></entries></items>
+ <items xsi:type="am:ModeSwitch"><entries>
+  <items xsi:type="am:Ticks"><default xsi:type="am:DiscreteValueConstant" value="4000"/></items></entries></items>
+ <items xsi:type="am:InterProcessTrigger" stimulus="Go?type=InterProcessStimulus"/>
+</activityGraph></runnables>
+"""
+
+
+def test_calls_within_runnables_count_and_one_branch_of_a_switch(tmp_path: Path) -> None:
+    """Of 20 MHz: 1,000 .. 30,000 and 2,000 or 20,000 and 0 or 4,000 ticks, and 1,000 of the task itself."""
+    text = MODEL.replace('runnable="r_check?type=Runnable"/></items>', 'runnable="outer?type=Runnable"/></items>')
+    own = '<items xsi:type="am:Ticks"><default xsi:type="am:DiscreteValueConstant" value="1000"/></items>'
+    text = text.replace(' <items xsi:type="am:RunnableCall" runnable="r_sense?type=Runnable"/>', own, 1)
+    text = text.replace('<runnables name="r_sense">', INSIDE + '<runnables name="r_sense">', 1)
+    found = dse.import_file(put(tmp_path, text))
+    data = yaml.safe_load(found.text)
+    assert data["threads"]["Sense"]["compute_execution_time"] == "200 us .. 2.75 ms"
+    assert data["connections"]["Sense.to.Act"]["data_size"] == "5 B"  # written within a call
+    told = [item.message for item in found.remarks]
+    assert "the runnable outer calls itself: the call is left out" in told
+    assert told.count("there is no runnable gone: the call is left out") == 1
+
+
+def test_a_task_that_another_one_triggers(tmp_path: Path) -> None:
+    """It is dispatched by that task: 2.5 ms and then 2 ms, without a wait for its own timer."""
+    text = MODEL.replace('<runnables name="r_sense">', INSIDE + '<runnables name="r_sense">', 1)
+    text = text.replace('runnable="r_check?type=Runnable"/></items>', 'runnable="outer?type=Runnable"/></items>')
+    text = text.replace('name="Act" stimuli="T10?type=PeriodicStimulus"', 'name="Act" stimuli="Go?type=X"')
+    text = text.replace("<stimuliModel>", '<stimuliModel><stimuli xsi:type="am:InterProcessStimulus" name="Go"/>')
+    limits = '<requirements xsi:type="am:ProcessRequirement" name="a"/><requirements xsi:type="am:ProcessRequirement"/>'
+    text = text.replace("</constraintsModel>", limits + "</constraintsModel>")
+    found = dse.import_file(put(tmp_path, text))
+    data = yaml.safe_load(found.text)
+    assert data["threads"]["Act"]["dispatch_protocol"] == "aperiodic" and "period" not in data["threads"]["Act"]
+    wire = data["connections"]["Sense.triggers.Act"]
+    assert (wire["from"], wire["to"], wire["port"]) == ("Sense", "Act", "event")
+    assert data["flows"]["chain"]["path"] == ["Sense", "Sense.triggers.Act", "Act"]
+    told = [item.message for item in found.remarks]
+    assert "limits of the kind ProcessRequirement are left out: 2" in told
+    assert not any("how often Act runs" in text for text in told)
+    [flow] = dse.analyse(dse.loads(found.text), {"Act.processor": "core0", "Pulse.processor": "core0"}).flows
+    # 20,000 and 30,000 and 20,000 and 4,000 ticks of Sense, 40,000 of Act
+    assert flow.max_ns == 5_700_000
+    timed = dse.import_file(put(tmp_path, text.replace('"Go?type=X"', '"T10?type=X Go?type=X"')))
+    assert "Act runs by its period: that Sense triggers it is not counted" in [item.message for item in timed.remarks]
 
 
 def test_the_frequency_is_asked_for(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import pytest
 
 import dse
 from dse.cli.main import run
+from dse.importers.allowance import allowed
 from dse.importers.registry import read_foreign
 from dse.support.errors import ProblemError, UsageError
-from tests.helpers.effort import cases
+from tests.helpers.effort import LONG, cases
 
 FORMAT = "autoware_system_design_format: 0.3.0\n"
 CAMERA = """name: Camera.node
@@ -122,6 +124,14 @@ def test_a_system(tmp_path: Path) -> None:
     assert remarks == ["track starts in 2 ways: it counts as a thread for each"]
 
 
+def test_a_node_alone_that_says_how_it_is_launched(tmp_path: Path) -> None:
+    """Its key ``launch`` does not make it a launch file: the name tells what it is."""
+    path = tmp_path / "Camera.node.yaml"
+    path.write_text(FORMAT + CAMERA + "launch:\n  executable: camera_node\n", encoding="utf-8")
+    document, _ = imported(path)
+    assert {name: body["period"] for name, body in document["threads"].items()} == {"Camera.grab": "50 ms"}
+
+
 def test_a_mode_without_what_fusion_reads(tmp_path: Path) -> None:
     document, _ = imported(write(tmp_path), mode="blind", rate="20 Hz")
     assert "sensing.eyes.left_camera.grab" not in document["threads"]
@@ -204,7 +214,9 @@ def test_what_is_left_out_is_told(name: str, text: str, expected: str, tmp_path:
     assert any(expected in item.message for item in remarks), [item.message for item in remarks]
 
 
-def test_instances_that_double_at_each_level_are_too_many(tmp_path: Path) -> None:
+def test_instances_that_double_at_each_level_are_too_many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not LONG:  # what is allowed takes seconds
+        monkeypatch.setattr("dse.importers.autoware.reading.allowed", partial(allowed, 100_000))
     path = write(tmp_path)
     for level in range(18):
         inner = f"Level{level + 1}.module" if level < 17 else "Camera.node"

@@ -107,3 +107,37 @@ def test_what_is_in_place_is_not_asked_for() -> None:
 def test_python_has_the_plain_data(tmp_path: Path) -> None:
     found = dse.import_file(put(tmp_path, "a.dbc", WHOLE))
     assert import_block(found.document, found.remarks)[0].startswith("Read: no threads, 4 devices")
+
+
+MODEL = """package m public
+  data d properties Data_Size => 8 Bytes; end d;
+  device s features o : out event data port d; flows f : flow source o {Latency => 1 ms .. 2 ms;};
+    properties Period => 10 ms; end s;
+  thread w features i : in event data port d; a : requires data access d; flows f : flow path i -> a;
+    properties Dispatch_Protocol => Aperiodic; Compute_Execution_Time => 1 ms .. 1 ms; end w;
+  thread r features a : requires data access d; flows f : flow sink a {Latency => 3 ms .. 4 ms;};
+    properties Dispatch_Protocol => Periodic; Period => 10 ms; end r;
+  process p features i : in event data port d; flows f : flow sink i; end p;
+  process implementation p.i
+    subcomponents w : thread w; r : thread r; x : data d;
+    connections c : port i -> w.i; b : data access w.a -> x; e : data access x -> r.a;
+    flows f : flow sink i -> c -> w.f -> b -> x -> e -> r.f;
+  end p.i;
+  system top end top;
+  system implementation top.i
+    subcomponents s : device s; p : process p.i;
+    connections c : port s.o -> p.i;
+    flows e : end to end flow s.f -> c -> p.f;
+  end top.i;
+end m;
+"""
+
+
+def test_shared_data_and_flows_with_a_latency_are_complete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What a flow specification has a latency for needs no execution time, shared data no time and no bus."""
+    assert run(["import", put(tmp_path, "m.aadl", MODEL), "-o", str(tmp_path / "out.yaml")]) == 0
+    assert capsys.readouterr().err.splitlines() == [
+        "Read: 2 threads, 1 device, 3 connections, 1 flow.",
+        "Fill in:",
+        "  connections.s.o.bus [name of a bus]: without one the connection costs nothing",
+    ]

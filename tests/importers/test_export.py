@@ -460,3 +460,4 @@ def test_a_decided_size_goes_to_the_type_of_the_port(tmp_path: Path) -> None:
         back = dse.analyse(tmp_path / "chosen.aadl")
         assert back.metrics["latency of e"] == result.front[0].metrics["latency of e"]
         assert back.metrics["load of b"] == result.front[0].metrics["load of b"]
+        assert not any("not looked at" in item.message for item in dse.load(tmp_path / "chosen.aadl").loaded.told)

@@ -47,6 +47,19 @@ def test_each_implementation_of_a_flow_specification_gives_a_flow(tmp_path: Path
     ]
 
 
+def test_a_flow_over_an_array_is_told_to_follow_its_first_element(tmp_path: Path) -> None:
+    """OSATE finds the first element of an array where a flow names the array."""
+    text = TWO_WAYS % ("", "", "")
+    text = text.replace("s : device sensor;", "s : device sensor[2];").replace(
+        "s.o -> n.i;", "s.o -> n.i {Connection_Pattern => ((One_To_All));};"
+    )
+    told = [item.message for item in dse.load(written(tmp_path, text)).loaded.told]
+    assert "the flow e names s, an array: its first element alone, s[1], is followed, as by OSATE" in told
+    assert not any(
+        "an array" in item.message for item in dse.load(written(tmp_path, TWO_WAYS % ("", "", ""))).loaded.told
+    )
+
+
 @pytest.mark.parametrize(("mode", "expected"), [(None, (102, 102)), ("n.m1", (102, 102)), ("n.m2", (4, 4))])
 def test_an_implementation_of_the_mode_counts(mode: str | None, expected: tuple[int, int], tmp_path: Path) -> None:
     text = TWO_WAYS % (" in modes (m1)", " in modes (m2)", MODES)

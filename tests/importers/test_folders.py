@@ -69,7 +69,7 @@ def test_a_library_is_looked_for_in_the_folders_that_are_named(
     path: str, apart: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["analyse", path]) == 3
-    assert "package lib is in none of the files that were read" in capsys.readouterr().err
+    assert "package lib is in none of the files that were read (--library FOLDER, or" in capsys.readouterr().err
     named = ["--library", "more", "--library", "sets"]
     assert run(["analyse", path, *named]) == 0
     assert run(["import", path, *named, "-o", "x.yaml"]) == 0

@@ -208,6 +208,10 @@ def test_arguments_and_stated_timers_count(name: str, package: Path) -> None:
     }
     data, _ = read(package / "launch" / name, timers="/front/track:detector.fps [Hz]")
     assert [body.get("period") for body in data["threads"].values()] == [None, "200 ms", None, None, None]
+    data, said = read(package / "launch" / name, timers="*.fps [Hz]", arguments="sid:=rear")
+    assert [body.get("period") for body in data["threads"].values()] == [None, "200 ms", None, None, None]
+    [told] = [text for text in said if "--arguments" in text]
+    assert 'sid: no file that was read has such a launch argument (did you mean "side"?)' in told
 
 
 def test_the_chosen_rate_goes_back_by_the_name_of_the_parameter(package: Path) -> None:
@@ -264,9 +268,9 @@ def test_what_is_not_static_is_told_and_marked(tmp_path: Path) -> None:
     assert len(marked) == 1 and "open.launch.xml:3: not static, left out: group" in marked[0]
     (tmp_path / "open_launch.py").write_text(OPEN_PYTHON, encoding="utf-8")
     data, said = read(tmp_path / "open_launch.py")
-    assert list(data["threads"]) == ["a", "c"]
+    assert list(data["threads"]) == ["a", "b", "c"]
     told = "\n".join(said)
-    for words in (":3: warning: not static, left out: what os.path.exists('/x') gives in Python",
+    for words in (":3: warning: a branch counts as taken: its condition is not followed: what os.path.exists",
                   ":5: warning: not static, left out: what load('x') gives",
                   ":7: warning: not static, left out: its name (node open('x').read()): what",
                   ":8: warning: not static, left out: what make() gives"):  # fmt: skip

@@ -149,6 +149,40 @@ def test_conditions_hold_where_a_known_part_decides(text: str, expected: bool | 
     assert found is (NotImplemented if expected is None else expected)
 
 
+BRANCHES = """def generate_launch_description():
+    nodes, rate = [], 10
+    if thing():
+        rate = 20
+        nodes.append(Node(package='p', executable='in', name='in', parameters=[{'update_rate': rate}]))
+        single = Node(package='p', executable='one', name='one')
+    else:
+        nodes.append(Node(package='p', executable='other', name='other'))
+    nodes += [single, Node(package='p', executable='out', name='out', parameters=[{'update_rate': rate}])]
+    if thing(2):
+        return LaunchDescription([])
+    nodes.append(GroupAction([Node(package='p', executable='g', name='g')], condition=IfCondition(thing(3))))
+    return LaunchDescription(nodes)
+"""
+
+
+def test_a_branch_whose_condition_is_not_followed_keeps_its_nodes(tmp_path: Path) -> None:
+    """What it sets is not known behind it, and one that returns is not taken."""
+    path = tmp_path / "a.launch.py"
+    path.write_text(BRANCHES, encoding="utf-8")
+    found = dse.import_file(path)
+    threads = yaml.safe_load(found.text)["threads"]
+    assert {name: body.get("period") for name, body in threads.items()} == {
+        "in.timer": "50 ms", "one": None, "out": None, "g": None,
+    }  # fmt: skip
+    told = "\n".join(str(item) for item in found.remarks)
+    for words in (
+        ":3: warning: a branch counts as taken: its condition is not followed: what thing() gives in Python",
+        ":10: warning: not static, left out: what thing(2) gives in Python",
+        ":12: warning: group counts as started: its condition is not followed: what thing(3) gives in Python",
+    ):
+        assert words in told, (words, told)
+
+
 IDIOMS = """import os
 from pathlib import Path
 from weird import thing

@@ -39,8 +39,60 @@ def test_a_call_in_aadl_is_told_with_what_counts_it(capsys: pytest.CaptureFixtur
     assert run(["analyse", str(AADL / "planning.aadl")]) == 0
     [told] = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     assert "nodes.mission calls nodes.planner: nothing is made of that, as in OSATE" in told
-    assert "connection with a `reply`" in told
+    assert "connection with `from`, `to` and `reply`" in told
     assert dse.analyse(AADL / "planning.aadl").metrics["latency of wanted_to_start"] == 25_400_000
+
+
+CALL = """
+dse: 1
+name: planning with its call
+of: planning.aadl
+profile: dse
+devices: {operator: {period: 10 s}}
+threads: {nodes.mission: {executor: callbacks}}
+executors: {callbacks: {kind: fifo, processor: cpu}}
+connections:
+  ask: {from: nodes.mission, to: nodes.planner, reply: {compute_execution_time: 1 ms}}
+objectives: [minimise latency of wanted_to_start]
+"""
+
+
+def test_a_file_that_decides_states_the_call_of_the_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """926.4 ms: 5 + 17 + 900 of who answers + 1 after the answer + 3.4; the executor goes before the binding."""
+    text = (AADL / "planning.aadl").read_text(encoding="utf-8")
+    text = text.replace("operator : device operator;", "operator : device operator; cpu : processor cpu;")
+    text = text.replace("  system robot\n", "  processor cpu end cpu;\n  system robot\n", 1)
+    bound = "-> nodes.f; properties Actual_Processor_Binding => (reference (cpu)) applies to nodes;"
+    (tmp_path / "planning.aadl").write_text(text.replace("-> nodes.f;", bound), encoding="utf-8")
+    (tmp_path / "p.yaml").write_text(CALL, encoding="utf-8")
+    result = dse.solve(tmp_path / "p.yaml")
+    assert result.front[0].metrics["latency of wanted_to_start"] == 926_400_000
+    with pytest.raises(dse.UsageError, match="the model has no connection ask"):
+        dse.export(result, 1, "aadl")
+    for name, hint in (
+        ("ask", "a connection of your own states `from` and `to`"),
+        ("operator.want", "operator.wanted"),
+    ):
+        (tmp_path / "p.yaml").write_text(CALL.replace("ask: {from: nodes.mission,", f"{name}: {{"), encoding="utf-8")
+        assert run(["check", str(tmp_path / "p.yaml")]) == 3
+        assert hint in capsys.readouterr().err
+
+
+def test_a_file_that_decides_keeps_what_the_model_says_of_parameters(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The range of the parameter that it decides, and the other parameters: all of them are exported."""
+    path = tmp_path / "p.yaml"
+    text = f"dse: 1\nname: p\nof: {AADL / 'localisation_config.aadl'}\nobjectives: [minimise latency of fix]\n"
+    text += "threads: {node.localisation: {parameters: {min_vel: {value: [0.1 m/s, 0.5 m/s]}}}}\n"
+    path.write_text(text + "rules: [node.localisation.min_dist >= 0.1 m]\n", encoding="utf-8")
+    result = dse.solve(path)
+    assert yaml.safe_load(dse.export(result, 1, "ros2"))["node_localisation"] == {
+        "ros__parameters": {"orientation_buffer_size": 10, "min_dist": 0.2, "min_vel": 0.1}
+    }
+    path.write_text(text.replace("0.5 m/s", "5 m/s"), encoding="utf-8")
+    assert run(["check", str(path)]) == 3
+    assert "min_vel.value[1]: 5 m/s is not within 0.05 m/s .. 1 m/s" in capsys.readouterr().err
 
 
 def test_a_call_comes_back_from_aadl(tmp_path: Path) -> None:

@@ -232,7 +232,7 @@ def test_threads_of_an_own_question_are_matched_by_their_nodes() -> None:
     assert list(data["threads"]) == ["camera", "tracker", "drive.on_lane", "drive.on_stop"]
     assert data["threads"]["camera"]["period"] == ["20 ms", "50 ms"]
     assert not [text for text in said if "threads.camera.period" in text]  # 50 ms is one of them
-    assert [text for text in said if "threads.tracker.period: ['10 ms', '40 ms'] (no source), but 20 ms" in text]
+    assert [text for text in said if "threads.tracker.period: 10 ms, 40 ms (no source), but 20 ms" in text]
     [told] = [text for text in said if "/ns/track@Subscription(/image) is left out" in text]
     assert told.endswith("(a thread of /ns/track is it where a connection called image ends at it)")
     dse.load(yaml.safe_dump(data))

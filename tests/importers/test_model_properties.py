@@ -135,6 +135,15 @@ def test_an_index_in_a_path_names_elements_of_an_array(target: str, expected: se
     assert {name for name, item in threads.items() if item.get("period") == "7 ms"} == expected
 
 
+@pytest.mark.parametrize(("target", "is_there"), [("p[4]", False), ("p[3]", True), ("p[1].w[3]", False)])
+def test_an_index_beyond_an_array_is_told(target: str, is_there: bool, tmp_path: Path) -> None:
+    told = [
+        item.message
+        for item in dse.load(written(tmp_path, INDEXED % f"Period => 7 ms applies to {target};")).loaded.told
+    ]
+    assert (f"applies to {target}, which is not there: not looked at" not in told) == is_there
+
+
 SHARED = """
   data store end store;
   subprogram job end job;

@@ -451,4 +451,4 @@ def test_connections_of_called_subprograms_are_told(tmp_path: Path) -> None:
       system implementation top.i subcomponents w : thread worker.i; end top.i;
     """
     told = dse.import_file(written(tmp_path, text)).remarks
-    assert "one is no subcomponent or feature: not looked at" in [item.message for item in told]
+    assert "one is no subcomponent or feature: what is called is not looked at" in [item.message for item in told]

@@ -71,3 +71,23 @@ def test_mistakes_have_their_place(tmp_path: Path) -> None:
     path.write_text("lamp 1 s\nx\n", encoding="utf-8")
     with pytest.raises(ProblemError, match=r"a\.toy:2:1: expected NAME PERIOD"):
         import_file(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "form"),
+    [
+        ("bus.dbc", 'VERSION ""', "can"),
+        ("robot.launch.yaml", "launch: []", "launch"),
+        ("car.amxmi", "<a/>", "amalthea"),
+        ("Robot.system.yaml", "autoware_system_design_format: 0.3.0", "autoware"),
+        ("cam.yaml", "cam: {ros__parameters: {fps: 30}}", "parameters"),
+    ],
+)
+def test_where_a_problem_is_expected_a_file_to_import_is_told_with_the_command(
+    tmp_path: Path, name: str, text: str, form: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(dse.ProblemError, match=f"expected a problem file, got one of the format {form}") as caught:
+        dse.load(path)
+    assert f"dse import {path} -o {name.partition('.')[0]}.yaml makes a problem file of it" in str(caught.value)

@@ -100,3 +100,18 @@ def test_shared_data_come_back_from_aadl(tmp_path: Path, profile: str) -> None:
     assert again.metrics["latency of f"] == result.front[0].metrics["latency of f"]
     wires = document(tmp_path, out.read_text(encoding="utf-8"))["connections"]
     assert [name for name, wire in wires.items() if wire.get("port") == "data_access"] == ["sum", "kept"]
+
+
+def test_shared_data_need_no_execution_time() -> None:
+    """The data are a thread of `category: data` on the processor that the process is bound to."""
+    text = SHARED % "dse"
+    text = text.replace("  log: {", "  state: {category: data, processor: computer}\n  log: {")
+    text = text.replace(
+        "to: main_loop, port: data_access, data_size: 8 B}",
+        "to: state, port: data_access}\n  read: {from: state, to: main_loop, port: data_access}",
+    )
+    text = text.replace("on_ticks, main_loop]", "on_ticks, state, main_loop]").replace("[20 ms, 40 ms]", "20 ms")
+    assert not any("no execution time" in told for told in dse.analyse(dse.load(text)).warnings)
+    assert any(
+        "no execution time" in told for told in dse.analyse(dse.load(text.replace("category: data, ", ""))).warnings
+    )

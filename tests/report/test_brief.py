@@ -23,6 +23,8 @@ from dse.report.content.sensitivity import robust_section
 from dse.report.page import Page, Section, Table, Text, listing
 from dse.report.terminal import page_height, print_page
 from tests.cli.test_time_limits import jumping
+from tests.helpers.effort import LONG, few
+from tests.helpers.support import PARTS
 
 COLUMNS, LINES = 100, 40
 console = Console(file=io.StringIO(), width=COLUMNS)
@@ -37,8 +39,7 @@ def printed(result: dse.Result, top: int | None = TOP) -> list[str]:
 @pytest.mark.parametrize("path", example_files(), ids=lambda path: path.stem)
 def test_it_fits_a_screen_and_begins_with_the_proof(path: Path) -> None:
     problem = dse.load(path)
-    if path.stem == "inmark_clock":  # a part of its front is quicker
-        problem = problem.ask(fix={"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"})
+    problem = problem.ask(fix={} if LONG else PARTS.get(path.stem, {}))  # a part of a front is quicker
     lines = printed(dse.solve(problem))
     assert len(lines) <= LINES
     assert any(line.startswith("Front    complete, proved: ") for line in lines[1:5])
@@ -60,7 +61,7 @@ MIDDLE = {
     "compare results": ["r.json", "r.json"],
     "explain": ["p.yaml", "--require", "price <= 10 EUR"],
     "sensitivity": ["p.yaml", "--time-limit", "2000"],  # looks at a clock that jumps
-    "simulate": ["p.yaml", "--runs", "1", "--duration", "1 s"],
+    "simulate": ["p.yaml", "--runs", "1", "--duration", "200 ms"],
     "sweep": ["p.yaml", "--no-store", "--workers", "1", "--vary", "jitter of flow_1=50ms..90ms"],
     "verify": ["r.json"],
 }
@@ -96,7 +97,7 @@ def test_every_answer_about_a_middle_system_is_on_one_screen(
         assert len(capsys.readouterr().out.splitlines()) > len(lines)
 
 
-@pytest.mark.parametrize("width", [80, 100])
+@pytest.mark.parametrize("width", few([80, 100]))
 @pytest.mark.parametrize("name", ["solve", *MIDDLE])
 def test_no_table_of_a_command_loses_a_cell(
     name: str, width: int, middle: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

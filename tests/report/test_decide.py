@@ -29,13 +29,6 @@ FILTERED = 2500
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    opened = Browser()
-    yield opened
-    opened.close()
-
-
-@pytest.fixture(scope="module")
 def result() -> dse.Result:
     """All compromises of a pump: dear and quick, cheap and slow, with what it costs to insist."""
     text = PUMP.read_text(encoding="utf-8").replace("objectives: [", "objectives: [minimise load of can0, ")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 
@@ -74,13 +73,6 @@ def test_waiting_is_told_from_execution() -> None:
     assert sum(time for cause, time in zip(CAUSES, times, strict=True) if cause in threads) == sum(
         row.max_ns for row in rows
     )
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    opened = Browser()
-    yield opened
-    opened.close()
 
 
 @pytest.fixture(scope="module")

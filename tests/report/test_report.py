@@ -64,11 +64,6 @@ def robot() -> Result:
     return dse.solve(example_path("inmark"))
 
 
-@pytest.fixture(scope="module")
-def page(robot: Result) -> Reader:
-    return Reader(html_report(Document(robot)))
-
-
 def test_the_page_needs_nothing_else(page: Reader) -> None:
     assert page.addresses
     assert all(address.startswith("#") for address in page.addresses)
@@ -89,12 +84,17 @@ def files(robot: Result) -> dict[str, str]:
     return dict(report_files(Document(robot)))
 
 
+@pytest.fixture(scope="module")
+def page(files: dict[str, str]) -> Reader:
+    return Reader(files["inmark.html"])
+
+
 def test_the_same_result_gives_the_same_files(robot: Result, files: dict[str, str]) -> None:
     assert dict(report_files(Document(robot))) == files
 
 
 def test_a_front_of_200_points_stays_below_2_mb(robot: Result) -> None:
-    points = 200 if effort.LONG else 120  # from 100 on the library is packed
+    points = 200 if effort.LONG else 101  # from 100 on the library is packed
     many = [
         replace(point, id=number, objectives={name: value + number for name, value in point.objectives.items()})
         for number, point in enumerate((robot.front * 6)[:points], start=1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -190,13 +189,6 @@ def test_pages_open_without_an_error_or_a_request(
         plots = sum(len(section.plots) for section in sections_of(studies[name]))
         assert browser.run("document.querySelectorAll('[data-plot=study] svg').length") == plots > 0
         assert browser.run("document.documentElement.scrollWidth") <= width
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    opened = Browser()
-    yield opened
-    opened.close()
 
 
 def test_simulated_latencies_are_drawn_against_their_bounds() -> None:

@@ -30,25 +30,23 @@ widget.render({ model: window.model, el: document.body });
 
 
 @needs_browser
-def test_a_click_is_heard_and_python_is_followed(tmp_path: Path) -> None:
+def test_a_click_is_heard_and_python_is_followed(browser: Browser, tmp_path: Path) -> None:
     shown = dse.widget(dse.solve(PUMP), height=500)
     state = {name: getattr(shown, name) for name in ("page", "title", "height", "chosen")}
     script = json.dumps(state).replace("</", "<\\/")
     path = tmp_path / "host.html"
     path.write_text(HOST % (script, json.dumps(FRAME)), encoding="utf-8")
-    browser = Browser()
-    try:
-        browser.call("Page.navigate", url=path.as_uri())
-        page = "document.querySelector('iframe').contentWindow.dseReport"
-        browser.wait(f"Boolean(document.querySelector('iframe') && {page} && {page}.ready)")
-        assert browser.run(f"{page}.state.chosen") == 1
-        browser.run(f"{page}.choose(3)")
-        browser.wait("window.saved === 3")
-        browser.run("tell(2)")
-        browser.wait(f"{page}.state.chosen === 2")
-        assert browser.problems() == []
-    finally:
-        browser.close()
+    browser.call("Page.navigate", url="about:blank")
+    browser.events.clear()
+    browser.call("Page.navigate", url=path.as_uri())
+    page = "document.querySelector('iframe').contentWindow.dseReport"
+    browser.wait(f"Boolean(document.querySelector('iframe') && {page} && {page}.ready)")
+    assert browser.run(f"{page}.state.chosen") == 1
+    browser.run(f"{page}.choose(3)")
+    browser.wait("window.saved === 3")
+    browser.run("tell(2)")
+    browser.wait(f"{page}.state.chosen === 2")
+    assert browser.problems() == []
 
 
 def test_without_widgets_there_are_a_table_and_a_plot_without_script() -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,12 @@ UNUSED = (
 WORDS = re.compile(rf"\b({'|'.join(UNUSED)})\b", re.IGNORECASE)
 INNER = ("analysis/scheduling", "encode", "verification", "importers")
 """Folders whose texts are not read yet."""
+
+
+@cache
+def modules() -> Mapping[Path, ast.Module]:
+    """Every module of the program by its path."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(DSE.rglob("*.py"))}
 
 
 def texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -36,9 +43,9 @@ def texts(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def test_no_text_of_the_program_uses_an_unclear_word() -> None:
     found = [
         f"{path.relative_to(DSE)}:{line}: {hit[0]}: {text[:80]}"
-        for path in sorted(DSE.rglob("*.py"))
+        for path, tree in modules().items()
         if not any(path.is_relative_to(DSE / folder) for folder in INNER)
-        for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
+        for line, text in texts(tree)
         for hit in WORDS.finditer(text)
     ]
     assert found == []
@@ -71,15 +78,15 @@ def public_docstrings(tree: ast.AST) -> Iterator[str]:
                 yield from public_docstrings(node)
 
 
-def modules() -> Iterator[tuple[Path, ast.Module]]:
-    for path in sorted(DSE.rglob("*.py")):
+def public_modules() -> Iterator[tuple[Path, ast.Module]]:
+    for path, tree in modules().items():
         if not path.stem.startswith("_") or path.stem == "__init__":
-            yield path, ast.parse(path.read_text(encoding="utf-8"))
+            yield path, tree
 
 
 def test_most_public_docstrings_say_more_than_one_line() -> None:
     """What is returned, with unit and shape, what is raised, the source: that takes more than a line."""
-    found = [text for _, tree in modules() for text in public_docstrings(tree)]
+    found = [text for _, tree in public_modules() for text in public_docstrings(tree)]
     short = sum("\n" not in text.strip() for text in found)
     assert 100 * short <= ONE_LINE_PERCENT * len(found), f"{short} of {len(found)}"
 
@@ -87,7 +94,7 @@ def test_most_public_docstrings_say_more_than_one_line() -> None:
 def test_no_docstring_leans_on_its_neighbour() -> None:
     found = [
         f"{path.relative_to(DSE)}:{node.lineno}"
-        for path, tree in modules()
+        for path, tree in public_modules()
         if not any(path.is_relative_to(DSE / folder) for folder in NOT_READ_YET)
         for node in ast.walk(tree)
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
@@ -99,7 +106,7 @@ def test_no_docstring_leans_on_its_neighbour() -> None:
 def test_public_docstrings_begin_with_a_noun_or_a_verb() -> None:
     found = [
         f"{path.relative_to(DSE)}: {text.splitlines()[0]}"
-        for path, tree in modules()
+        for path, tree in public_modules()
         for text in public_docstrings(tree)
         if CLAUSE.match(text)
     ]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 
 from dse.analysis.evaluate import Evaluator
 from dse.search.front import search_front
+from tests.helpers.effort import LONG
 from tests.helpers.support import brute_front, space_of
 
 TEXT = """
@@ -31,9 +34,12 @@ objectives: [minimise price, minimise latency of f]
 """
 
 
-@pytest.mark.parametrize("narrow", [1, 2])
-@pytest.mark.parametrize("processing", ["", "processing: response_time"])
-@pytest.mark.parametrize("core", ["", ", core: 2", ", core: [1, 3]", ", core: 1"])
+CASES = list(product(["", ", core: 2", ", core: [1, 3]", ", core: 1"], ["", "processing: response_time"], [1, 2]))
+SOME = [case for at, case in enumerate(CASES) if LONG or at % 4 in (0, 3)]
+"""All of them where there is time, else each core with each number of cores and each way of processing."""
+
+
+@pytest.mark.parametrize(("core", "processing", "narrow"), SOME)
 def test_a_core_that_only_some_processors_have(core: str, processing: str, narrow: int) -> None:
     evaluator = Evaluator(space_of(TEXT.format(core=core, processing=processing, narrow=narrow)))
     search = search_front(evaluator)

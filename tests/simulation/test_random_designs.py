@@ -20,6 +20,9 @@ SEEDS = range(24) if LONG else (0, 1, 2, 4, 5, 7, 8, 10, 12, 14, 17, 18)
 """To draw one takes a second: half of them, with all whose flows reach their bounds."""
 
 
+RUNS = 12 if LONG else 6
+
+
 @cache
 def drawn(seed: int, size: str = "small") -> dse.Problem:
     """A random problem, for both witnesses."""
@@ -36,7 +39,7 @@ def random_simulation(seed: int, *, contention: bool, size: str = "small") -> Si
         if not evaluator.invalid(design):
             chosen = decisions_of(space, design)
             drift = rng.choice([0, 0, 500])
-            return simulate(problem, chosen, runs=12, contention=contention, seed=seed, drift_ppm=drift)
+            return simulate(problem, chosen, runs=RUNS, contention=contention, seed=seed, drift_ppm=drift)
     return None
 
 

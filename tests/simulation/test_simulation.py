@@ -13,6 +13,7 @@ from dse.cli.main import run
 from dse.questions.verbs.simulate import simulate
 from dse.report.content.simulate import simulation_page
 from dse.support.errors import UsageError
+from tests.helpers.effort import LONG
 
 MS = 10**6
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -282,7 +283,7 @@ def test_shipped_problems(path: Path, contention: bool) -> None:
     if not problem.space.flows or not problem.space.baseline:
         pytest.skip("no flow or no baseline")
     try:
-        result = simulate(problem, runs=8, contention=contention)
+        result = simulate(problem, runs=8 if LONG else 3, contention=contention)
     except UsageError as error:
         pytest.skip(str(error))
     assert not result.contradictions
@@ -292,7 +293,7 @@ def test_shipped_problems(path: Path, contention: bool) -> None:
 
 def test_the_robot_reaches_its_bounds() -> None:
     """The reported software chain of Table 5.7: three samplings short of 57.503 ms by a nanosecond each at most."""
-    result = simulate(PROBLEMS / "inmark.yaml", contention=False)
+    result = simulate(PROBLEMS / "inmark.yaml", contention=False, runs=40 if LONG else 10)
     for flow in result.flows:
         assert min(flow.latencies) == flow.bounds_ns[0]
         assert flow.bounds_ns[1] - 3 <= max(flow.latencies) <= flow.bounds_ns[1]

@@ -33,6 +33,7 @@ from tests.helpers.diagnostics import (
     expected_messages,
     messages,
 )
+from tests.helpers.effort import LONG
 
 SEMANTIC = FOLDER / "semantic"
 MIXED = FOLDER / "mixed"
@@ -172,7 +173,7 @@ WORD = re.compile(r"[A-Za-z_][\w.]*|\d+")
 WORDS = sorted({*WORD.findall(VALID), "none", "nobody", "aperiodic", "sporadic", "hybrid", "power", "0", "in", "not"})
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400 if LONG else 120, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 10**6), st.sampled_from(WORDS)), min_size=1, max_size=4))
 def test_words_exchanged(changes: list[tuple[int, str]]) -> None:
     """A file with some words exchanged is valid, or refused with places that exist."""
@@ -184,7 +185,7 @@ def test_words_exchanged(changes: list[tuple[int, str]]) -> None:
     refuse_or_accept(text)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200 if LONG else 80, deadline=None)
 @given(st.sets(st.integers(0, len(VALID.splitlines()) - 1), min_size=1, max_size=4))
 def test_lines_left_out(lines: set[int]) -> None:
     refuse_or_accept("\n".join(line for number, line in enumerate(VALID.splitlines()) if number not in lines))

@@ -59,15 +59,15 @@ def test_a_result_states_what_it_was_asked_and_every_command_takes_it(name: str,
     done = CliRunner().invoke(cli, ["solve", str(file), option, value, "--json", str(out), "-q"])
     assert done.exit_code in (0, 4), done.output
     data = json.loads(out.read_text())
-    by_keyword = dse.solve(file, **{name: value}).to_dict()  # type: ignore[arg-type]
+    solved = dse.solve(file, **{name: value})  # type: ignore[arg-type]
     in_the_file = dse.solve(stated).to_dict()
     assert data["problem"]["effective"][name] == value
-    for other in (by_keyword, in_the_file):
+    for other in (solved.to_dict(), in_the_file):
         assert {**other["problem"]["effective"]} == data["problem"]["effective"]
         assert other["front"] == data["front"]
     assert dse.verify(out).status == "verified"
     if data["front"]:
-        text = dse.export(dse.solve(file, **{name: value}), 1, folder=tmp_path)  # type: ignore[arg-type]
+        text = dse.export(solved, 1, folder=tmp_path)
         assert settings_of(loads(text).space) == settings_of(dse.load(stated).space)
     for command in (["check"], ["analyse", "--design", "a.period = 20 ms"], ["explain"]):
         found = CliRunner().invoke(cli, [*command, str(file), option, value, "--json", "-"])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import random
+import re
+from collections import Counter
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -19,8 +21,8 @@ from tests.questions.explain.test_random_conflicts import infeasible
 from tests.verification.shared import copied, question_once
 
 COUNT = count(12)
-OF_SHIPPED = 1000 if LONG else 1
-"""So many of the altered results of a shipped problem are verified; of random problems all."""
+OF_SHIPPED, OF_EACH = (1000, 1000) if LONG else (1, 1)
+"""So many of the altered results of a shipped problem are verified, and so many of each kind of a random one."""
 METHODS: tuple[Literal["exhaustion", "model"], ...] = ("exhaustion", "model")
 
 
@@ -91,6 +93,11 @@ def test_conflicts_of_shipped_problems(path: Any, monkeypatch: pytest.MonkeyPatc
     check(result.to_dict(), problem, "model", random.Random(1), 1 if with_responses and not LONG else OF_SHIPPED)
 
 
+def kind(name: str) -> str:
+    """What is wrong, without the place where."""
+    return re.sub(r"'.*'|-?\d+(/\d+)?", "", name)
+
+
 @pytest.mark.parametrize("part", few(range(6), 3))
 def test_conflicts_of_random_problems(part: int, monkeypatch: pytest.MonkeyPatch) -> None:
     question_once(monkeypatch)
@@ -105,18 +112,23 @@ def test_conflicts_of_random_problems(part: int, monkeypatch: pytest.MonkeyPatch
         result = solve_asked(asked, SearchLimits(), Watcher())
         assert result.status == "infeasible"
         data = result.to_dict()
-        check(data, asked, METHODS[seen % 2], random.Random(seed))
+        check(data, asked, METHODS[(part + seen) % 2], random.Random(seed), each=OF_EACH)
         seen += 1
         if seen >= COUNT // 6:
             return
 
 
-def check(data: dict[str, Any], problem: Any, method: Any, rng: random.Random, most: int = 1000) -> None:
+def check(
+    data: dict[str, Any], problem: Any, method: Any, rng: random.Random, most: int = 1000, each: int = 1000
+) -> None:
     found = conflict_findings(data, problem, method)
     assert not found, (found, data["conflicts"])
     altered = list(wrong(data, rng))
+    seen: Counter[str] = Counter()
     for name, changed in rng.sample(altered, min(most, len(altered))):
-        assert conflict_findings(changed, problem, method), name
+        seen[kind(name)] += 1
+        assert seen[kind(name)] > each or conflict_findings(changed, problem, method), name
+    assert most < len(altered) or {"member  of conflict  left out", "text of member  of conflict  changed"} <= set(seen)
 
 
 def conflict_findings(data: dict[str, Any], problem: Any, method: Any) -> list[str]:

@@ -16,7 +16,7 @@ from dse.examples.shipped import example_files
 from dse.questions.problem import Problem
 from dse.support.errors import ProblemError, TooLargeError
 from tests.helpers.effort import LONG, cases
-from tests.helpers.support import ENUMERABLE
+from tests.helpers.support import ENUMERABLE, PARTS
 from tests.oracle.generator import random_problem
 from tests.verification.mutations import mutations
 from tests.verification.shared import all_designs_once
@@ -29,18 +29,13 @@ SEEDS = {
     method: [(size, seed) for size, drawn in sizes.items() for seed in cases(*drawn)] for method, sizes in DRAWN.items()
 }
 TOO_LARGE = "some figures are so large that a solver could not add them exactly"
-OF_EACH = 20 if LONG else 3
+OF_EACH = 20 if LONG else 2
 LARGE = ("inmark", "autoware_reference", "perception")
 SMALL = [path.stem for path in example_files() if LONG or path.stem not in LARGE]
 
 
 SLOW = {"inmark_clock": "exhaustion", "perception": "exhaustion"}
 """Problems whose proofs take long: one is enough for each."""
-PARTS = {
-    "inmark_clock": {"gnss_provider.period": "20 ms", "nav_controller.offset": "4 ms"},
-    "perception": {"detection.core": "1", "lanes.core": "2"},
-}
-"""Decisions that are fixed in these problems where there is little time: the proof is the same, of fewer designs."""
 
 
 @cache

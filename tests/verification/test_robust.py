@@ -198,7 +198,7 @@ def stopped(after: int, monkeypatch: pytest.MonkeyPatch, file: Path, *options: s
     return found
 
 
-@pytest.mark.parametrize("after", [0, 1, 5, 14, 22])
+@pytest.mark.parametrize("after", [0, 1, 5, 14, 22] if LONG else [0, 14, 22])
 def test_a_stopped_robust_search_goes_on_as_one(
     after: int, solved: tuple[Path, RobustResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -114,9 +114,10 @@ def _late_reads(space: Space, view: View) -> Iterator[str]:
 
 
 def _on_processors(space: Space) -> Iterator[Component]:
-    """Threads of which an execution time would be counted."""
+    """Threads of which an execution time would be counted; shared data take none."""
     if space.profile == "dse":  # OSATE has its own figures in place of one
-        yield from (item for item in space.components if item.section == "threads" and item.processor is not None)
+        threads = (item for item in space.components if item.section == "threads" and item.category != "data")
+        yield from (item for item in threads if item.processor is not None)
 
 
 def _untimed(names: Sequence[str]) -> Iterator[str]:
@@ -160,6 +161,7 @@ def problem_remarks(space: Space) -> Iterator[str]:
     yield from _untimed([item.name for item in _on_processors(space) if None in leaves(item.execution_ns)])
     yield from _of_other_rules(space)
     yield from _late_offsets(space)
+    yield from _never_sent(space)
     yield from unsaid_joins(space)
     yield from drifting_joins(space)
     yield from outside_words(_possibly_outside(space, MANY_CASES))
@@ -199,6 +201,21 @@ def _late_offsets(space: Space) -> Iterator[str]:
                 rest = format_duration(offset % max(periods))
                 period = format_duration(max(periods))
                 yield f"{item.name} has a period of {period}: its offset of {format_duration(offset)} counts as {rest}"
+
+
+def _never_sent(space: Space) -> Iterator[str]:
+    """Connections with a physical bus whose ends are on one processor in every design, so that nothing is sent."""
+    found: dict[str, list[str]] = {}
+    for item in space.connections if space.profile == "dse" else ():
+        bus = space.buses[item.stated_bus] if isinstance(item.stated_bus, int) and not item.is_inner else None
+        if bus is not None and item.bus is None and not bus.virtual:
+            found.setdefault(bus.name, []).append(item.name)
+    for carrier, names in found.items():
+        more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        yield (
+            f"not sent over {carrier}, for sender and receiver share a processor or process: "
+            f"{', '.join(names[:MOST_NAMED])}{more} (a virtual bus may carry them on the processor)"
+        )
 
 
 def _of_other_rules(space: Space) -> Iterator[str]:

@@ -11,7 +11,7 @@ from unicodedata import east_asian_width
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.space.model.space import EMPTY, Component, Slot, Space
-from dse.space.model.trees import NOT_OFFERED, Choice, Tree, at
+from dse.space.model.trees import NOT_OFFERED, Choice, Tree, at, leaves
 from dse.support.units import format_duration, format_number, format_rate
 
 SHOWN_OPTIONS = 2
@@ -47,7 +47,8 @@ class Texts:
         One to three `Line` objects; names of processors are shortened to fit the box.
         """
         item = self.space.components[number]
-        fields = self.open.get(item.name, [])
+        executors = [self.space.executors[leaf].name for leaf in leaves(item.executor) if leaf is not None]
+        fields = [field for name in (item.name, *executors) for field in self.open.get(name, ())]
         lines = [self._options(item)]
         if self.view is not None:
             lines = [Line(self._chosen(number, item), lines[0].is_open)]

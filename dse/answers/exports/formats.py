@@ -14,7 +14,7 @@ from dse.analysis.views import View
 from dse.answers.result import csv_text
 from dse.answers.tables.display import exact
 from dse.answers.tables.graph import architecture_graph
-from dse.space.model.space import EMPTY, Design, Space, at_home
+from dse.space.model.space import EMPTY, Component, Design, Space, at_home
 from dse.space.model.trees import at
 from dse.space.parameters import KIND as PARAMETER
 from dse.spec.loading.writing import yaml_text
@@ -22,7 +22,7 @@ from dse.spec.quantities.totals import in_unit_of
 from dse.spec.schema.model import Ros2
 from dse.spec.schema.ros2 import FIELDS, Parameter, read_parameter
 from dse.support.errors import UsageError
-from dse.support.units import Total, UnitError
+from dse.support.units import Total, UnitError, format_duration
 
 
 def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None = None) -> str:
@@ -69,16 +69,21 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
     nodes: dict[str, list[int]] = {}
     same: dict[str, str] = {}
     others: list[str] = []
+    unsaid: list[str] = []
     for number, component in enumerate(space.components):
         if component.section != "threads" or component.part_of or not space.is_last_piece(number):
             continue
         if component.name not in stated_of:
             others.append(component.name)
+        said = {item.field for item in stated_of.get(component.name, ())}
+        unsaid += _chosen_without_parameter(space, component, said, view)
         own = names.nodes.get(component.name)  # of several nodes in one process
         process = at(at_home(space.components, number).process, view)
         nodes.setdefault(same.setdefault(own, component.name) if own else process or component.name, []).append(number)
     if others:
         yield f"# Without a stated parameter, so that their nodes keep what they have: {_line(', '.join(others))}"
+    if unsaid:
+        yield f"# Chosen, but not written, for no parameter of a node is stated for it: {_line(', '.join(unsaid))}"
     taken = set(names.nodes.values())
     for name, numbers in nodes.items():
         stated = [item for number in numbers for item in stated_of.get(space.components[number].name, ())]
@@ -87,6 +92,18 @@ def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
             yield f"{full}:" if full is not None else f"{_unique(name, taken)}:{_original(name)}"
             yield "  ros__parameters:"
             yield from _own_parameters(space, stated, view)
+
+
+def _chosen_without_parameter(space: Space, component: Component, said: set[str], view: View) -> Iterator[str]:
+    """The period and offset of a thread that were chosen from several and that no parameter has."""
+    chosen = {
+        "period": None if {"period", "rate"} & said else at(component.period_ns, view),
+        "offset": None if "offset" in said else at(component.offset_ns, view),
+    }
+    is_open = {item.name: item.is_open for item in space.decisions}
+    for key, value_ns in chosen.items():
+        if value_ns is not None and is_open.get(f"{component.name}.{key}"):
+            yield f"{component.name}.{key} {format_duration(value_ns)}"
 
 
 def _node_name(space: Space, name: str, numbers: Sequence[int], names: Ros2, view: View) -> str | None:

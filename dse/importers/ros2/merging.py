@@ -393,7 +393,8 @@ class _Merger:
         counts: str = "the file that is named first counts",
     ) -> None:
         first, second = (str(of.get("source", "")) or "no source" for of in (of_ours, of_theirs))
-        words = f"{path}: {ours} ({first[:200]}), but {theirs} ({second[:200]}): {counts}"
+        mine, other = (", ".join(map(str, value)) if isinstance(value, list) else value for value in (ours, theirs))
+        words = f"{path}: {mine} ({first[:200]}), but {other} ({second[:200]}): {counts}"
         self._tell(words)
 
     def _tell(self, words: str, source: str = "") -> None:

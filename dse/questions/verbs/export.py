@@ -261,6 +261,10 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     writer.document()
     base = _base(path, imported, taken)
     before, chosen = Side(base, complete_design(base, {})), Side(result.space, design)
+    known = {item.name for item in base.connections}
+    added = next((item.name for item in result.space.connections if item.name not in known), None)
+    if added is not None:
+        raise UsageError(f"AADL cannot say all of this design: the model has no connection {added} ({INSTEAD})")
     components = {item.title: item for item in model.root.below()}
     refined = {
         components[item.component.title]: replacement(model.library, item.component, item.classifiers[0])

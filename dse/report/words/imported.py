@@ -58,7 +58,7 @@ def import_block(document: Mapping[str, Any], remarks: Sequence[Diagnostic], *, 
 def _counts(document: Mapping[str, Any]) -> str:
     found = []
     for section in ("threads", "devices", "buses", "connections", "flows"):
-        number = len(document.get(section) or {})
+        number = len(_without_data(document.get(section) or {}))
         if number or section in ("threads", "connections", "flows"):
             one = "bus" if section == "buses" else section[:-1]
             found.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
@@ -81,8 +81,11 @@ def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
         return [name for name, body in bodies.items() if is_so(name, body)]
 
     triggered = {body.get("to") for body in connections.values() if body.get("port") not in STORED_PORTS}
-    threads = {name: body for name, body in threads.items() if body.get("category") != "data"}
-    timed = lacking(threads, lambda name, body: not has(body, "compute_execution_time"))
+    threads = _without_data(threads)
+    steps = [step for flow in (document.get("flows") or {}).values() for step in flow["path"] if isinstance(step, dict)]
+    figured = {step["element"] for step in steps if len(step) > 1}
+    taking = ("compute_execution_time", "latency", "response_time")
+    timed = lacking(threads, lambda name, body: name not in figured and not any(has(body, key) for key in taking))
     yield from _line("threads", timed, threads, "compute_execution_time [ms]", "without it {} counts as taking no time")
     open_ = lacking(threads, lambda name, body: not has(body, "period") and _is_timed(name, body, triggered))
     yield from _line("threads", open_, threads, "period [ms]", "nothing says how often {} runs")
@@ -92,12 +95,18 @@ def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
     yield from _line("connections", outside, connections, "rate [Hz]", "nothing says how often {} comes from outside")
     sized = lacking(connections, lambda name, body: not {"data_size", "data_rate", "message"} & body.keys())
     yield from _line("connections", sized, connections, "data_size [B]", "without it {} costs nothing on a bus")
-    free = lacking(connections, lambda name, body: "bus" not in body and {"from", "to"} <= body.keys())
-    yield from _line("connections", free, connections, "bus [name of a bus]", "without one {} costs nothing")
+    sent_on = {name: body for name, body in connections.items() if body.get("port") != "data_access"}
+    free = lacking(sent_on, lambda name, body: "bus" not in body and {"from", "to"} <= body.keys())
+    yield from _line("connections", free, sent_on, "bus [name of a bus]", "without one {} costs nothing")
     if not connections:
         yield "connections [from, to]: nothing says who sends to whom"
     if not document.get("flows"):
         yield "flows [path]: without one there is no end-to-end latency"
+
+
+def _without_data(bodies: Mapping[str, Body]) -> dict[str, Body]:
+    """The components of a section that work: shared data, which stand among the threads, do not."""
+    return {name: body for name, body in bodies.items() if (body or {}).get("category") != "data"}
 
 
 def _is_timed(name: str, body: Body, triggered: set[Any]) -> bool:

@@ -13,7 +13,10 @@ from dse.support.units import shown
 
 DECIDING = ("of", "root", "mode", "library")
 """Keys that name a model; in what they lead to they are no more."""
-OWN = ("flows", "metrics", "totals", "uncertainty", "processor_types", "bus_types", "device_types", "thread_types")
+OWN = (
+    *("flows", "metrics", "totals", "uncertainty", "executors", "reservations"),
+    *("processor_types", "bus_types", "device_types", "thread_types"),
+)
 """Sections to which a file beside a model may add names of its own."""
 SLOTS = ("processors", "buses", "devices", "threads")
 LISTS = ("requirements", "assumptions", "rules", "objectives")
@@ -67,19 +70,26 @@ def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
 def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic]:
     """The mistakes in a file that names components and connections that the model does not have.
 
-    Sections that a deciding file may extend are left out. Each `Diagnostic` has the closest name of the model as a
-    hint.
+    Sections that a deciding file may extend are left out, and connections with `from` and `to` of their own. Each
+    `Diagnostic` has the closest name of the model as a hint.
     """
     homes = {name: section for section in SECTIONS if section not in OWN for name in _entries(model, section)}
     for section in SECTIONS:
         if section in OWN:
             continue
         for name, entry in _entries(node, section).items():
-            if name in _entries(model, section):
+            if name in _entries(model, section) or (section == "connections" and _leads(node, name)):
                 continue
             hint = f"it is among its {homes[name]}" if name in homes else did_you_mean(name, homes)
+            if section == "connections" and not hint:
+                hint = "a connection of your own states `from` and `to`"
             message = f"the model has no {shown(name)} among its {section}"
             yield Diagnostic(message, f"{section}.{name}", file, entry.line, entry.column, hint)
+
+
+def _leads(node: YamlNode, name: str) -> bool:
+    """Whether a connection of a deciding file states both of its ends, so that it is not one of the model's."""
+    return {"from", "to"} <= set(_entries(node, "connections", name))
 
 
 def overlaid(node: YamlNode, model: YamlNode) -> YamlNode:
@@ -130,4 +140,9 @@ def _component(own: MappingEntry | None, entry: MappingEntry) -> MappingEntry:
     mine, theirs = own.node.value, entry.node.value
     if not isinstance(mine, dict) or not isinstance(theirs, dict):
         return own
-    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, {**theirs, **mine}))
+    if "executor" in mine and "processor" not in mine:  # the executor says where its threads run
+        theirs = {key: value for key, value in theirs.items() if key != "processor"}
+    fields = {**theirs, **mine}
+    if "parameters" in theirs and "parameters" in mine:  # each has fields of its own: a range, a value
+        fields["parameters"] = _section(mine["parameters"], theirs["parameters"])
+    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, fields))

@@ -16,11 +16,11 @@ from dse.spec.loading.document import SECTIONS, identity_of, merged_document
 from dse.spec.loading.foreign import offered, overlaid, strangers, tree_of
 from dse.spec.loading.messages import CARRIED, Sized, read_sizes, with_sizes
 from dse.spec.loading.reader import MAX_BYTES, PathPart, RepeatedKeysError, Source, YamlNode, decode_text, read_yaml
-from dse.spec.loading.recognising import no_answer
+from dse.spec.loading.recognising import no_answer, of_another_format
 from dse.spec.loading.salvage import WHOLE, Place, Remains, remains, salvaged
 from dse.spec.loading.samples import Samples, read_samples
 from dse.spec.loading.sources import Carried, Files, OnDisk, name_from, read_source
-from dse.spec.loading.wording import translated
+from dse.spec.loading.wording import is_of_wrong_items, translated
 from dse.spec.loading.writing import block_text
 from dse.spec.quantities.totals import in_declared_units
 from dse.spec.schema.model import Catalogue, Spec
@@ -198,6 +198,9 @@ class _SpecLoader:
             self._is_complete = False
             self.findings += error.diagnostics
             return
+        if model is Spec and isinstance(self.files, OnDisk) and (foreign := of_another_format(path, text)):
+            self.miss(foreign)
+            return
         source = self.take(text, file, model, data)
         if source is not None:
             for place, target in _includes(source.node):
@@ -305,7 +308,8 @@ class _SpecLoader:
         return found
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        self.findings += [translated(item, source, model) for item in error.errors(include_url=False)]
+        found = error.errors(include_url=False)
+        self.findings += [translated(item, source, model) for item in found if not is_of_wrong_items(item)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
+from dse.importers.registry import IMPORTERS, importer_of
 from dse.spec.loading.reader import YamlNode
 from dse.support.errors import Diagnostic, ProblemError
 
@@ -27,6 +29,18 @@ def is_problem(text: str) -> bool:
     if text.lstrip().startswith("{"):
         return _ANSWER.match(text.lstrip()) is None and _JSON.search(text) is not None
     return _YAML.search(text) is not None
+
+
+def of_another_format(path: Path, text: str) -> Diagnostic | None:
+    """A mistake where a file is of a format of `dse import` alone, such as a CAN database; None for other files.
+
+    The hint is the command that makes a problem file of it.
+    """
+    importer = None if path.is_dir() or is_problem(text) else importer_of(path)
+    if importer not in IMPORTERS or importer.is_problem:
+        return None
+    hint = f"dse import {path} -o {path.name.partition('.')[0]}.yaml makes a problem file of it"
+    return Diagnostic(f"expected a problem file, got one of the format {importer.name}", "", str(path), 1, 1, hint)
 
 
 def no_answer(root: YamlNode, file: str) -> YamlNode:

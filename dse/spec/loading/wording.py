@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any, get_args
+from types import UnionType
+from typing import Annotated, Any, TypeGuard, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
@@ -12,8 +13,7 @@ from pydantic_core import ErrorDetails
 from dse.spec.loading.reader import PathPart, Source, YamlNode
 from dse.spec.schema.fields import describe, kind_of
 from dse.spec.schema.frames import MODELS as FRAMES
-from dse.spec.schema.hardware import TransmissionTime
-from dse.spec.schema.model import Catalogue, PathElement, Spec
+from dse.spec.schema.model import Catalogue, Spec
 from dse.spec.schema.parts import SpecMapping
 from dse.support.errors import Diagnostic, did_you_mean
 
@@ -45,6 +45,11 @@ MEANT: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("dst", "dest", "receiver", "subscriber"), ("to",)),
 }
 """Other names of keys and values, with what the format calls them."""
+
+
+def is_of_wrong_items(item: ErrorDetails) -> bool:
+    """Whether a list counts as too short only because each of its entries is wrong, which is a finding of its own."""
+    return item["type"] == "too_short" and bool(item["input"])
 
 
 def translated(item: ErrorDetails, source: Source, root: type[SpecMapping]) -> Diagnostic:
@@ -130,15 +135,37 @@ def _decimal_comma(key: str, node: YamlNode) -> str:
 
 
 def _model_at(path: Sequence[PathPart], root: type[SpecMapping]) -> type[BaseModel]:
-    """The class of the mapping at a place."""
-    if not path:
-        return root
-    if path[-1] in FRAMES:
+    """The class of the mapping at a place, as the annotations around it say.
+
+    A part of the path that is no key (the tag of a union) leads nowhere.
+    """
+    if path and path[-1] in FRAMES:
         return FRAMES[str(path[-1])]
-    if "path" in path[2:]:
-        return PathElement
-    if len(path) > 2:
-        return TransmissionTime
-    model = get_args(Catalogue.model_fields[str(path[0])].annotation)[1]
-    assert isinstance(model, type) and issubclass(model, SpecMapping)
-    return model
+    places: list[Any] = [root]
+    for part in path:
+        places = [inner for place in places for inner in _inside(place, part)] or places
+    return next(place for place in places if _is_model(place))
+
+
+def _inside(annotation: Any, part: PathPart) -> list[Any]:
+    """What may stand at a key or position of a value that is annotated so: classes, mappings and lists."""
+    if _is_model(annotation):
+        fields = annotation.model_fields
+        named = next((info for name, info in fields.items() if part in (name, info.alias)), None)
+        return [] if named is None else _alternatives(named.annotation)
+    kind, arguments = get_origin(annotation), get_args(annotation)
+    return _alternatives(arguments[-1 if kind is dict else 0]) if kind in (dict, tuple) else []
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """The parts of a union, and what is annotated without its annotations."""
+    kind, arguments = get_origin(annotation), get_args(annotation)
+    if kind is Annotated:
+        return _alternatives(arguments[0])
+    if kind in (Union, UnionType):
+        return [inner for part in arguments for inner in _alternatives(part)]
+    return [annotation]
+
+
+def _is_model(annotation: Any) -> TypeGuard[type[BaseModel]]:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)

@@ -28,9 +28,9 @@ from dse.search.feasibility.oracle import Oracle
 from dse.space.model.space import INACTIVE, Design
 from dse.support.timelimit import OutOfTime
 from tests.helpers.conflicting import Brute, infeasible
-from tests.helpers.effort import count
+from tests.helpers.effort import LONG, count
 
-PROBLEMS = max(8, count(40))
+PROBLEMS = max(6, count(40))
 
 
 def examples(found: Explanation) -> Iterator[tuple[Example, frozenset[str] | None]]:
@@ -134,9 +134,9 @@ def test_what_was_not_looked_at_is_said_and_the_rest_is_true(
     drawn: list[tuple[int, Problem, list[Design]]], error: type[BaseException]
 ) -> None:
     rng, reduced, half = random.Random(1), 0, 0
-    for _, problem, _ in drawn[:6]:
+    for _, problem, _ in drawn if LONG else drawn[:4]:
         whole = Explainer.of(problem, Wishes(every=True), 0.0).explanation()
-        for after in sorted(rng.sample(range(whole.solver_calls), min(whole.solver_calls, 8))):
+        for after in sorted(rng.sample(range(whole.solver_calls), min(whole.solver_calls, 8 if LONG else 5))):
             with cut_off(after, error):
                 found = Explainer.of(problem, Wishes(every=True), 0.0).explanation()
             check(problem, found)
@@ -158,7 +158,7 @@ def test_what_was_not_looked_at_is_said_and_the_rest_is_true(
 def test_the_conflicts_of_a_stopped_solve_are_confirmed(drawn: list[tuple[int, Problem, list[Design]]]) -> None:
     """`dse.solve` states no closest limit that it did not look for, and `dse.verify` accepts that."""
     seen = 0
-    for _, problem, _ in drawn[:8]:
+    for _, problem, _ in drawn if LONG else drawn[:5]:
         whole = Explainer.of(problem, Wishes(), 0.0).explanation().solver_calls
         for after in range(2, whole, 3):
             with cut_off(after, OutOfTime):

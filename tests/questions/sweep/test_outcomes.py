@@ -15,6 +15,7 @@ from dse.questions.sweep.axes import LimitAxis, read_limit_axis
 from dse.questions.sweep.break_points import break_points
 from dse.questions.sweep.fronts import front_outcome
 from dse.questions.sweep.runs import OutcomeError, read_outcome
+from tests.helpers.effort import LONG
 
 ODD: tuple[Any, ...] = (None, [], {}, "", "x", 0, -1, 0.5, True, [[]], [{}], {"x": None}, [None])
 
@@ -48,8 +49,8 @@ def test_whatever_stands_in_any_place_is_read_or_refused(kind: str) -> None:
     data = json.loads(json.dumps(outcome))
     assert read_outcome(json.dumps(data)) == data
     refused = 0
-    for path in places(data):
-        for odd in ODD:
+    for number, path in enumerate(places(data)):
+        for odd in ODD if LONG else ODD[number % 3 :: 3]:
             try:
                 read_outcome(json.dumps(put(data, path, odd)))
             except OutcomeError:

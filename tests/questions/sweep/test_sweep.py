@@ -24,6 +24,7 @@ from dse.questions.sweep.store import Store
 from dse.questions.sweep.sweep import SweepProgress, sweep
 from dse.questions.sweep.workers import LostRunError, run_all
 from tests.questions.studies import LONG, edited, example, written
+from tests.questions.sweep.tasks import always_dies, dies_once, doubled, fails
 
 RUN = "from dse.cli.entry import main; main()"
 RUNS, KILLS = (200, 5) if LONG else (16, 1)
@@ -151,7 +152,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
             for path in tmp_path.glob("killed.*"):
                 path.unlink()
     assert killed >= 1
-    subprocess.run(command("killed"), check=True)
+    assert called([*command("killed")[3:], "--workers", "1"]) == 0
     assert (tmp_path / "killed.json").read_bytes() == (tmp_path / "whole.json").read_bytes()
     with Store(tmp_path / "killed.sqlite") as store:
         assert store.solved() == store.kept() == RUNS
@@ -168,29 +169,6 @@ def solved(path: Path) -> int:
 
 
 # --- workers ------------------------------------------------------------------------------------------------------
-
-
-def doubled(payload: str) -> str:
-    return payload * 2
-
-
-def dies_once(payload: str) -> str:
-    """Kills its own process the first time."""
-    mark = Path(payload.partition(":")[0])
-    if payload.endswith("!") and not mark.exists():
-        mark.write_text("x")
-        os.kill(os.getpid(), signal.SIGKILL)
-    return payload[-1]
-
-
-def always_dies(payload: str) -> str:
-    if payload == "3":
-        os.kill(os.getpid(), signal.SIGKILL)
-    return payload
-
-
-def fails(payload: str) -> str:
-    raise ValueError(payload)
 
 
 def test_workers_give_the_same_as_this_process() -> None:

@@ -105,7 +105,7 @@ class ConnectionWriter:
             is_access = item.wires[0].member.item.kind == "subprogram access"
             if is_access and all(leaf is not None and leaf.direction == given for leaf, given in features):
                 text = f"{{}} calls {item.target.title}: nothing is made of that, as in OSATE; in a file that decides, "
-                text += "under profile dse, it is a connection with a `reply`"
+                text += "under profile dse, it is a connection with `from`, `to` and `reply`"
                 self.model.library.remark(text, item.wires[0].member.item.place, about=item.source.title)
                 yield item
 

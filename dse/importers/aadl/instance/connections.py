@@ -209,7 +209,8 @@ class Wiring:
             return [(context, key)]
         inactive = context.flat is not None and key[0].partition("[")[0] in context.flat.subcomponents
         if context.category in CALLING:
-            self.library.remark(f"{path[0]} is no subcomponent or feature: not looked at", member.item.place)
+            text = f"{path[0]} is no subcomponent or feature: what is called is not looked at"
+            self.library.remark(text, member.item.place)
         elif not inactive:
             self.library.fail(f"there is no subcomponent or feature {path[0]}", member.item.place)
         return []

@@ -206,8 +206,13 @@ class Flows:
     def _component(
         self, context: Instance, path: Path, member: Member[Flow], depth: int
     ) -> Iterator[tuple[Element, ...]]:
-        component, rest = context.descend(path)[0]
+        (component, rest), *others = context.descend(path)
         place, flat = member.item.place, component.flat
+        if others:
+            text = (
+                f"the flow {member.item.name} names {path[0]}, an array: its first element alone, {component.title}, "
+            )
+            self.library.remark(f"{text}is followed, as by OSATE", place)
         if not rest:
             yield (Stop(component, None, place),)
             return

@@ -142,7 +142,7 @@ class Flattener:
                 return self.resolve(prototype.constraint, package, None)
         classifier = self.library.find(reference, package)
         if classifier is None:
-            self.library.fail(self.library.absent(reference, package), reference.place)
+            self.library.fail_absent(reference, package)
             return None
         return self.flat(classifier, self.bindings(given, package, around.environment if around else {}))
 
@@ -157,7 +157,7 @@ class Flattener:
             return self._bound(actual.environment[key], reference)
         classifier = self.library.find(reference, actual.package)
         if classifier is None:
-            self.library.fail(self.library.absent(reference, actual.package), reference.place)
+            self.library.fail_absent(reference, actual.package)
             return None
         return self.flat(classifier, self.bindings(actual.inner, actual.package, actual.environment))
 
@@ -185,7 +185,7 @@ class Flattener:
             return None
         parent = self.library.find(item.extends, item.package)
         if parent is None:
-            self.library.fail(self.library.absent(item.extends, item.package), item.extends.place)
+            self.library.fail_absent(item.extends, item.package)
         return parent
 
     def _merge(self, into: Flat, item: Classifier) -> None:

@@ -89,6 +89,17 @@ class Instance:
         return done
 
 
+def _modes_of(root: Instance) -> str:
+    """The modes that a tree has, as `--mode` takes them: the first ten."""
+    found = [
+        f"{one.title}.{mode.name}" if one is not root else mode.name
+        for one in (root, *root.below())
+        if one.flat is not None
+        for mode in one.flat.modes.values()
+    ]
+    return f"there are {', '.join(found[:10])}{' ...' if len(found) > 10 else ''}" if found else "there are no modes"
+
+
 def _is_within(index: tuple[int, ...], parts: Sequence[str]) -> bool:
     """Whether the index of an element begins with what is written in brackets: ``2]``, ``1..3]``."""
     if len(parts) > len(index):
@@ -127,7 +138,8 @@ class Instantiator:
         for path in self.modes:
             if path not in self.used:
                 where = path or "the root"
-                self.library.fail(f"--mode: {where} has no mode {self.modes[path]}", root.classifier.place)
+                message = f"--mode: {where} has no mode {self.modes[path]}"
+                self.library.fail(message, root.classifier.place, _modes_of(top))
         return top
 
     def _fill(self, component: Instance, depth: int) -> None:

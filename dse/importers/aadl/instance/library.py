@@ -118,12 +118,14 @@ class Library:
                 name = item.name.lower()
                 yield there.classifiers.get(f"{name}.{implementation}" if implementation else name)
 
-    def absent(self, reference: Reference, package: str) -> str:
-        """Why a reference leads nowhere, in words."""
-        here = self.packages.get(package.lower())
+    def fail_absent(self, reference: Reference, package: str) -> None:
+        """A reference that leads nowhere, as a mistake."""
+        here, hint = self.packages.get(package.lower()), ""
+        message = f"there is no classifier {reference}"
         if reference.package and self._package(reference.package, here) is None:
-            return f"package {reference.package} is in none of the files that were read"
-        return f"there is no classifier {reference}"
+            message = f"package {reference.package} is in none of the files that were read"
+            hint = "--library FOLDER, or `library` in a file that decides, names where else to look"
+        self.fail(message, reference.place, hint)
 
 
 def _asked(package: Package) -> Iterable[str]:

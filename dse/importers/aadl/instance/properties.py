@@ -97,8 +97,10 @@ class Properties:
                 self._contained[target, key].append((owned, base))
 
     def _may_be_inactive(self, target: Instance, key: str) -> bool:
-        """Whether a name is that of a subcomponent which is not there in this mode."""
-        return target.flat is not None and key.partition("[")[0] in target.flat.subcomponents
+        """Whether a name is that of a subcomponent which is not there in this mode, and not one beyond an array."""
+        name, is_indexed, _ = key.partition("[")
+        is_declared = target.flat is not None and name in target.flat.subcomponents
+        return is_declared and not (is_indexed and target.named(name))
 
     # --- who has it ---------------------------------------------------------------------------------------------
 

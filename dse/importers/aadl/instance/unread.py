@@ -59,8 +59,10 @@ def _remark(model: InstanceModel, text: str, items: Sequence[Stated]) -> None:
 
 
 def _is_silent(item: Stated) -> bool:
-    """Whether nothing need be said: a scheduler that goes by fixed priorities."""
+    """Whether nothing need be said: a scheduler that goes by fixed priorities, and what allows a refinement."""
     association = item.owned.association
+    if association.key == "classifier_substitution_rule":
+        return True
     return association.key == SCHEDULING and all(_is_fixed(one.value) for one in association.values)
 
 

@@ -93,6 +93,24 @@ def assigned(body: Sequence[ast.stmt]) -> list[str]:
     return found
 
 
+def leaves(body: Sequence[ast.stmt]) -> bool:
+    """Whether statements may end the function or the round of a loop that they are in."""
+    for part in body:
+        for item in ast.walk(part):
+            spend()
+            if isinstance(item, ast.Return | ast.Raise | ast.Break | ast.Continue):
+                return True
+    return False
+
+
+def has_actions(value: Any) -> bool:
+    """Whether a value is an action of a launch file, or a list that has one."""
+    if isinstance(value, list | tuple):
+        spend(len(value))
+        return any(isinstance(item, Entity) for item in value)
+    return isinstance(value, Entity)
+
+
 def copied(names: Mapping[str, Any]) -> dict[str, Any]:
     """The names of a scope, for one that begins as they are."""
     spend(1 + len(names) // NAMES)

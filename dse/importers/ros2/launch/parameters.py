@@ -19,7 +19,7 @@ from dse.support.units import PARAMETER_TIMES_NS as UNITS
 
 WHAT = "a parameter file of ROS 2"
 INSIDE = "ros__parameters"
-_STATED = re.compile(r"((?P<node>/[\w/*]*):)?(?P<name>[A-Za-z_][\w.*-]*)(\s*\[\s*(?P<unit>\w+)\s*\])?")
+_STATED = re.compile(r"((?P<node>/[\w/*]*):)?(?P<name>[A-Za-z_*][\w.*-]*)(\s*\[\s*(?P<unit>\w+)\s*\])?")
 KNOWN: Mapping[str, str] = {
     **dict.fromkeys(
         (

@@ -24,7 +24,9 @@ from dse.importers.ros2.launch.operations import (
     copied,
     counted,
     entry_of,
+    has_actions,
     is_open,
+    leaves,
     part_of,
     quoted,
     reckoned,
@@ -189,8 +191,10 @@ class _Reader:
             test = self.truth(item.test, names)
             if test is not NotImplemented:
                 self._run(item.body if test else item.orelse, names)
-                return
-            self._skip(item, item.test, names)
+            elif leaves(item.body):
+                self._skip(item, item.test, names)
+            else:
+                self._assume(item, names)
             return
         values = self.value(item.iter, names)
         if isinstance(values, list | tuple):
@@ -205,6 +209,14 @@ class _Reader:
             self._run(item.orelse, names)
             return
         self._skip(item, item.iter, names)
+
+    def _assume(self, item: ast.If, names: dict[str, Any]) -> None:
+        """Follow a branch whose condition is not known: its nodes count, which is told; values that it sets do not."""
+        self.open.append(Entity("assumed", item.lineno, {"name": str(Unknown(self._words(item.test)))}))
+        self._run(item.body, names)
+        for name in assigned([item]):
+            if not has_actions(names.get(name)):
+                names[name] = Unknown(name)
 
     def _skip(self, item: ast.stmt, why: ast.expr, names: dict[str, Any]) -> None:
         """Do not follow a branch or loop: what it changes is unknown."""

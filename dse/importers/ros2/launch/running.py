@@ -17,7 +17,7 @@ from dse.importers.ros2.launch.entities import Entity, problem, read_xml, read_y
 from dse.importers.ros2.launch.parameters import Parameter, ParameterFile
 from dse.importers.ros2.launch.substitutions import IN_PYTHON, SHOWN, Context, NotStaticError, is_so, resolve
 from dse.importers.ros2.packages import Packages
-from dse.support.errors import Diagnostic, ProblemError
+from dse.support.errors import Diagnostic, ProblemError, did_you_mean
 from dse.support.files.reading import obstacle, real
 
 MOST_INCLUDES = 5000
@@ -79,6 +79,7 @@ class Launch:
     files: dict[Path, Entity] = field(default_factory=dict)
     parameter_files: dict[Path, ParameterFile | None] = field(default_factory=dict)
     including: list[Path] = field(default_factory=list)
+    declared: dict[str, None] = field(default_factory=dict)
 
     def run(self, file: Path, arguments: Mapping[str, str]) -> None:
         """Everything that a file starts.
@@ -90,6 +91,12 @@ class Launch:
         """
         context = Context(file, dict(arguments), self.packages)
         self._file(file, context, Scope())
+        for name in arguments:
+            if name not in self.declared and name not in context.asked:
+                near = did_you_mean(name, list(self.declared)) or f"declared: {', '.join(self.declared) or 'none'}"
+                self.tell(
+                    context, 1, f"--arguments {name[:80]}: no file that was read has such a launch argument", near
+                )
 
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once.
@@ -137,14 +144,14 @@ class Launch:
         return "unless" not in action.texts or not is_so(action.texts["unless"], context)
 
     def _starts(self, action: Entity, context: Context) -> bool:
-        """Whether the condition of an action holds; a node counts where that is an expression that is not followed."""
+        """Whether the condition of an action holds; nodes count where that is an expression that is not followed."""
         try:
             return self._holds(action, context)
         except NotStaticError as error:
-            if action.kind not in NODES or IN_PYTHON not in str(error):
+            if action.kind not in (*NODES, "group") or IN_PYTHON not in str(error):
                 raise
             name = action.text("name", "exec", "plugin")[:80]
-            words = f"{action.kind} {name} counts as started: its condition is not followed: {error}"
+            words = f"{action.kind} {name}".strip() + f" counts as started: its condition is not followed: {error}"
             self.tell(context, action.line, words)
             return True
 
@@ -176,6 +183,7 @@ class Launch:
         An argument without a value and default makes texts that use it *not static*.
         """
         name = action.text("name")
+        self.declared[name] = None
         if "value" in action.texts:
             self.assign(action, context, scope)
         elif name not in context.arguments:
@@ -221,6 +229,13 @@ class Launch:
     def unknown(self, action: Entity, context: Context, scope: Scope) -> None:
         """Raise `NotStaticError` where the name of an action in a Python file is not static."""
         resolve(action.text("name"), context)
+
+    def assumed(self, action: Entity, context: Context, scope: Scope) -> None:
+        """A branch of a Python file that is followed although its condition is not known: that is told."""
+        try:
+            resolve(action.text("name"), context)
+        except NotStaticError as error:
+            self.tell(context, action.line, f"a branch counts as taken: its condition is not followed: {error}")
 
     def _set_environment(self, action: Entity, context: Context, scope: Scope) -> None:
         """An environment variable that the file sets."""
@@ -368,6 +383,7 @@ ACTIONS: Mapping[str, Act] = {
     "timer": Launch.apart,
     "opaque": Launch.apart,
     "unknown": Launch.unknown,
+    "assumed": Launch.assumed,
     "executable": Launch._leave_out,
     "node": Launch.node,
     "lifecycle_node": Launch.node,

@@ -34,13 +34,14 @@ class NotStaticError(Exception):
 class Context:
     """The scope of substitutions: launch arguments by name, packages by name, the file that holds the text.
 
-    An argument whose value is not static holds the reason.
+    An argument whose value is not static holds the reason; `asked` are the names of those that texts use.
     """
 
     file: Path
     arguments: dict[str, str | NotStaticError]
     package: Callable[[str], Path | None]
     environment: dict[str, str] = field(default_factory=dict)
+    asked: set[str] = field(default_factory=set)
 
     def argument(self, name: str) -> str:
         """The value of a launch argument.
@@ -50,6 +51,7 @@ class Context:
         NotStaticError
             when it has none that is known.
         """
+        self.asked.add(name)
         found = self.arguments.get(name)
         if found is None:
             raise NotStaticError(f"the launch argument {name} is not given")
