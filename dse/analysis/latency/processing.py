@@ -27,7 +27,8 @@ def processing_row(space: Space, component: Component, view: View, chain: Sequen
     """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
 
     Of one that may be one chain with the threads `chain` before it in its flow it is what that adds to the longest time
-    from the release of the first of them. The methods say which figure was used: deadline, response time, processing time or specified.
+    from the release of the first of them. The methods say which figure was used: deadline, response time, processing
+    time or specified.
     """
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)

@@ -1,4 +1,6 @@
-"""How long a chain of threads takes: the least of all ways to cut it into busy windows (docs/semantics.md, section 4.9).
+"""How long a chain of threads takes: the least of all ways to cut it into busy windows.
+
+(docs/semantics.md, section 4.9)
 
 Threads of a flow of which each is released by the end of the one before take no longer than the sum of their response
 times. Where they are one chain on a core, the windows of the chain and of its parts may give less.

@@ -269,8 +269,8 @@ class Rows:
         """What delays the last of the owners: each of them once, and whatever is more urgent.
 
         Without owners it holds as well where all that is more urgent must end by `timely`, before its next job and no
-        later than this level: there is room for all jobs when the last of them ends. (Not where some of it may be of one
-        chain, in which jobs do not wait for each other.) `only` is the one owner, with its literal, that may be so.
+        later than this level: there is room for all jobs when the last of them ends. (Not where some of it may be of
+        one chain, in which jobs do not wait for each other.) `only` is the one owner, with its literal, that may be so.
         """
         urgent: list[tuple[int, Rate, Thread]] = []
         for thread in self.threads:

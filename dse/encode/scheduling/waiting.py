@@ -33,11 +33,11 @@ from dse.analysis.scheduling.tasks import longest_alone_ns
 from dse.analysis.terms import Waiter
 from dse.analysis.views import View, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, greatest
-from dse.encode.scheduling.chains import ChainRows
 from dse.encode.scheduling.combined import Combined
-from dse.encode.scheduling.hosted import add_hosted_rows
-from dse.encode.scheduling.jitters import Jitters
-from dse.encode.scheduling.jobs import JobRows
+from dse.encode.scheduling.delays.chains import ChainRows
+from dse.encode.scheduling.delays.hosted import add_hosted_rows
+from dse.encode.scheduling.delays.jitters import Jitters
+from dse.encode.scheduling.delays.jobs import JobRows
 from dse.encode.scheduling.places import Places, Thread
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves

@@ -119,10 +119,10 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
 
 
 def shared_waiting(board: Board, waiter: Waiter, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
-    """The variable of a thread's or a chain's waiting on a board, and how often it counts in a figure in 1 / `scale` of its unit.
+    """The variable of a thread's or a chain's waiting on a board, and how often it counts in a figure.
 
-    It counts in the unit of all times, so that figures of any scale share it; None where they do not go together. The
-    variable is an open term: it may be too low at first.
+    The figure is counted in 1 / `scale` of its unit. Waiting counts in the unit of all times, so that figures of any
+    scale share it; None where they do not go together. The variable is an open term: it may be too low at first.
     """
     unit = board.wait_scale = whole_time_scale(board.space)  # of which every response time is a whole number
     times = weight * scale / unit

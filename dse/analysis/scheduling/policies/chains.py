@@ -39,8 +39,8 @@ class Chain:
 
     `members` are their positions on the resource, in the order of the chain. `lowest` is the position of the least
     urgent one, and `rivals` are the positions of what else may go before any of them. What they send each other takes
-    `sent_ns` at most in all; `breaks` are the places in the chain of threads that something takes time to reach. Threads
-    between them that are left out of a part of a design take `absent_ns`.
+    `sent_ns` at most in all; `breaks` are the places in the chain of threads that something takes time to reach.
+    Threads between them that are left out of a part of a design take `absent_ns`.
     """
 
     key: ChainKey

@@ -149,16 +149,12 @@ class Succession:
             self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
         return self._chains[executor]
 
-    def relatives(self, position: int) -> frozenset[int]:
-        """The rivals of a stage, by position, that come before or after it in its chain on whatever core.
-
-        Of a stage and rivals that only priorities schedule.
-        """
-        return self.relatives_there.get(position, frozenset())
-
     @cached_property
     def relatives_there(self) -> Mapping[int, frozenset[int]]:
-        """For each stage with such rivals which they are, by position."""
+        """For each stage its rivals that come before or after it in its chain, where there are any, by position.
+
+        Of stages that only priorities schedule.
+        """
         entries, stages = self.resource.entries, self.events.stages
         if not any(stages[entry.key].follows is not None for entry in entries):
             return {}

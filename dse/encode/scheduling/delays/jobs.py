@@ -1,8 +1,8 @@
 """Further jobs of other threads that delay a thread, or threads of a chain, counted where a solution is too low.
 
 The k-th job of another thread counts where the wait is not over when it is released: where R + J > (k - 1) T, with the
-other thread's period T and jitter J, and R the end of a first job of the thread. Of threads that may be one chain, all of
-which the other thread delays, R is the time that they take together: however the chain is cut into windows, the jobs
+other thread's period T and jitter J, and R the end of a first job of the thread. Of threads that may be one chain, all
+of which the other thread delays, R is the time that they take together: however the chain is cut into windows, the jobs
 counted in them are no fewer than those of one window as long as all of them (docs/semantics.md, section 4.9).
 """
 
@@ -18,7 +18,7 @@ from dse.analysis.terms import Waiter
 from dse.analysis.views import View
 from dse.encode.linear import floor_int
 from dse.encode.scheduling.combined import Combined
-from dse.encode.scheduling.jitters import Jitters
+from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.places import Places, Thread
 from dse.support.units import Exact
 

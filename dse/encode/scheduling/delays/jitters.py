@@ -2,7 +2,7 @@
 
 A variable for each thread that another one releases: what the connection to it varies, what the job before varies and
 waits, and the jitter of that one. Threads that may be one chain vary and wait together
-(`dse.encode.scheduling.chains`). All rows are necessary conditions.
+(`dse.encode.scheduling.delays.chains`). All rows are necessary conditions.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import alone_ns, longest_alone_ns, shortest_alone_ns
 from dse.analysis.views import View
 from dse.encode.linear import Board, Form, floor_int
-from dse.encode.scheduling.chains import ChainRows, Waiting
+from dse.encode.scheduling.delays.chains import ChainRows, Waiting
 from dse.space.architecture.chains import way_up
 from dse.space.model.space import Component
 from dse.space.model.trees import leaves
@@ -155,7 +155,7 @@ class Jitters:
         return board.any_of(found).index if found else None
 
     def before(self, number: int, view: View) -> list[int]:
-        """What dispatches a thread in a design, and what that one, as far as their waiting is its jitter."""
+        """The thread that dispatches one in a design, the one before it and so on, whose waiting is its jitter."""
         found: list[int] = []
         while number in self.upstream and is_event_triggered(self.waiting.space.components[number], view):
             number = self.upstream[number]
