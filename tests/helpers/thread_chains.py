@@ -127,8 +127,6 @@ class OnCore:
             every = [self._stream(item, chains, is_over=item in over) for item in rivals]
             own = Stream(sum(self.cost[item] for item in row), *stream)
             return longest(own, [*every, *first], blocked, own_over=True)
-        if any(self.levels[item] > self.levels[row[-1]] for item in row):
-            return LATE
         every = [self._stream(item, chains) for item in rivals]
         every += [Stream(self.cost[item], *stream) for item in row[:-1]]
         return longest(Stream(self.cost[row[-1]], *stream), [*every, *first], blocked, own_over=False)

@@ -133,7 +133,7 @@ class Windows:
                 return None
             sent = sum(self._ways(row), Fraction(0))
             return self._longest(own, work, [*given, *first], ends=True, sent=sent, tail=self._tail(row, given, first))
-        if any(self._ways(row)) or not all(known.goes_before(job, jobs[-1]) for job in jobs[:-1]):
+        if any(self._ways(row)):
             return None
         given = self._given([(other, False) for other in rivals])
         if given is None:
