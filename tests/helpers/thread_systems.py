@@ -9,9 +9,11 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import product
 from typing import Any
 
+from tests.helpers.thread_chains import OnCore, Stream, longest
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, draw_executors, supplied
 
 KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
@@ -353,36 +355,70 @@ def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
 
 def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
     """The response time of each thread in ms, `LATE` without a bound."""
-    system = {**system, "threads": choice["threads"]}
-    threads = system["threads"]
-    work = times_of(system, choice)
-    source = {number: thread["trigger"] for number, thread in enumerate(threads) if choice["periods"][number] is None}
+    return Settled(system, choice).known
 
-    def root(number: int) -> int:
-        return root(source[number]) if number in source else number
 
-    period = [choice["periods"][root(number)] for number in range(len(threads))]
-    levels = _levels(system, choice, period)
-    known = list(work)
-    for _ in range(200):
-        jitter = [0] * len(threads)
-        for number in range(len(threads)):
-            at = number
-            while at in source:
-                at = source[at]
-                jitter[number] += known[at] - work[at]
-        kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
-        kind["chains"] = Chains(source, known, period, jitter)
-        fresh = [
-            _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
-            for number in range(len(threads))
-        ]
-        if max(fresh) >= 10 * max(PERIODS):
-            fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
-        if fresh == known:
-            return known
-        known = fresh
-    return [LATE] * len(threads)
+class Settled:
+    """Response times of a choice, in ms; and the longest times of threads in a row that release each other."""
+
+    def __init__(self, system: Mapping[str, Any], choice: Mapping[str, Any]) -> None:
+        self.system, self.choice = {**system, "threads": choice["threads"]}, choice
+        self.threads = choice["threads"]
+        source = {i: thread["trigger"] for i, thread in enumerate(self.threads) if choice["periods"][i] is None}
+
+        def root(number: int) -> int:
+            return root(source[number]) if number in source else number
+
+        self.period = [choice["periods"][root(number)] for number in range(len(self.threads))]
+        self.kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
+        self.work = times_of(system, choice)
+        self.cost = [work + 2 * self.kind.get("switch", 0) for work in self.work]
+        self.levels = _levels(self.system, choice, self.period)
+        is_alone = [not thread["executor"] and not thread["reservation"] for thread in self.threads]
+        is_alone = [alone and not _takes_nothing(self.kind, work) for alone, work in zip(is_alone, self.work, strict=True)]
+        figures = (choice["cores"], self.levels[0], self.period, self.cost, self.work)
+        self.chains = OnCore(source, figures, is_alone)
+        self.known = self._settle()
+
+    def _settle(self) -> list[int]:
+        known = list(self.work)
+        for _ in range(200):
+            jitter = self.chains.jitters(known)
+            chains = Chains(self.chains.source, partial(self.chains.least, known=known), self.period, jitter)
+            self.kind["chains"] = chains
+            fresh = [self._response(number, chains) for number in range(len(known))]
+            windows = self.chains.widened(chains, lambda row: self._rivals(row))
+            if max(fresh) >= 10 * max(PERIODS):
+                fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
+            if fresh == known and windows == self.chains.windows:
+                return known
+            known, self.chains.windows = fresh, windows
+        return [LATE] * len(known)
+
+    def _rivals(self, row: Sequence[int]) -> tuple[list[int], list[Stream], int]:
+        """What goes before some thread of a row, what does so besides threads, and the longest section of the others."""
+        levels, cores = self.levels[0], self.choice["cores"]
+        level = max(levels[item] for item in row)
+        here = [item for item in range(len(levels)) if cores[item] == cores[row[0]] and item not in row]
+        urgent = [item for item in here if levels[item] <= level]
+        homes = [self.threads[item]["reservation"] for item in urgent]
+        sections = [min(self.threads[item]["section"] or 0, self.work[item]) for item in here if item not in urgent]
+        rivals = [item for item in urgent if self.threads[item]["reservation"] is None and self.cost[item]]
+        return rivals, [Stream(*each) for each in _before_all(self.kind, homes, None)], max(sections, default=0)
+
+    def _response(self, number: int, chains: Chains) -> int:
+        over = self.chains.over(number, chains)
+        if not over:
+            given = (self.threads, self.levels)
+            return _response(number, given, self.choice["cores"], self.period, chains.jitter, self.work, self.kind)
+        rivals, first, blocked = self._rivals([number])
+        streams = [Stream(self.cost[i], self.period[i], chains.jitter[i], i in over) for i in rivals]
+        own = Stream(self.cost[number], self.period[number], chains.jitter[number])
+        return longest(own, [*streams, *first], blocked, own_over=True)
+
+
+def _takes_nothing(kind: Any, work: int) -> bool:
+    return not work and not kind.get("switch", 0)
 
 
 def _response(
@@ -396,7 +432,7 @@ def _response(
 ) -> int:
     """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
     threads, (levels, inner) = given
-    if not work[number] and not kind.get("switch", 0):
+    if _takes_nothing(kind, work[number]):
         return 0  # it waits for nothing
     home = threads[number]["reservation"]
     here = [item for item in range(len(levels)) if cores[item] == cores[number] and item != number]
@@ -527,9 +563,26 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
         path.insert(0, path[0] - 1 if trigger is None else trigger)
     found: set[tuple[int, int]] = set()
     for choice in every_choice(system):
-        times = [min(item, 10**8) for item in responses(system, choice)] if by_response else times_of(system, choice)
-        latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
+        if by_response:
+            settled = Settled(system, choice)
+            times = [min(item, 10**8) for item in settled.known]
+            latency = sum(settled.chains.least(row, times) for row in _rows(path, choice))
+        else:
+            times = times_of(system, choice)
+            latency = sum(times[number] for number in path)
+        latency += sum(choice["periods"][number] or 0 for number in path)
         pair = (system["types"][choice["type"]]["price"] * 100, latency * 10**6)
         if pair not in found and (_ends_in_time(system, choice, times) if by_response else is_in_time(system, choice)):
             found.add(pair)
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}
+
+
+def _rows(path: Sequence[int], choice: Mapping[str, Any]) -> list[list[int]]:
+    """A path in parts, each of which begins with a timer."""
+    found: list[list[int]] = []
+    for number in path:
+        if choice["periods"][number] is None and found:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return found
