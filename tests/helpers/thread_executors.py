@@ -214,7 +214,8 @@ class Chains:
 
     def has_ended(self, first: int, last: int) -> bool:
         """Whether one has ended when another before it, or what is before that, is released again."""
-        part, is_before = [], False
+        part: list[int] = []
+        is_before = False
         for item in self.before(last):
             part.insert(0, item)
             is_before = is_before or item == first

@@ -67,7 +67,7 @@ class Chains:
         """The longest time, or the least, of the connection that alone releases a thread."""
         before = self._before[name]
         assert before is not None, name
-        return before[1 if least else 2]
+        return before[1] if least else before[2]
 
     def never_meet(self, one: Job, other: Job) -> bool:
         """Whether two jobs never wait at the same time; of one thread that and the next one."""

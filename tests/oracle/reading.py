@@ -789,6 +789,8 @@ class Reading:
         """Whether what a flow has come by releases a component, so that both count together by the ways to cut them."""
         if not row or self.problem.speaks_of_clocks or not self.problem.counts_responses:
             return False
+        if any(self.get(each, "response_time") is not None for each in (row[-1], name)):
+            return False  # what is stated counts by itself
         return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
 
     def _with_less(self, row: Row, part: Sequence[str]) -> Row:
