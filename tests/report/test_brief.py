@@ -325,9 +325,7 @@ def test_a_warning_that_changes_the_decision_stands_first() -> None:
     kept = replace(found.contended[str(first.id)], broken=())
     other = replace(found, contended={**found.contended, str(found.front[2].id): kept})
     said = words(printed(other))
-    assert (
-        f"#1 violates jitter of gnss_to_sprayer <= 12 ms (" in said and f"; #{found.front[2].id} is" in said
-    )
+    assert "#1 violates jitter of gnss_to_sprayer <= 12 ms (" in said and f"; #{found.front[2].id} is" in said
     assert "No recommendation: #1 is ranked first, but see the warning." in said
     fine = words(printed(replace(other, contended={str(first.id): kept})))
     assert "WARNING" not in fine and "Recommended  #1" in " ".join(

@@ -161,7 +161,7 @@ def test_no_run_takes_longer_than_its_bound(seed: int) -> None:
         for name, taken in chained_callbacks.played(core, rng).items():
             bound = bounds[name]
             assert bound is None or taken * MS <= bound, (name, taken, bound, chained_callbacks.text_of(core))
-    waits = Waits(space, solution_of(space, view).system, known)
+    waits = Waits(space, solution_of(space, view).system, all_responses(space, view))
     for key, time in known.items():
         if time is not None:
             (wait,) = waits.of_thread(key) or ()

@@ -27,8 +27,8 @@ REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
 CHAINED = (
-    "Threads in a row on one core are one chain: the row of each is how much longer the chain takes with it. A job that "
-    "delays more than one of them counts once."
+    "Threads in a row on one core are one chain: the row of each is how much longer the chain takes with it. A job "
+    "that delays more than one of them counts once."
 )
 PPM = 10**6
 MOST_VARIANTS = 6
