@@ -366,7 +366,8 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
         if by_response:
             settled = Settled(system, choice)
             times = [min(item, 10**8) for item in settled.known]
-            latency = sum(settled.chains.least(row, times) for row in _rows(path, choice))
+            work = times_of(system, choice)
+            latency = sum(_takes(row, settled, times, work) for row in _rows(path, choice))
         else:
             times = times_of(system, choice)
             latency = sum(times[number] for number in path)
@@ -375,6 +376,17 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
         if pair not in found and (_ends_in_time(system, choice, times) if by_response else is_in_time(system, choice)):
             found.add(pair)
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}
+
+
+def _takes(row: Sequence[int], settled: Settled, times: Sequence[int], work: Sequence[int]) -> int:
+    """How long a part of a flow takes: for each thread how much longer the chain takes with it, or its own time."""
+    total = before = 0
+    for place, number in enumerate(row):
+        now = settled.chains.least(row[: place + 1], times)
+        is_late = max(now, before) >= 10**8
+        total += times[number] if is_late else max(now - before, work[number])
+        before = now
+    return total
 
 
 def _rows(path: Sequence[int], choice: Mapping[str, Any]) -> list[list[int]]:

@@ -98,19 +98,7 @@ class Joins:
     def _sent(self, name: str) -> list[Tick] | None:
         released = self._released(name)
         least, most = self._takes(name)
-        sent = released and [tick._replace(least=tick.least + least, most=tick.most + most) for tick in released]
-        return self._as_flows_count(name, sent) if sent else sent
-
-    def _as_flows_count(self, name: str, sent: list[Tick]) -> list[Tick]:
-        """What comes of a chain is there when a flow counts it to be, by the ways to cut the chain."""
-        if self.problem.speaks_of_clocks or not self.problem.counts_responses:
-            return sent
-        chain = self.reading.scheduling.chains.chain(name)
-        begun = self._released(chain[0]) if len(chain) > 1 else None
-        if begun is None:
-            return sent
-        ends = {tick.timer: tick.most + self.reading.chain_bound(chain) for tick in begun}
-        return [tick._replace(most=min(tick.most, ends.get(tick.timer, tick.most))) for tick in sent]
+        return released and [tick._replace(least=tick.least + least, most=tick.most + most) for tick in released]
 
     def _takes(self, name: str) -> tuple[Any, Any]:
         logical = self.reading.logical_ns(name)

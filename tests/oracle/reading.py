@@ -767,7 +767,8 @@ class Reading:
             else:
                 way = tuple(path[: path.index(name)])
                 found = [*self.component_rows(name, arrival, first, way if arrival and self.joins.joins(name) else ())]
-                row = [*row, name] if arrival is not None and self.follows(row, name, arrival) else [name]
+                is_next = arrival is not None and self.follows(row, name, arrival)
+                row = [*row, name] if is_next and not self._comes_to_a_join(path, name) else [name]
                 if len(row) > 1:
                     found = [self._with_less(each, row) for each in found]
                 first = False
@@ -785,6 +786,11 @@ class Reading:
             run += sum(row[3] - row[2] for row in found)
         return rows, run
 
+    def _comes_to_a_join(self, path: Sequence[str], name: str) -> bool:
+        """Whether a flow leads on to a thread that needs all its inputs, whatever is chosen for it."""
+        behind = path[path.index(name) + 1 :]
+        return any("all" in as_list(self.problem.component(each).get("join")) for each in behind)
+
     def follows(self, row: Sequence[str], name: str, arrival: str) -> bool:
         """Whether what a flow has come by releases a component, so that both count together by the ways to cut them."""
         if not row or self.problem.speaks_of_clocks or not self.problem.counts_responses:
@@ -798,7 +804,10 @@ class Reading:
         if row[1] not in ("processing time", "specified"):
             return row
         before, now = self.chain_bound(part[:-1]), self.chain_bound(part)
-        return (row[0], row[1], row[2], now - before - self.scheduling.chains.way(part[-1]))
+        if max(before, now) >= NO_BOUND_NS:
+            return row
+        longer = now - before - self.scheduling.chains.way(part[-1])
+        return (row[0], row[1], row[2], max(longer, Fraction(self.scheduling.times((part[-1], "timer"))[1])))
 
     def chain_bound(self, part: Sequence[str]) -> Any:
         """The longest that components in a row take which release each other."""

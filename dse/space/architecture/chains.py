@@ -88,15 +88,17 @@ def with_chains(
 ) -> tuple[Step, ...]:
     """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
 
-    A thread of which the flow states figures of its own is in no chain.
+    A thread of which the flow states figures of its own is in no chain. Nor is what comes before a thread that may join
+    all its triggers, which waits for the other ones as long as response times, added up, differ.
     """
     found: list[Step] = []
     chain: tuple[int, ...] = ()
-    for step in steps:
+    last_join = max((place for place, step in enumerate(steps) if step.before), default=-1)
+    for place, step in enumerate(steps):
         if step.kind == "connection":
             found.append(step)
             continue
-        if step.figures is not None or step.index in chain:
+        if step.figures is not None or step.index in chain or place < last_join:
             chain = ()
             found.append(step)
             continue
