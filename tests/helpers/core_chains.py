@@ -84,10 +84,8 @@ def problem_of(drawn: Chains) -> dict[str, Any]:
         if place:
             connections[f"c{chain}_{place}"] = {"from": f"t{chain}_{item.before}", "to": name}
         if item.way:
-            types[f"k{chain}_{place}"] = {
-                "virtual": True,
-                "transmission_time": {"fixed": f"0 us .. {item.way * 100} us"},
-            }
+            longest = f"0 us .. {item.way * 100} us"
+            types[f"k{chain}_{place}"] = {"virtual": True, "transmission_time": {"fixed": longest}}
             buses[f"b{chain}_{place}"] = {"type": f"k{chain}_{place}"}
             connections[f"c{chain}_{place}"] |= {"bus": f"b{chain}_{place}", "data_size": "1 B"}
         flows[f"f{chain}_{place}"] = {"path": [f"t{chain}_{each}" for each in drawn.way_to(chain, place)]}
