@@ -77,10 +77,11 @@ def problem_of(drawn: Chains) -> dict[str, Any]:
     threads, connections, flows, types, buses = {}, {}, {}, {}, {}
     for chain, place, item in drawn.threads:
         name = f"t{chain}_{place}"
+        released = {"dispatch_protocol": "aperiodic"} if place else {"period": f"{drawn.chains[chain][0] * 100} us"}
         threads[name] = {
-            "processor": "cpu", "core": item.core + 1, "priority": item.priority,
+            **released, "processor": "cpu", "core": item.core + 1, "priority": item.priority,
             "compute_execution_time": f"{item.least * 100} us .. {item.most * 100} us",
-        } | ({"dispatch_protocol": "aperiodic"} if place else {"period": f"{drawn.chains[chain][0] * 100} us"})  # fmt: skip
+        }  # fmt: skip
         if place:
             connections[f"c{chain}_{place}"] = {"from": f"t{chain}_{item.before}", "to": name}
         if item.way:
