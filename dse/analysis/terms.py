@@ -23,6 +23,10 @@ SCALE_LIMIT = 10**7
 """The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
 
 
+Waiter: TypeAlias = int | tuple[int, ...]
+"""Who waits for others: a thread by its number, or threads that may be one chain, the first of them first."""
+
+
 @dataclass(frozen=True)
 class Term:
     """One summand, with the thread or connection that it belongs to.
@@ -39,8 +43,9 @@ class Term:
     rate: RateKey | None = None
     component: str = ""
     ends: Callable[[View], tuple[Fraction, Fraction]] | None = None
-    waits: tuple[int, Fraction] | None = None
-    """A thread, and how often its waiting for others counts at least on top of the lower end, in every design."""
+    waits: tuple[Waiter, Fraction] | None = None
+    """A thread, or threads of a flow that may be one chain, and how often their waiting for others counts at least on
+    top of the lower end, in every design."""
     may_fall: bool = False
     """Whether it may be less where some response time is longer: data that come later may wait less for a reader."""
     only_waits: bool = False

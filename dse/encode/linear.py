@@ -11,6 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.terms import Waiter
 from dse.analysis.views import Case, View, tabulate
 from dse.encode import tuning as tuned
 from dse.encode.tuning import ModelTuning
@@ -74,8 +75,8 @@ class OpenTerm:
     value: Callable[[View], int]
     least: Form | None = None
     """What the variable is at least where no thread waits for another."""
-    waits: tuple[int, Fraction] | None = None
-    """A thread, and what a nanosecond of its waiting adds at least."""
+    waits: tuple[Waiter, Fraction] | None = None
+    """A thread or a chain, and what a nanosecond of its waiting adds at least."""
     may_fall: bool = False
     """Whether it may be less where some response time is longer."""
     message: int | None = None
@@ -128,7 +129,7 @@ class Board:
         self.extremes: dict[tuple[int, bool], tuple[object, Form]] = {}  # as `scheduled`
         self.until_read: dict[int, tuple[object, Any]] = {}  # as `scheduled`, see `dse.encode.scheduling.clock_reads`
         self.attained: list[int] = []  # literals of which sum an extreme is, see `dse.encode.sums`
-        self.waiting: dict[int, cp_model.IntVar] = {}  # by thread, see `dse.encode.scheduling.waiting`
+        self.waiting: dict[Waiter, cp_model.IntVar] = {}  # by thread or chain, see `dse.encode.scheduling.waiting`
         self.waiting_where: dict[int, cp_model.IntVar] = {}  # the same of threads that wait in some designs only
         self.wait_scale = 0
         self.phases: dict[Any, Any] = {}  # by pair of components, see `dse.encode.scheduling.clock_reads`

@@ -26,7 +26,14 @@ from dse.verification.reduced import ReducedRegion, Reduction
 from dse.verification.rounds import Favourite, Rounds
 from dse.verification.scheduling.by_type import MOST_AS_A_WHOLE, ByType
 from dse.verification.scheduling.clock_reads import add_passage
-from dse.verification.scheduling.contention import Lesson, full_lesson, lessons_of, on_other_cores, waiting_lesson
+from dse.verification.scheduling.contention import (
+    Lesson,
+    chain_lesson,
+    full_lesson,
+    lessons_of,
+    on_other_cores,
+    waiting_lesson,
+)
 from dse.verification.scheduling.core_symmetry import Numbering
 from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
@@ -360,6 +367,9 @@ class SecondModel:
     def _waiting_lesson(self, number: int, waited: Fraction, said: int, values: Design) -> Lesson:
         """Why a thread, or a message (below 0), waits so long in a design, longer than a solution said."""
         assert self.waiting is not None
+        chain = self.waiting.waits.chains.get(number)
+        if chain is not None:
+            return chain_lesson(self.tables.space, number, chain, waited, values)
         if number < 0:
             longer = Fraction(said, self.waiting.scale)
             found = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)

@@ -159,6 +159,8 @@ class Waits:
     latest: Mapping[int, Diagram]
     messages: Mapping[int, Callable[[View], Fraction]] = field(default_factory=dict)
     """The wait of each message in a design, in ns, by a key below 0."""
+    chains: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    """Threads of flows that may be one chain, by a key below those of messages: what all of them wait together."""
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:
         """The time between two jobs of a thread; None where there is one only.

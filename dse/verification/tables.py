@@ -16,7 +16,7 @@ from dse.analysis.measures import Term
 from dse.analysis.messages.conflicts import open_identifiers
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
-from dse.analysis.terms import Reads
+from dse.analysis.terms import Reads, Waiter
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
@@ -115,8 +115,8 @@ def build_tables(evaluator: Evaluator) -> Tables:
         messages=tuple(builder.messages),
         loose=tuple(builder.loose),
         cores=tuple(builder.cores),
-        places=places_of(builder.make, builder.defined) if late or builder.waiting else {},
-        waits=builder.waits() if builder.waiting or builder.waits_of else None,
+        places=places_of(builder.make, builder.defined) if late or builder.waiting or builder.chains else {},
+        waits=builder.waits() if builder.waiting or builder.waits_of or builder.chains else None,
         passages=tuple(builder.passages),
         levels=levels_of(builder.make, threads),
     )
@@ -131,6 +131,7 @@ class _TableBuilder:
         self.late: list[Limit] = []
         self.messages: list[Limit] = []
         self.waits_of: dict[int, Callable[[View], Fraction]] = {}
+        self.chains: dict[tuple[int, ...], int] = {}
         self.loose: list[Limit] = []
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
@@ -205,8 +206,8 @@ class _TableBuilder:
             return Summands((), ((term.extreme.kind == "max", sums),), is_loose=is_loose)
         always = term.only_waits and term.waits_where is None
         if upper and always and term.waits is not None and self._is_large(term, owner):
-            self.waiting.add(term.waits[0])
-            return Summands((self._least(term, owner),), waits=(term.waits,))
+            key = self._waiter(term.waits[0])
+            return Summands((self._least(term, owner),), waits=((key, term.waits[1]),))
         if upper and term.message is not None and self._is_large(term, owner):
             key = -1 - term.message
             self.waits_of[key] = partial(_waited, term)
@@ -214,6 +215,19 @@ class _TableBuilder:
         if loose and term.ends is not None and self._has_many_cases(term, owner):
             return Summands((self._least(term, owner),), is_loose=True)
         return Summands((self.term(term, owner),))
+
+    def _waiter(self, waiter: Waiter) -> int:
+        """The key of a thread, its number, or of a chain in the waiting that is left open."""
+        if isinstance(waiter, int):
+            self.waiting.add(waiter)
+            return waiter
+        if waiter not in self.chains:
+            self.chains[waiter] = -1 - len(self.space.connections) - len(self.chains)
+        return self.chains[waiter]
+
+    def _threads_of(self, key: int) -> int:
+        """Of how many threads a waiting that is left open is; one where it is a message's."""
+        return next((len(chain) for chain, found in self.chains.items() if found == key), 1)
 
     def _least(self, term: Term, owner: str) -> Diagram:
         """A summand where nothing waits."""
@@ -263,7 +277,8 @@ class _TableBuilder:
 
     def _is_large(self, term: Term, name: str) -> bool:
         """Whether a response time has too many cases to tabulate."""
-        if term.waits is not None and self.space.components[term.waits[0]].processor is None:
+        waiter = None if term.waits is None else term.waits[0]
+        if isinstance(waiter, int) and self.space.components[waiter].processor is None:
             return False
         many = FEW_OF_MESSAGES if term.message is not None else FEW_DECISIONS
         if sum(decision.is_open for decision in self.space.decisions) > many:
@@ -307,7 +322,7 @@ class _TableBuilder:
         waits, passages = (self._times(found, sign * scale) for found in (figures.waits, figures.passages))
         low = sum(min(end) for end in ends) + sum(item.low for item in picks)
         high = sum(max(end) for end in ends) + sum(item.high for item in picks)
-        high += sum(times * UNBOUNDED_NS * self.wait_scale for _, times in waits)
+        high += sum(times * self._threads_of(key) * UNBOUNDED_NS * self.wait_scale for key, times in waits)
         high += sum(times * self.passages[number].high for number, times in passages)
         floors = [
             self.make.mapped(part, partial(mul, times))
@@ -378,7 +393,7 @@ class _TableBuilder:
     def waits(self) -> Waits:
         """What the waiting of threads follows from."""
         found = waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
-        return replace(found, messages=self.waits_of)
+        return replace(found, messages=self.waits_of, chains={key: chain for chain, key in self.chains.items()})
 
     def met(self, index: int) -> Diagram | None:
         """Where the walk through the decision's home meets it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -195,8 +195,11 @@ class InExecutor:
 class Chains:
     """Which threads never wait at the same time: by what releases each, how long it takes, and its releases in ms."""
 
-    def __init__(self, source: Mapping[int, int], known: list[int], period: list[int], jitter: list[int]) -> None:
-        self.source, self.known, self.period, self.jitter = source, known, period, jitter
+    def __init__(
+        self, source: Mapping[int, int], least: Callable[[list[int]], int], period: list[int], jitter: list[int]
+    ) -> None:
+        """`least` gives the longest time of threads in a row, the first one first."""
+        self.source, self.least, self.period, self.jitter = source, least, period, jitter
 
     def before(self, number: int) -> Iterator[int]:
         """A thread, and all before it."""
@@ -207,12 +210,17 @@ class Chains:
 
     def never_together(self, one: int, other: int) -> bool:
         """Whether the later of two in a chain ends before the earlier one is released again, or what is before that."""
-        for first, last in ((one, other), (other, one)):
-            taken, is_before = 0, False
-            for item in self.before(last):
-                taken, is_before = taken + self.known[item], is_before or item == first
-                if is_before and taken <= self.period[item] - self.jitter[item]:
-                    return True
+        return self.has_ended(one, other) or self.has_ended(other, one)
+
+    def has_ended(self, first: int, last: int) -> bool:
+        """Whether one has ended when another before it, or what is before that, is released again."""
+        part: list[int] = []
+        is_before = False
+        for item in self.before(last):
+            part.insert(0, item)
+            is_before = is_before or item == first
+            if is_before and self.least(part) <= self.period[item] - self.jitter[item]:
+                return True
         return False
 
     def lines(self, numbers: list[int]) -> list[list[int]] | None:

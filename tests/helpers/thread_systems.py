@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from fractions import Fraction
 from itertools import product
 from typing import Any
 
-from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, draw_executors, supplied
+from tests.helpers.thread_executors import draw_executors
+from tests.helpers.thread_responses import PERIODS, Settled, responses, times_of
 
 KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
          "unequal", "mixed")  # fmt: skip
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
-PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
 LATER_JOBS = """
 dse: 1
 name: later jobs
@@ -270,16 +269,6 @@ def _slow(system: Mapping[str, Any], thread: Mapping[str, Any]) -> str:
     return f"{little}slow/big: {_ms(thread, 'slow')}"
 
 
-def times_of(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
-    """The execution time of each thread in ms."""
-    groups = system["types"][choice["type"]].get("groups", "")
-    little = {"{big: 1, little: 1}": 2, "{little: 1, big: 1}": 1}.get(groups)
-    return [
-        thread["little"] if core == little else thread[choice["type"]]
-        for thread, core in zip(system["threads"], choice["cores"], strict=True)
-    ]
-
-
 def _type_fields(figures: Mapping[str, Any]) -> list[str]:
     fields = [f"cores: {figures.get('groups', figures['cores'])}", f"price: {figures['price']} EUR"]
     if figures.get("levels"):
@@ -351,159 +340,6 @@ def _is_together(threads: Any, placed: tuple[int, ...]) -> bool:
     return len(set(pairs)) == len({name for name, _ in pairs})
 
 
-def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
-    """The response time of each thread in ms, `LATE` without a bound."""
-    system = {**system, "threads": choice["threads"]}
-    threads = system["threads"]
-    work = times_of(system, choice)
-    source = {number: thread["trigger"] for number, thread in enumerate(threads) if choice["periods"][number] is None}
-
-    def root(number: int) -> int:
-        return root(source[number]) if number in source else number
-
-    period = [choice["periods"][root(number)] for number in range(len(threads))]
-    levels = _levels(system, choice, period)
-    known = list(work)
-    for _ in range(200):
-        jitter = [0] * len(threads)
-        for number in range(len(threads)):
-            at = number
-            while at in source:
-                at = source[at]
-                jitter[number] += known[at] - work[at]
-        kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
-        kind["chains"] = Chains(source, known, period, jitter)
-        fresh = [
-            _response(number, (threads, levels), choice["cores"], period, jitter, work, kind)
-            for number in range(len(threads))
-        ]
-        if max(fresh) >= 10 * max(PERIODS):
-            fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
-        if fresh == known:
-            return known
-        known = fresh
-    return [LATE] * len(threads)
-
-
-def _response(
-    number: int,
-    given: tuple[Any, tuple[list[int], list[int]]],
-    cores: Any,
-    period: list[int],
-    jitter: list[int],
-    work: list[int],
-    kind: Any,
-) -> int:
-    """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
-    threads, (levels, inner) = given
-    if not work[number] and not kind.get("switch", 0):
-        return 0  # it waits for nothing
-    home = threads[number]["reservation"]
-    here = [item for item in range(len(levels)) if cores[item] == cores[number] and item != number]
-    urgent = [item for item in here if levels[item] <= levels[number]]
-    rivals = [item for item in urgent if threads[item]["reservation"] is None]
-    blocked = max(
-        (min(threads[item]["section"] or 0, work[item]) for item in here if item not in urgent),
-        default=0,
-    )
-    cost = [item + 2 * kind.get("switch", 0) for item in work]
-    rivals = [item for item in rivals if cost[item]]
-    first = _before_all(kind, [threads[item]["reservation"] for item in urgent], home)
-    supply = None
-    if home is not None:
-        supply = (kind["budgets"][home["name"]], home["period"])
-        wanted = supply[0] + 2 * kind.get("switch", 0) + blocked
-        if not _has_budget(
-            wanted, home["period"], [(cost[item], period[item], jitter[item]) for item in rivals] + first
-        ):
-            return LATE
-        rivals = [item for item in here if threads[item]["reservation"] is home and inner[item] <= inner[number]]
-        rivals = [item for item in rivals if cost[item]]
-        blocked, first = 0, []
-    if threads[number]["executor"]:
-        what = kind["kinds"][threads[number]["executor"]["name"]]
-        figures = (period, jitter, cost, blocked, what)
-        return InExecutor(number, threads, rivals, first, figures, supply).response(kind["chains"])
-    load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
-    load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
-    latest = max(blocked, *(jitter[item] for item in (*rivals, number)), *(item[2] for item in first))
-    if supply is not None:
-        load += Fraction(supply[1] - supply[0], supply[1])
-        latest = max(latest, int(supply[0] < supply[1]))
-    if load > 1 or latest >= LATE // 2 or (load == 1 and latest):  # then each window has more work than room
-        return LATE
-    worst, jobs, end = 0, 0, 0
-    while True:
-        jobs += 1
-        end = max(end, jobs * cost[number])
-        while True:
-            demand = (
-                blocked + jobs * cost[number] + sum(-(-(end + late) // every) * taken for taken, every, late in first)
-            )
-            demand += sum(-(-(end + jitter[item]) // period[item]) * cost[item] for item in rivals)
-            if demand <= supplied(supply, end):
-                break
-            end += 1
-            if end > MOST_MS:
-                return LATE
-        worst = max(worst, end - max(0, (jobs - 1) * period[number] - jitter[number]))
-        if end <= max(0, jobs * period[number] - jitter[number]):
-            return worst
-
-
-def _before_all(kind: Any, urgent: Sequence[Any], home: Any) -> list[tuple[int, int, int]]:
-    """Work, period and jitter of interrupts, of what throttling takes, and of reservations but one's own."""
-    found = [(*item, 0) for item in kind.get("interrupts", [])]
-    if kind.get("throttling"):
-        budget, every = kind["throttling"]
-        found.append((every - budget, every, 0))
-    for one in {item["name"]: item for item in urgent if item is not None and item is not home}.values():
-        budget = kind["budgets"][one["name"]]
-        found.append((budget + 2 * kind.get("switch", 0), one["period"], one["period"] - budget))
-    return found
-
-
-def _has_budget(wanted: int, period: int, before: Sequence[tuple[int, int, int]]) -> bool:
-    """Whether so much work is done within a period behind work, period and jitter of what goes before."""
-    if max((late for *_, late in before), default=0) >= LATE // 2:
-        return False
-    ends = range(1, period + 1)
-    return any(wanted + sum(-(-(end + late) // every) * taken for taken, every, late in before) <= end for end in ends)
-
-
-def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[int]) -> tuple[list[int], list[int]]:
-    """The priority level of each thread on its core, 0 the most urgent, the last one for all that are left.
-
-    In a reservation it is that of the reservation; that of the thread in there is the second number.
-    """
-    most = system["types"][choice["type"]].get("levels") or 10**6
-    turns: list[tuple[Any, ...]] = []
-    for number, thread in enumerate(system["threads"]):
-        priority, own = choice["priorities"][number], choice["periods"][number]
-        executor = thread["executor"]
-        if executor:
-            inside = [item for item, other in enumerate(system["threads"]) if other["executor"] is executor]
-            priority = executor["priority"]
-            turns.append((1, min(period[item] for item in inside), inside[0]) if priority is None else (0, -priority))
-        elif isinstance(priority, int):
-            turns.append((0, -priority))
-        else:
-            late = thread["deadline"] if thread["deadline"] is not None else own
-            by_deadline = priority == "deadline_monotonic" and late is not None
-            turns.append((1, late if by_deadline else period[number], number))
-    inner = [sum(other < turn for other in set(turns)) for turn in turns]
-    for number, thread in enumerate(system["threads"]):
-        one = thread["reservation"]
-        if one is not None:
-            first = next(item for item, other in enumerate(system["threads"]) if other["reservation"] is one)
-            turns[number] = (1, one["period"], first) if one["priority"] is None else (0, -one["priority"])
-    found = []
-    for number, turn in enumerate(turns):
-        here = {other for other, core in zip(turns, choice["cores"], strict=True) if core == choice["cores"][number]}
-        found.append(min(sum(other < turn for other in here), most - 1))
-    return found, inner
-
-
 def is_in_time(system: Mapping[str, Any], choice: Mapping[str, Any]) -> bool:
     """Whether each thread ends by its deadline: the stated one, else (where all count) its period, else any time."""
     return _ends_in_time(system, choice, responses(system, choice))
@@ -527,9 +363,38 @@ def front(system: Mapping[str, Any], *, by_response: bool = False) -> set[tuple[
         path.insert(0, path[0] - 1 if trigger is None else trigger)
     found: set[tuple[int, int]] = set()
     for choice in every_choice(system):
-        times = [min(item, 10**8) for item in responses(system, choice)] if by_response else times_of(system, choice)
-        latency = sum((choice["periods"][number] or 0) + times[number] for number in path)
+        if by_response:
+            settled = Settled(system, choice)
+            times = [min(item, 10**8) for item in settled.known]
+            work = times_of(system, choice)
+            latency = sum(_takes(row, settled, times, work) for row in _rows(path, choice))
+        else:
+            times = times_of(system, choice)
+            latency = sum(times[number] for number in path)
+        latency += sum(choice["periods"][number] or 0 for number in path)
         pair = (system["types"][choice["type"]]["price"] * 100, latency * 10**6)
         if pair not in found and (_ends_in_time(system, choice, times) if by_response else is_in_time(system, choice)):
             found.add(pair)
     return {one for one in found if not any(o != one and o[0] <= one[0] and o[1] <= one[1] for o in found)}
+
+
+def _takes(row: Sequence[int], settled: Settled, times: Sequence[int], work: Sequence[int]) -> int:
+    """How long a part of a flow takes: for each thread how much longer the chain takes with it, or its own time."""
+    total = before = 0
+    for place, number in enumerate(row):
+        now = settled.chains.least(row[: place + 1], times)
+        is_late = max(now, before) >= 10**8
+        total += times[number] if is_late else max(now - before, work[number])
+        before = now
+    return total
+
+
+def _rows(path: Sequence[int], choice: Mapping[str, Any]) -> list[list[int]]:
+    """A path in parts, each of which begins with a timer."""
+    found: list[list[int]] = []
+    for number in path:
+        if choice["periods"][number] is None and found:
+            found[-1].append(number)
+        else:
+            found.append([number])
+    return found

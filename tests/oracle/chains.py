@@ -27,8 +27,8 @@ class Chains:
         self._names = [*scheduling.problem.sections["devices"], *scheduling.threads]
         self._before = {name: self._sender(name) for name in self._names}
 
-    def _sender(self, name: str) -> tuple[str, Fraction] | None:
-        """The thread whose end alone releases this one, and the longest time on the way."""
+    def _sender(self, name: str) -> tuple[str, Fraction, Fraction] | None:
+        """The thread whose end alone releases this one, and the least and the longest time on the way."""
         reading = self.known.reading
         triggers = reading.triggers(name)
         if reading.protocol(name) != "aperiodic" or len(triggers) != 1 or reading.states_rate(triggers[0]):
@@ -36,38 +36,44 @@ class Chains:
         sender = reading.problem.component(triggers[0]).get("from")
         if sender not in self._names or reading.logical_ns(sender) is not None:
             return None
-        if reading.segments(name) or reading.segments(sender):
+        if reading.segments(name) or reading.segments(sender) or reading.joins.joins(name):
             return None
         if reading.problem.waiting_buses & reading.problem.ways_of(triggers[0]):
             return None
-        return sender, sum((Fraction(row[3]) for row in reading.transit_rows(triggers[0])), Fraction(0))
+        rows = reading.transit_rows(triggers[0])
+        least, most = (sum((Fraction(row[end]) for row in rows), Fraction(0)) for end in (2, 3))
+        return sender, least, most
 
-    def _chain(self, name: str) -> list[str]:
+    def chain(self, name: str) -> list[str]:
         """All that is before a thread, the first of all first, and the thread."""
         before = self._before[name]
-        return [name] if before is None else [*self._chain(before[0]), name]
+        return [name] if before is None else [*self.chain(before[0]), name]
 
-    def _ends_before(self, first: str, last: str) -> bool:
+    def ends_before(self, first: str, last: str) -> bool:
         """Whether a chain that begins with one thread, or before it, has ended at another whenever it begins again."""
-        chain = self._chain(last)
+        chain = self.chain(last)
         begins = chain[: chain.index(first) + 1] if first in chain else []
         return any(self._takes_no_longer(chain[chain.index(name) :]) for name in begins)
 
     def _takes_no_longer(self, part: list[str]) -> bool:
         """Whether part of a chain has always ended when its first is released again."""
-        responses = [self.known.of(name) for name in part]
-        releases = self.known.releases((part[0], "timer"))
-        if None in responses or releases is None:
+        releases, takes = self.known.releases((part[0], "timer")), self.known.windows.bound(part)
+        if takes is None or releases is None:
             return False
-        ways = [before[1] for before in map(self._before.get, part[1:]) if before is not None]
         most = distance(releases)
-        return most is not None and sum((each or 0 for each in responses), sum(ways, Fraction(0))) <= most
+        return most is not None and takes <= most
+
+    def way(self, name: str, *, least: bool = False) -> Fraction:
+        """The longest time, or the least, of the connection that alone releases a thread."""
+        before = self._before[name]
+        assert before is not None, name
+        return before[1] if least else before[2]
 
     def never_meet(self, one: Job, other: Job) -> bool:
         """Whether two jobs never wait at the same time; of one thread that and the next one."""
         if (one[1], other[1]) != ("timer", "timer"):
             return False
-        return self._ends_before(one[0], other[0]) or self._ends_before(other[0], one[0])
+        return self.ends_before(one[0], other[0]) or self.ends_before(other[0], one[0])
 
     # What is over
 
@@ -123,7 +129,7 @@ class Chains:
         for job in jobs:
             if job[1] == "callback" or self.known.releases(job) is None:
                 return None
-            chain = [name for name in self._chain(job[0]) if name in here]
+            chain = [name for name in self.chain(job[0]) if name in here]
             groups.setdefault(job[0] if piece_of(job) is not None else chain[0], []).append(job)
         found: list[list[Job]] = []
         for group in groups.values():

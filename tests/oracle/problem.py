@@ -150,6 +150,12 @@ class Problem:
         asked = [item.metric for item in self.requirements] + [item.metric for item in self.objectives]
         return any(name in waiting for metric in asked for name in self._kinds(metric))
 
+    @cached_property
+    def speaks_of_clocks(self) -> bool:
+        """Whether anything says how timers keep time."""
+        bodies = [body for section in self.sections.values() for body in section.values() if isinstance(body, dict)]
+        return "clocks" in self.document or any({"clock", "offset", "communication"} & body.keys() for body in bodies)
+
     def _may_read_late(self, thread: str) -> bool:
         """Whether a thread keeps its phase on a clock, and may read when its job begins."""
         types: list[Any] = self.types(thread) or [None]

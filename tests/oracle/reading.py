@@ -759,6 +759,7 @@ class Reading:
         since: list[Row] = []
         arrival, timer, first = None, None, True
         run: Any = 0
+        row: list[str] = []
         for name in path:
             if self.problem.section_of[name] == "connections":
                 found = [*self.connection_rows(name)]
@@ -766,6 +767,10 @@ class Reading:
             else:
                 way = tuple(path[: path.index(name)])
                 found = [*self.component_rows(name, arrival, first, way if arrival and self.joins.joins(name) else ())]
+                is_next = arrival is not None and self.follows(row, name, arrival)
+                row = [*row, name] if is_next and not self._comes_to_a_join(path, name) else [name]
+                if len(row) > 1:
+                    found = [self._with_less(each, row) for each in found]
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -780,6 +785,35 @@ class Reading:
             rows += found
             run += sum(row[3] - row[2] for row in found)
         return rows, run
+
+    def _comes_to_a_join(self, path: Sequence[str], name: str) -> bool:
+        """Whether a flow leads on to a thread that needs all its inputs, whatever is chosen for it."""
+        behind = path[path.index(name) + 1 :]
+        return any("all" in as_list(self.problem.component(each).get("join")) for each in behind)
+
+    def follows(self, row: Sequence[str], name: str, arrival: str) -> bool:
+        """Whether what a flow has come by releases a component, so that both count together by the ways to cut them."""
+        if not row or self.problem.speaks_of_clocks or not self.problem.counts_responses:
+            return False
+        if any(self.get(each, "response_time") is not None for each in (row[-1], name)):
+            return False  # what is stated counts by itself
+        return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
+
+    def _with_less(self, row: Row, part: Sequence[str]) -> Row:
+        """The row of what a component takes: how much longer its chain takes with it."""
+        if row[1] not in ("processing time", "specified"):
+            return row
+        before, now = self.chain_bound(part[:-1]), self.chain_bound(part)
+        if max(before, now) >= NO_BOUND_NS:
+            return row
+        longer = now - before - self.scheduling.chains.way(part[-1])
+        return (row[0], row[1], row[2], max(longer, Fraction(self.scheduling.times((part[-1], "timer"))[1])))
+
+    def chain_bound(self, part: Sequence[str]) -> Any:
+        """The longest that components in a row take which release each other."""
+        bound = self.scheduling.windows.cut(part, {name: Fraction(self.processing(name)[1]) for name in part})
+        assert bound is not None
+        return bound
 
     @in_common
     def flow_figures(self, flow: str) -> dict[str, Any]:

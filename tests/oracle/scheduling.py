@@ -22,6 +22,7 @@ from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
 from .stretches import Releases, has_no_end, play, play_inside
+from .windows import Windows
 
 if TYPE_CHECKING:
     from .reading import Reading
@@ -46,10 +47,11 @@ class Scheduling:
         self.jobs = [] if only_buses else [job for name in self.threads for job in self._jobs_of(name)]
         self.cores: dict[tuple[str, int], list[Job]] = {}
         for job in self.jobs:
-            self.cores.setdefault(self._core(job), []).append(job)
+            self.cores.setdefault(self.core(job), []).append(job)
         self.buses = Buses(self)
         self.longest, self.pieces = self._longest_period(), Pieces(self)
         self.chains = Chains(self)
+        self.windows = Windows(self)
         self.jobs += self.buses.jobs
         self.response: dict[Job, Fraction | None] = {job: self._alone(job) for job in self.jobs}
         self.is_alone = True
@@ -87,9 +89,10 @@ class Scheduling:
 
     def order(self, job: Job) -> str | None:
         """How the accelerator serves on which a job runs; None of a core."""
-        return self.reading.order(self._core(job)[0])
+        return self.reading.order(self.core(job)[0])
 
-    def _core(self, job: Job) -> tuple[str, int]:
+    def core(self, job: Job) -> tuple[str, int]:
+        """Where a job runs."""
         name, place = job[0], piece_of(job)
         slot = self.reading.processor_of(name) if place is None else self.reading.piece_slot(name, place)
         assert slot is not None
@@ -138,9 +141,10 @@ class Scheduling:
                 found = fresh[job]
                 grows = number > 0 and found is not None and found != before and found > 10 * self.longest
                 fresh[job] = None if before is None or grows else found
-            if fresh == self.response:
+            spans = self.windows.fresh()
+            if fresh == self.response and spans == self.windows.spans:
                 return
-            self.response = fresh
+            self.response, self.windows.spans = fresh, spans
 
     def _played(self, job: Job) -> Fraction | None:
         """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
@@ -153,17 +157,16 @@ class Scheduling:
             return Fraction(0)
         if self.reading.executor_of(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
-        rivals = [
-            (self.releases(other), self.times(other)[1])
-            for other in self.beside(job)
-            if self.times(other)[1] and self.goes_before(other, job)
-        ]
+        here = [other for other in self.beside(job) if self.times(other)[1] and self.goes_before(other, job)]
+        rivals = [(self.releases(other), self.times(other)[1]) for other in here]
         if own is None or any(releases is None for releases, _ in rivals):
             return None
         before = [(releases, time) for releases, time in rivals if releases is not None]
         shares = self.shares(job)
         if shares is None or has_no_end([(own, work), *before, *shares], 0):
             return None
+        if self.windows.is_over_somewhere(job, here):
+            return self.windows.single(job, here, shares)
         return play(own, work, [*before, *shares])
 
     def _played_inside(self, job: Job) -> Fraction | None:
@@ -218,7 +221,7 @@ class Scheduling:
     def beside(self, job: Job) -> list[Job]:
         """What else runs on the core of a job in the same reservation, or outside of all as the job does."""
         home = self.reading.reservation_of(job[0])
-        here = self.cores[self._core(job)]
+        here = self.cores[self.core(job)]
         return [other for other in here if other != job and self.reading.reservation_of(other[0]) == home]
 
     def _budget(self, reservation: str) -> tuple[int, int]:
@@ -236,7 +239,7 @@ class Scheduling:
         if home is None:
             return self._reserved_before(job)
         budget, period = self._budget(home)
-        outside = [other for other in self.cores[self._core(job)] if self.reading.reservation_of(other[0]) is None]
+        outside = [other for other in self.cores[self.core(job)] if self.reading.reservation_of(other[0]) is None]
         given = [
             (self.releases(other), self.times(other)[1])
             for other in outside
@@ -255,7 +258,7 @@ class Scheduling:
     def _reserved_before(self, job: Job) -> list[tuple[Releases, int]]:
         """The budgets of other reservations that go before a job, each as late in its period as it may be wanted."""
         found = {}
-        for other in self.cores[self._core(job)]:
+        for other in self.cores[self.core(job)]:
             reservation = self.reading.reservation_of(other[0])
             if reservation not in (None, self.reading.reservation_of(job[0])) and self.goes_before(other, job):
                 budget, period = self._budget(reservation)
@@ -383,13 +386,34 @@ class Scheduling:
 
     def leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
         """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
-        releases, takes = self.releases((name, "timer")), self.of(name)
-        if releases is None or takes is None:
+        found: list[list[tuple[int, Fraction]]] = []
+        chain = self.chains.chain(name)
+        for place, first in enumerate(chain):
+            part = chain[place:]
+            releases, takes = self.releases((first, "timer")), self.windows.cut(part, self._singles(part))
+            if releases is None or takes is None:
+                continue
+            takes -= sum(self.times((each, "timer"))[0] for each in part)
+            takes -= sum((self.chains.way(each, least=True) for each in part[1:]), Fraction(0))
+            found.append([(period, late + takes) for period, late in _kept_apart(releases)])
+        if not found:
             return None
-        stated = self.reading.get(name, "response_time") if self.only_buses or self.is_alone else None
-        takes = takes if stated is None else max(takes, Fraction(quantities.time_range(stated)[1]))
-        least = self.times((name, "timer"))[0]
-        return [(period, late + takes - least) for period, late in _kept_apart(releases)]
+        least = found[-1]
+        for streams in found[:-1]:
+            if len(streams) == len(least):
+                least = [min(one, other) for one, other in zip(least, streams, strict=True)]
+        return least
+
+    def _singles(self, part: list[str]) -> dict[str, Fraction | None]:
+        """What threads take by themselves, each; where nothing waits they end when they say."""
+        found: dict[str, Fraction | None] = {}
+        for name in part:
+            takes = self.of(name)
+            stated = self.reading.get(name, "response_time") if self.only_buses or self.is_alone else None
+            if takes is not None and stated is not None:
+                takes = max(takes, Fraction(quantities.time_range(stated)[1]))
+            found[name] = takes
+        return found
 
 
 def _kept_apart(releases: Releases) -> tuple[tuple[int, Fraction], ...]:

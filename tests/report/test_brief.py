@@ -314,20 +314,18 @@ def test_a_warning_that_changes_the_decision_stands_first() -> None:
     def words(lines: list[str]) -> str:
         return " ".join(" ".join(lines).split())
 
-    found = dse.solve(example_path("inmark"), max_jitter="20ms")
+    found = dse.solve(example_path("inmark"), max_jitter="12ms")
     first = found.front[0]
     lines = printed(found)
     assert lines[1].startswith(
-        "WARNING  With waiting for the CPU, all 15 designs violate jitter of gnss_to_sprayer <= 20 ms"
+        "WARNING  With waiting for the CPU, all 8 designs violate jitter of gnss_to_sprayer <= 12 ms"
     )
-    assert "least 29.042 ms (#7)" in words(lines[:3])
+    assert "least 18.036 ms (#7)" in words(lines[:3])
     assert "No recommendation: no design of this front meets every limit with waiting." in lines
     kept = replace(found.contended[str(first.id)], broken=())
     other = replace(found, contended={**found.contended, str(found.front[2].id): kept})
     said = words(printed(other))
-    assert (
-        f"#1 violates jitter of gnss_to_sprayer <= 20 ms (29.294 ms) and 1 more limit; #{found.front[2].id} is" in said
-    )
+    assert "#1 violates jitter of gnss_to_sprayer <= 12 ms (" in said and f"; #{found.front[2].id} is" in said
     assert "No recommendation: #1 is ranked first, but see the warning." in said
     fine = words(printed(replace(other, contended={str(first.id): kept})))
     assert "WARNING" not in fine and "Recommended  #1" in " ".join(

@@ -18,7 +18,8 @@ from dse.simulation.observing import Setting
 from dse.simulation.plan import build_plan
 from tests.helpers.effort import cases
 from tests.helpers.support import space_of
-from tests.helpers.thread_systems import draw, every_choice, responses, text_of
+from tests.helpers.thread_responses import responses
+from tests.helpers.thread_systems import draw, every_choice, text_of
 
 MS = 10**6
 HEAD = (

@@ -205,7 +205,7 @@ class Teller:
 
     def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
         """The tasks of threads, by their names."""
-        return [key for key in self.solution.ends if stated_name(self.space, key) in names]
+        return [key for key in self.solution.tasks if stated_name(self.space, key) in names]
 
     def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
         """Where a thread and what goes before it need most, if that is more than there is."""

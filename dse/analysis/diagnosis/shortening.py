@@ -8,7 +8,7 @@ so that the least cut is found by halves, and what is said is enough, exactly: 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Literal
@@ -18,7 +18,7 @@ from dse.analysis.diagnosis.what_if import only, with_shorter_interrupt, with_sh
 from dse.analysis.limits import build_limit, judge
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import response_ns, solve
-from dse.analysis.scheduling.model import System
+from dse.analysis.scheduling.model import Ends, System
 from dse.analysis.scheduling.order import Schedule
 from dse.analysis.scheduling.responses import solution_of
 from dse.analysis.scheduling.tasks import Part, TaskKey
@@ -69,7 +69,7 @@ class Trials:
 
     def __init__(self, space: Space, view: View) -> None:
         self.space, self.view = space, view
-        self._asked: dict[object, Mapping[TaskKey, Exact | None]] = {}
+        self._asked: dict[object, Ends] = {}
         self._spent = 0
 
     @cached_property
@@ -183,7 +183,7 @@ class Trials:
                 by_ns = least(lambda by_ns, item=item: is_enough(item, by_ns), item.most_ns)  # type: ignore[misc]
                 yield Shorter(item.name, by_ns, item.kind == "section")
 
-    def _known(self, places: frozenset[tuple[int, int]], item: Candidate, by_ns: int) -> Mapping[TaskKey, Exact | None]:
+    def _known(self, places: frozenset[tuple[int, int]], item: Candidate, by_ns: int) -> Ends:
         """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
         asked = places, item, by_ns
         if asked not in self._asked:

@@ -6,6 +6,7 @@ Read `contributors.py` first: the contributor table of a flow, row by row (docs/
 * `deliveries.py`: the rows of a connection: transmission, and waiting for its bus.
 * `contributors.py`: the rules of latency, element by element.
 * `metrics.py`: metrics of flows as terms.
+* `element_waits.py`: which response times the terms of an element hold.
 * `stored_inputs.py`: waits of data for the next dispatch of their reader.
 * `skipping.py`: releases that a timer skips, and its own job, which data do not wait for twice.
 * `joined_inputs.py`: waits of a message for those of all other triggers.

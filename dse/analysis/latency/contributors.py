@@ -70,7 +70,7 @@ def step_rows(space: Space, step: Step, view: View) -> tuple[Row, ...]:
         if row is not None:
             rows.append(row)
     if not step.only_reads:
-        rows += _job_rows(space, component, view)
+        rows += _job_rows(space, step, component, view)
         own = own_job_row(space, step, component, view)
         rows += [own] if own is not None else []
     return tuple(rows)
@@ -145,7 +145,7 @@ def _arrival_ns(space: Space, step: Step, view: View) -> tuple[Step, Exact, Exac
     rows = _callback_rows(space, step, space.components[step.index], view)
     for earlier in reversed(step.since):
         if earlier.kind == "component" and is_periodic(space.components[earlier.index], view):
-            rows += _job_rows(space, _in_flow(space, earlier, view), view)
+            rows += _job_rows(space, earlier, _in_flow(space, earlier, view), view)
             return earlier, sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
         rows += step_rows(space, earlier, view)
     return None
@@ -187,7 +187,7 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     found = neighbours(space, step, view, offsets=False)
     rows = _callback_rows(space, step, component, view)
     if not step.only_reads:
-        rows += _job_rows(space, _in_flow(space, step, view), view)
+        rows += _job_rows(space, step, _in_flow(space, step, view), view)
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
     if found is None:
@@ -239,9 +239,9 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
     return Row(component.category, component.name, 0, "queued", size * each, "queued")
 
 
-def _job_rows(space: Space, component: Component, view: View) -> list[Row]:
+def _job_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
     """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
-    return [processing_row(space, component, view)]
+    return [processing_row(space, component, view, step.chain)]
 
 
 def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
@@ -249,7 +249,7 @@ def job_range_ns(space: Space, step: Step, view: View) -> tuple[Exact, Exact]:
 
     A pair in ns: processing, and waiting for what the job itself needs.
     """
-    rows = _job_rows(space, _in_flow(space, step, view), view)
+    rows = _job_rows(space, step, _in_flow(space, step, view), view)
     return sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -18,28 +18,36 @@ from dse.analysis.latency.contributors import (
     start_delay_ns,
     step_rows,
 )
+from dse.analysis.latency.element_waits import (
+    always_waits,
+    chains_apart,
+    counts_waiting,
+    counts_waiting_once,
+    ends_in_pieces,
+    may_move,
+    may_wait,
+    waited_ns,
+    waits_where,
+)
 from dse.analysis.latency.exact_chains import exact_range_ns
 from dse.analysis.latency.joined_inputs import may_wait_for_inputs
-from dse.analysis.latency.processing import is_logical
 from dse.analysis.latency.rows import JOIN_METHOD, counts_responses
-from dse.analysis.latency.sampling import LET
 from dse.analysis.latency.skipping import skipped_terms
-from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row, waits_for_others
+from dse.analysis.latency.stored_inputs import dispatch_gap_ns, dispatchers, may_be_stored, stored_row
 from dse.analysis.memo import Answering, Recall
 from dse.analysis.messages.stages import counted_buses, may_wait_for
 from dse.analysis.osate.latency import FlowPosition, place_rows, place_step, rivals, waiting_for_ns
-from dse.analysis.rates import is_joined, is_periodic, may_poll
+from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
+from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.scheduling.tasks import always_executes
 from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
-from dse.space.architecture.activation import must_be_event_triggered
-from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin
+from dse.space.architecture.clocks import reads_when_jobs_begin
 from dse.space.model.criteria import Metric
 from dse.space.model.flows import Flow, Step
 from dse.space.model.space import Space
-from dse.space.model.trees import at, leaves
+from dse.space.model.trees import at
 from dse.support.units import Exact
 
 EXACT_KINDS = {"exact latency": "latency", "exact min latency": "min latency", "exact jitter": "jitter"}
@@ -144,6 +152,7 @@ def _exact_term(space: Space, flow: Flow, kind: str) -> Term:
 def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
     """Sums over the rows of each element: maxima, minima, or maximum minus minimum (jitter)."""
     alone = _undelayed(space)
+    chains = chains_apart(space, flow, kind)
     for number, (element, step) in enumerate(zip(elements_of(space, flow), flow.steps, strict=True)):
         names = space.components if step.kind == "component" else space.connections
         name = names[step.index].name
@@ -154,62 +163,98 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield _delivery_term(space, step, kind)
             continue
 
-        is_stored = may_be_stored(space, step)
-        has_others = may_wait_for_inputs(space, step)
-        responds = counts_responses(space) and _may_wait(space, step, kind)
-        is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
-        counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
+        if number not in chains or not counts_waiting_once(space, step):
+            yield _element_term(space, flow, number, kind, is_apart=number in chains)
+        else:
+            yield Term(name, partial(_alone_of, alone, step, kind))
+        if chains.get(number):
+            yield _chain_term(space, chains[number])
 
-        def value(view: View, step: Step = step, space: Space = counted) -> Fraction:
-            figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
-            if kind == "run jitter":
-                figure += _run_excess_ns(space, step, view)
-            return figure
 
-        def ends(
-            view: View,
-            step: Step = step,
-            value: Callable[..., Fraction] = value,
-            is_stored: bool = is_stored,
-            has_others: bool = has_others,
-        ) -> tuple[Fraction, Fraction]:
-            """Response times are no shorter than execution times; each counts for its job and for those queued.
+def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart: bool) -> Term:
+    """The term of a component in a metric of a flow, behind `number` elements.
 
-            What waits for other inputs waits less where it comes later itself.
-            """
-            least = value(view, step, alone)
-            period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
-            if kind == "min latency":
-                return least - period, least
-            jobs = 2 + _queue_size(space, step, view)
-            if has_others:  # which counts no more than a time without a bound, in place of a queue
-                rows = step_rows(alone, step, view)
-                least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
-                jobs = 3 if is_joined(space.components[step.index], view) else jobs
-            if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
-                jobs += 1 + 2 * len(dispatchers(space, step.index))
-            most = least + jobs * UNBOUNDED_NS
-            if not _may_move(space, step, kind):
-                return least, most
-            return least - period, most + 2 * period
+    Where it `is_apart` what its job waits for others is not in it.
+    """
+    step = flow.steps[number]
+    alone = _undelayed(space)
+    is_stored = may_be_stored(space, step)
+    has_others = may_wait_for_inputs(space, step)
+    responds = counts_responses(space) and may_wait(space, step, kind)
+    is_scheduled = responds or (kind != "min latency" and _follows_a_bus(space, step))
+    counted = space if is_scheduled or kind != "min latency" else alone  # no response time is worked out in vain
 
-        counts = responds and kind != "min latency" and not step.only_reads and _counts_waiting(space, step.index)
-        only_waits = counts and not _may_move(space, step, kind) and _counts_waiting_once(space, step)
-        waits_where = _waits_where(space, step.index) if only_waits else None
-        counts = only_waits or (counts and _always_waits(space, step.index))
-        yield Term(
-            name,
-            value,
-            ends=ends if is_scheduled else None,
-            waits=(step.index, Fraction(1)) if counts else None,
-            may_fall=is_scheduled and (has_others or _may_move(space, step, kind)),
-            only_waits=only_waits,
-            waits_where=waits_where,
-            grows=is_scheduled and not step.only_reads and not step.since and _ends_in_pieces(space, step),
-            phased=None if is_scheduled else phased_of(space, step, kind),
-            reads=_reads(space, step, number, kind),
-            sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
-        )
+    def value(view: View, space: Space = counted) -> Fraction:
+        figure = cast(Fraction, figure_of(kind, _element_range_ns(space, step, view)))  # as sums of rows are
+        if kind == "run jitter":
+            figure += _run_excess_ns(space, step, view)
+        if is_apart and space is not alone:
+            figure -= waited_ns(space, step, view)
+        return figure
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        """Response times are no shorter than execution times; each counts for its job and for those queued.
+
+        What waits for other inputs waits less where it comes later itself.
+        """
+        least = value(view, alone)
+        period = at(space.components[step.index].period_ns, view) or 0  # how far sampling on one clock may move
+        if kind == "min latency":
+            return least - period, least
+        jobs = 2 + _queue_size(space, step, view)
+        if has_others:  # which counts no more than a time without a bound, in place of a queue
+            rows = step_rows(alone, step, view)
+            least -= sum(row.max_ns for row in rows if row.max_method.startswith(JOIN_METHOD))
+            jobs = 3 if is_joined(space.components[step.index], view) else jobs
+        if is_stored:  # its own job, and of what may dispatch it how late it ends and how long it is busy
+            jobs += 1 + 2 * len(dispatchers(space, step.index))
+        most = least + jobs * UNBOUNDED_NS
+        if not may_move(space, step, kind):
+            return least, most
+        return least - period, most + 2 * period
+
+    counts = responds and kind != "min latency" and not step.only_reads and counts_waiting(space, step.index)
+    is_chained = bool(step.chain) and not step.only_reads
+    counts = counts and not is_chained and not is_apart
+    only_waits = counts and not may_move(space, step, kind) and counts_waiting_once(space, step)
+    where = waits_where(space, step.index) if only_waits else None
+    counts = only_waits or (counts and always_waits(space, step.index))
+    falls = has_others or (is_chained and not is_apart) or may_move(space, step, kind)
+    may_grow = not is_chained and not step.only_reads and not step.since
+    return Term(
+        space.components[step.index].name,
+        value,
+        ends=ends if is_scheduled else None,
+        waits=(step.index, Fraction(1)) if counts else None,
+        may_fall=is_scheduled and falls,
+        only_waits=only_waits,
+        waits_where=where,
+        grows=is_scheduled and may_grow and ends_in_pieces(space, step),
+        phased=None if is_scheduled else phased_of(space, step, kind),
+        reads=_reads(space, step, number, kind),
+        sampled=Sampled(space, step, kind) if step.since and not _follows_a_bus(space, step) else None,
+    )
+
+
+def _alone_of(alone: Space, step: Step, kind: str, view: View) -> Fraction:
+    """What an element of a flow adds to a metric where nothing waits."""
+    return ZERO + figure_of(kind, _element_range_ns(alone, step, view))
+
+
+def _chain_term(space: Space, chain: tuple[int, ...]) -> Term:
+    """How long the threads of a flow that may be one chain wait for others, in ns."""
+
+    def ends(view: View) -> tuple[Fraction, Fraction]:
+        return ZERO, ZERO + len(chain) * UNBOUNDED_NS
+
+    return Term(
+        space.components[chain[-1]].name,
+        lambda view: ZERO + chain_wait_ns(space, chain, view),
+        ends=ends,
+        waits=(chain, Fraction(1)),
+        only_waits=True,
+        grows=True,
+    )
 
 
 def _undelayed(space: Space) -> Space:
@@ -277,14 +322,14 @@ def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
         return least, least + UNBOUNDED_NS
 
     alone = _undelayed(space)
-    waits = (step.index, Fraction(1)) if _counts_waiting(space, step.index) else None
+    waits = (step.index, Fraction(1)) if counts_waiting(space, step.index) else None
     made = Term(
         component.name,
         job,
         ends=ends if waits is not None else None,
         waits=waits,
         only_waits=waits is not None,
-        waits_where=_waits_where(space, step.index) if waits is not None else None,
+        waits_where=waits_where(space, step.index) if waits is not None else None,
         grows=waits is not None,
     )
     parts = partial(read_of, alone, step, kind == "jitter")
@@ -309,75 +354,6 @@ def _placed_terms(space: Space, place: FlowPosition, name: str, kind: str) -> It
             return ZERO + waiting_for_ns(space, place, other, view)
 
         yield Term(name, waiting)
-
-
-def _counts_waiting(space: Space, number: int) -> bool:
-    """Whether the longest processing of a thread is its response time, in every design in which it is not LET."""
-    component = space.components[number]
-    if component.processor is None or not space.is_last_piece(number):
-        return False
-    if may_poll(space, component) and not must_be_event_triggered(component):
-        return False  # where it samples, its own job may be taken off
-    is_ever = set(leaves(component.communication)) != {LET}
-    return space.profile == "dse" and component.response_ns is None and always_executes(space, number) and is_ever
-
-
-def _always_waits(space: Space, number: int) -> bool:
-    """Whether a thread's data pass when its job ends, whatever the design."""
-    return LET not in set(leaves(space.components[number].communication))
-
-
-def _waits_where(space: Space, number: int) -> Callable[[View], bool] | None:
-    """In which designs that is so, where logical execution time is one of several ways to communicate."""
-    if _always_waits(space, number):
-        return None
-    return lambda view: not is_logical(space, space.components[number], view)
-
-
-def _may_wait(space: Space, step: Step, kind: str) -> bool:
-    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
-    here = space.components[step.index]
-    if kind == "min latency":  # only where a job may read when it begins
-        return _may_move(space, step, kind) and reads_when_jobs_begin(space)
-    if space.profile != "dse" or here.callback_ns is not None or waits_for_others(space, step):
-        return True
-    if may_wait_for_inputs(space, step):
-        return any(
-            space.components[item].processor is not None for item in (step.index, *dispatchers(space, step.index))
-        )
-    if not space.is_last_piece(step.index):
-        return False
-    asked = [here]
-    for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
-        asked.append(earlier)
-        if is_always_timed(earlier):
-            break
-    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in asked)
-
-
-def _may_move(space: Space, step: Step, kind: str) -> bool:
-    """Whether sampling on one clock may be cut or spread by what is before an element of a flow."""
-    return bool(step.since) and (kind == "run jitter" or hangs_on_offsets(space, step))
-
-
-def _counts_waiting_once(space: Space, step: Step) -> bool:
-    """Whether an element of a flow has no rows that count a response time but that of processing."""
-    if may_be_stored(space, step) or may_wait_for_inputs(space, step):
-        return False
-    component = space.components[step.index]
-    sizes = [component.queue_size]
-    if step.via is not None:
-        sizes.append(space.connections[step.via].queue_size)
-    is_hybrid = "hybrid" in set(leaves(component.protocol)) and component.callback_ns is not None
-    return not is_hybrid and all(leaf is None for size in sizes for leaf in leaves(size))
-
-
-def _ends_in_pieces(space: Space, step: Step) -> bool:
-    """Whether the longest processing of an element is when the last piece of a thread ends."""
-    component = space.components[step.index]
-    is_logical = LET in set(leaves(component.communication))
-    stated = component.response_ns is not None or component.callback_ns is not None or is_logical
-    return space.profile == "dse" and component.pieces is not None and not stated and _counts_waiting_once(space, step)
 
 
 _RANGES: Recall[tuple[int | Fraction, int | Fraction]] = Recall()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed, scheduled_ns
 from dse.analysis.latency.sampling import LET, LET_METHOD
 from dse.analysis.rates import is_periodic, kept_jobs, may_poll
@@ -21,17 +23,19 @@ def is_logical(space: Space, component: Component, view: View) -> bool:
     return space.profile == "dse" and at(component.communication, view) == LET
 
 
-def processing_row(space: Space, component: Component, view: View) -> Row:
+def processing_row(space: Space, component: Component, view: View, chain: Sequence[int] = ()) -> Row:
     """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
 
-    The methods say which figure was used: deadline, response time, processing time or specified.
+    Of one that may be one chain with the threads `chain` before it in its flow it is what that adds to the longest time
+    from the release of the first of them. The methods say which figure was used: deadline, response time, processing
+    time or specified.
     """
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
         assert logical is not None, component.name
         return Row(component.category, component.name, logical, LET_METHOD, logical, LET_METHOD)
     best, best_method = best_ns(space, component, view)
-    worst, worst_method = worst_ns(space, component, view)
+    worst, worst_method = worst_ns(space, component, view, chain)
     return Row(component.category, component.name, best, best_method, worst, worst_method)
 
 
@@ -45,8 +49,10 @@ def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]
     return first_given(space, [(given and given[0], method) for given, method in ranges])
 
 
-def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
+def worst_ns(space: Space, component: Component, view: View, chain: Sequence[int] = ()) -> tuple[Exact, str]:
     """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2).
+
+    Behind the threads of `chain` it is how much longer the chain takes with it (section 4.9).
 
     A time in ns and its method; with segments the last piece has what earlier ones have not used.
     """
@@ -56,7 +62,7 @@ def worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str
     response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
     waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
     if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
-        response = computed_ns(space, component, execution, view)
+        response = computed_ns(space, component, execution, view, chain)
         if component.pieces is not None:
             own = execution[0]
             before = elapsed_ns(space, component.pieces.members[-1], view)[1] - own

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
+from dse.analysis.scheduling.chained import longer_by_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import Part
 from dse.analysis.views import View
@@ -82,13 +83,19 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
 
 
 def computed_ns(
-    space: Space, component: Component, execution: tuple[Exact | None, str], view: View
+    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chain: Sequence[int] = ()
 ) -> tuple[Exact, str]:
     """The computed response time of a thread; no less than the execution time that it has in one flow alone.
 
-    A time in ns and its method; a flow may state a longer execution time of its own for the thread.
+    A time in ns and its method; a flow may state a longer execution time of its own for the thread. Behind the threads
+    of `chain` it is how much longer the chain takes with it.
     """
-    found = scheduled_ns(space, component, "thread", view)
+    if chain:
+        number = space.component_numbers[component.name]
+        found = longer_by_ns(space, (*chain, number), view), "response time"
+        found = found if found[0] < UNBOUNDED_NS else (found[0], UNBOUNDED_METHOD)
+    else:
+        found = scheduled_ns(space, component, "thread", view)
     if execution[0] is None or space.components[space.component_numbers[component.name]] is component:
         return found
     return found if found[0] >= execution[0] else (execution[0], execution[1])

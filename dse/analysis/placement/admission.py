@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import groupby
 from operator import itemgetter
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from dse.analysis.limits import HOLDS
 from dse.analysis.placement.priority_assignment import Latest, best_options
@@ -32,8 +32,6 @@ from dse.analysis.views import View
 from dse.space.model.space import OpenPriority, Space
 from dse.support.units import Exact
 
-MOST_ROUNDS = 16
-"""After so many rounds in which jitter still grows the analysis is asked."""
 NUMBERS = (int, Fraction)
 
 
@@ -76,7 +74,6 @@ class _NotSimple(Exception):
     """The analysis has to be asked."""
 
 
-Known: TypeAlias = dict[TaskKey, Exact | None]
 NOBODY = _Among({}, {})
 
 
@@ -91,7 +88,7 @@ class Admission:
         self.space, self.view, self.latest = space, view, latest
         self._free = {item.component: item for item in orders}
         self._simple: dict[int, _Simple | None] = {}
-        self._tasks: dict[tuple[int, tuple[Exact | None, ...]], Task] = {}
+        self._tasks: dict[int, Task] = {}
         self._among: dict[frozenset[int], _Among | None] = {}
         self._answers: dict[frozenset[int], bool] = {}
 
@@ -162,74 +159,53 @@ class Admission:
     def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
         """What is known of threads that are in time, with the last of `numbers` added; None where one is late then."""
         order = sorted((self._simple_of(number).turn, number) for number in numbers)
-        passed_on = {key for number in numbers for key in self._simple_of(number).upstream}
-        known: Known = {}
-        for number in numbers:
-            key = self._simple_of(number).key
-            if key in passed_on:
-                known[key] = before.responses.get(number, self._task(number, {}).worst_ns)
-        tasks, responses = dict(before.tasks), dict(before.responses)
-        changes = True
-        for _ in range(MOST_ROUNDS):
-            if not changes:
-                return _Among(tasks, responses)
-            now = {number: self._task(number, known) for number in numbers}
-            changes = False
-            rivals: list[Task] = []
-            is_new = False
-            for _, level in groupby(order, key=itemgetter(0)):
-                members = [number for _, number in level]
-                rivals += (now[number] for number in members)
-                is_new = is_new or any(now[number] is not tasks.get(number) for number in members)
-                for number in members:
-                    simple = self._simple_of(number)
-                    if (simple.latest is None and simple.key not in passed_on) or (not is_new and number in responses):
-                        continue
-                    response = _response_ns(now[number], rivals, responses.get(number, 0), simple.latest)
-                    if response is None:
-                        return None
-                    responses[number] = response
-                    if simple.key in passed_on and response != known[simple.key]:
-                        known[simple.key], changes = response, True
-            tasks = now
-        raise _NotSimple
+        upstream = {key for number in numbers for key in self._simple_of(number).upstream}
+        if any(self._simple_of(number).key in upstream for number in numbers):
+            raise _NotSimple  # threads of one chain do not wait for each other
+        tasks = {number: self._task(number) for number in numbers}
+        responses = dict(before.responses)
+        rivals: list[Task] = []
+        is_new = False
+        for _, level in groupby(order, key=itemgetter(0)):
+            members = [number for _, number in level]
+            rivals += (tasks[number] for number in members)
+            is_new = is_new or any(number not in before.tasks for number in members)
+            for number in members:
+                simple = self._simple_of(number)
+                if simple.latest is None or (not is_new and number in responses):
+                    continue
+                response = _response_ns(tasks[number], rivals, responses.get(number, 0), simple.latest)
+                if response is None:
+                    return None
+                responses[number] = response
+        return _Among(tasks, responses)
 
-    def _task(self, number: int, known: Known) -> Task:
-        """A task as response times are known: the same object where they are the same."""
-        simple = self._simple_of(number)
-        key = number, tuple(known.get(item) for item in simple.upstream)
-        found = self._tasks.get(key)
+    def _task(self, number: int) -> Task:
+        """A thread as a task that is released where nothing before it waits, which only makes it come later."""
+        found = self._tasks.get(number)
         if found is None:
-            made = EventModels(simple.stages, known).bounded_task(simple.key)
+            simple = self._simple_of(number)
+            made = EventModels(simple.stages, {}).bounded_task(simple.key)
             if made is None or type(made.worst_ns) is not int:
                 raise _NotSimple
             if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
                 raise _NotSimple
-            found = self._tasks[key] = made
+            found = self._tasks[number] = made
         return found
 
 
-def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest | None) -> Exact | None:
+def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest) -> Exact | None:
     """The response time of a task, which is no shorter than `begin_ns`; None where it is longer than it may be.
 
     `together` are the tasks that may delay it, and itself.
-
-    Raises
-    ------
-    _NotSimple
-        where it has no bound, and none is asked for.
     """
     if not task.worst_ns:
-        return 0 if latest is None or latest.allows(0) else None
+        return 0 if latest.allows(0) else None
     is_timed = len(task.streams) == 1 and task.separation_ns is None and not task.streams[0].jitter_ns
-    if is_timed and latest is not None and latest.bound_ns <= task.streams[0].period_ns:
+    if is_timed and latest.bound_ns <= task.streams[0].period_ns:
         return _first_response_ns(max(begin_ns, task.worst_ns), together, latest)
     found = response_time_ns(task, [other for other in together if other is not task])
-    if latest is not None:
-        return found if found is not None and latest.allows(found) else None
-    if found is None:
-        raise _NotSimple
-    return found
+    return found if found is not None and latest.allows(found) else None
 
 
 def _first_response_ns(begin_ns: Exact, together: Sequence[Task], latest: _Latest) -> Exact | None:

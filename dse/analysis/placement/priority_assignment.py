@@ -20,16 +20,14 @@ from fractions import Fraction
 
 from dse.analysis.limits import HOLDS, Limit
 from dse.analysis.placement.first_fit import core_of_each
+from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.priorities import most_levels, number_of
 from dse.analysis.scheduling.responses import counted_ns, is_released_alone, response_among
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View
 from dse.space.model.space import Design, OpenPriority, Space
-from dse.support.units import Exact
 
 Latest = Mapping[int, Sequence[tuple[str, Fraction]]]
 """For each thread its limits in ns, each with its operator."""
-Known = Mapping[TaskKey, Exact | None]
 
 
 class _Changed(Sequence[int]):
@@ -55,7 +53,7 @@ class _Core:
     free: Mapping[int, OpenPriority]
     latest: Latest
     design: Sequence[int]
-    known: Known
+    known: Ends
 
     def in_time(self, number: int, options: Mapping[int, int]) -> bool:
         """Whether a thread meets its limits where the free ones have these options."""
@@ -94,7 +92,7 @@ def best_options(
     free: Mapping[int, OpenPriority],
     latest: Latest,
     design: Sequence[int],
-    known: Known | None = None,
+    known: Ends | None = None,
 ) -> dict[int, int] | None:
     """Options of the priorities of threads that share a core, by thread, with which all meet their limits.
 
@@ -178,10 +176,8 @@ def with_best_order(
     view = View(design)
     latest = limits_of(limits, view)
     by_number = {item.component: item for item in free}
-    bounds: dict[TaskKey, Exact | None] = {
-        (number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()
-    }
-    ways: list[Known] = [{}]
+    bounds: Ends = {(number, "thread"): int(min(bound for _, bound in items)) for number, items in latest.items()}
+    ways: list[Ends] = [{}]
     if not all(is_released_alone(space, number, view) for number in by_number):
         ways = [bounds, {}]
     seen: set[Design] = set()

@@ -8,6 +8,7 @@ Read `model.py` first (the plain data), then `fixed_point.py` (the theory), then
 * `policies/`: how cores, executors, reservations, accelerators and buses serve jobs.
 * `fixed_point.py`, `growth.py`: all response times together; linear growth followed in one step.
 * `responses.py`, `subsets.py`: the response times of a design or of groups of threads, remembered.
+* `chained.py`: how long threads in a row take together.
 * `parts.py`, `waits.py`: what a response time is made of.
 
 Not allowed here: a look at the space or the decisions outside of resolving and `responses.py`, offsets between threads

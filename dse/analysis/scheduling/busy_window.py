@@ -156,7 +156,13 @@ def _release_ns(stream: Stream, number: int) -> Exact:
     return max(0, number * stream.period_ns - stream.jitter_ns)
 
 
-def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> Exact | None:
+def response_time_ns(
+    task: Task,
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    kin: Sequence[Task] | None = None,
+    under_way_ns: Exact = 0,
+) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
 
     Parameters
@@ -168,6 +174,11 @@ def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) 
     blocked_ns
         how long less urgent work may keep the core, at most, once it has begun; a bound is then one that is not
         reached, but approached.
+    kin
+        those of `higher` of which no job waits while a job of the task does: threads before and behind it in its chain,
+        of which a job always ends before the next one is released; None where no such thing is known.
+    under_way_ns
+        with `kin`: how much work of a job of its own that was released before the busy period may be in it.
 
     Examples
     --------
@@ -181,12 +192,21 @@ def response_time_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) 
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns)
+    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns)
     return None if found is None else found[1] - found[0]
 
 
-def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> tuple[Exact, Exact] | None:
+def worst_job_ns(
+    task: Task,
+    higher: Sequence[Task],
+    blocked_ns: Exact = 0,
+    kin: Sequence[Task] | None = None,
+    under_way_ns: Exact = 0,
+) -> tuple[Exact, Exact] | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
+
+    With `kin` the time at which so much of the busy period is over in place of the release, where that is later: what
+    jobs of these and earlier jobs of the chain have taken.
 
     >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
     >>> worst_job_ns(b, [a])
@@ -200,13 +220,13 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
     worst: tuple[Exact, Exact] = (0, 0)
     releases = releases_to_look_at_ns(task, rivals)
     released = next(releases)
-    busy: Exact = blocked_ns + task.worst_ns
+    busy: Exact = blocked_ns + under_way_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
     terms = [(stream.period_ns, worst_ns) for stream, worst_ns in streams]
     # the first release of each that `busy` has no work of
     following: list[Exact] = [-stream.jitter_ns for stream, _ in streams]
     others = [other for other in rivals if other.separation_ns is not None or not other.streams]
-    counted = 0
+    counted = jobs = 0
     while True:
         grows = True
         while (
@@ -226,8 +246,12 @@ def worst_job_ns(task: Task, higher: Sequence[Task], blocked_ns: Exact = 0) -> t
             if others:
                 work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
                 busy, counted, grows = busy + work - counted, work, grows or work > counted
-        if busy - released > worst[1] - worst[0]:
-            worst = released, busy
+        over = released
+        if kin is not None:
+            earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
+            over, jobs = max(released, under_way_ns + earlier), jobs + 1
+        if busy - over > worst[1] - worst[0]:
+            worst = over, busy
         released = next(releases, busy)
         if busy <= released:
             return worst

@@ -14,7 +14,7 @@ from functools import lru_cache, reduce
 from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
-from dse.analysis.scheduling.model import Ends, Release, Stage
+from dse.analysis.scheduling.model import ChainKey, Ends, Release, Stage
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import CyclicActivation
 from dse.support.units import Exact
@@ -26,9 +26,22 @@ Streams: TypeAlias = tuple[Stream, ...] | None
 class EventModels:
     """The releases of the stages of a system, as response times are known by now."""
 
-    def __init__(self, stages: Mapping[TaskKey, Stage], ends: Ends, *, is_plain: bool = False) -> None:
-        """With `is_plain` all times are mere numbers: equal releases of a stage make the same task, one object."""
+    def __init__(
+        self,
+        stages: Mapping[TaskKey, Stage],
+        ends: Ends,
+        chains: Iterable[ChainKey] = (),
+        *,
+        is_plain: bool = False,
+    ) -> None:
+        """With `is_plain` all times are mere numbers: equal releases of a stage make the same task, one object.
+
+        Of `chains` the ends are looked at, too.
+        """
         self.stages, self.ends, self.is_plain = stages, ends, is_plain
+        self._chains: dict[TaskKey, list[ChainKey]] = {}
+        for chain in chains:
+            self._chains.setdefault((chain[0], "thread"), []).append(chain)
         self._streams: dict[TaskKey, Streams] = {}
         self._followers: dict[TaskKey, list[TaskKey]] | None = None
 
@@ -83,6 +96,13 @@ class EventModels:
             return _late_task(stage)
         return _shared_task(stage, streams) if self.is_plain else _task_of(stage, streams)
 
+    def released_as(self, key: TaskKey, first: TaskKey) -> Task | None:
+        """A stage as a job that is released when another one is; None where that comes without a bound."""
+        streams = self.streams(first)
+        if streams is None:
+            return None
+        return (_shared_task if self.is_plain else _task_of)(self.stages[key], streams)
+
     def has_no_bound(self, key: TaskKey) -> bool:
         """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
         pieces = self.stages[key].pieces
@@ -115,7 +135,37 @@ class EventModels:
         return (*found, *(Stream(item.period_ns, item.jitter_ns + spread) for item in leaving))
 
     def _leaving(self, key: TaskKey) -> Streams:
-        """The streams at which jobs of a stage end."""
+        """The streams at which jobs of a stage end: of all bounds on their jitter the least."""
+        alone = self._leaving_alone(key)
+        for chain in self._chains.get(key, ()):
+            whole = self._leaving_chain(chain)
+            if alone is None or whole is None:
+                alone = whole if alone is None else alone
+            else:
+                alone = tuple(
+                    Stream(one.period_ns, min(one.jitter_ns, other.jitter_ns))
+                    for one, other in zip(alone, whole, strict=True)
+                )
+        return alone
+
+    def _leaving_chain(self, chain: ChainKey) -> Streams:
+        """The streams at which the last thread of a chain ends, by the window of all of it."""
+        released, end = self.streams((chain[1], "thread")), self.ends.get(chain)
+        if released is None or end is None:
+            return None
+        key: TaskKey = (chain[0], "thread")
+        spread: Exact = end
+        while True:
+            spread -= self.stages[key].best_ns
+            if key[0] == chain[1]:
+                return tuple(Stream(item.period_ns, item.jitter_ns + spread) for item in released)
+            link = self.stages[key].follows
+            assert link is not None
+            assert link.after is not None
+            key, spread = link.after, spread + link.most_ns - link.least_ns
+
+    def _leaving_alone(self, key: TaskKey) -> Streams:
+        """The streams at which jobs of a stage end, by its own response time."""
         sender = self.stages[key]
         first = self.stages[sender.first]
         released = self._streams[first.key]

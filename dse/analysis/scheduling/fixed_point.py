@@ -9,7 +9,7 @@ there (`dse.analysis.scheduling.policies`), until nothing rises any more.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -18,13 +18,14 @@ from typing import Any, TypeAlias
 from dse.analysis.scheduling.busy_window import Task, is_plain
 from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
-from dse.analysis.scheduling.model import Ends, Resource, System
-from dse.analysis.scheduling.policies import accelerators, buses, executors, preemptive
+from dse.analysis.scheduling.model import ChainKey, Ends, Resource, System
+from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
-from dse.analysis.scheduling.policies.chains_in_executor import Succession
+from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
+from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
@@ -65,6 +66,11 @@ class Solution:
     spans: Spans
     losses: Mapping[TaskKey, Loss] = field(default_factory=dict)
     rounds: int = 0
+
+    @property
+    def tasks(self) -> Iterator[TaskKey]:
+        """The stages on its resources."""
+        return (entry.key for resource in self.system.resources for entry in resource.entries)
 
     def because(self, loss: Loss) -> tuple[TaskKey, ...]:
         """The stages without a bound because of which a stage has none; none where it has none by itself."""
@@ -118,7 +124,15 @@ class Rounds:
     def __init__(self, system: System) -> None:
         self.system = system
         entries = [entry for resource in system.resources for entry in resource.entries]
-        self.ends: dict[TaskKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
+        self.ends: dict[TaskKey | ChainKey, Exact | None] = {
+            one.key: system.stages[one.key].elapsed_ns[1] for one in entries
+        }
+        self.chains = chains_in(system)
+        for resource, found in zip(system.resources, self.chains, strict=True):
+            keys = [entry.key for entry in resource.entries]
+            for chain in found:
+                alone = sum(system.stages[keys[item]].worst_ns for item in chain.members)
+                self.ends[chain.key] = alone + chain.absent_ns
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
@@ -127,7 +141,8 @@ class Rounds:
     def _begin(self, *, is_plain: bool) -> None:
         """Read what releases each stage; where times are mere numbers what is found of them is kept."""
         self.is_plain = is_plain
-        self.events = EventModels(self.system.stages, self.ends, is_plain=is_plain)
+        keys = [chain.key for found in self.chains for chain in found]
+        self.events = EventModels(self.system.stages, self.ends, keys, is_plain=is_plain)
         self.segments = Segments(self.events, self.system.resources, self.spans)
         self._before: list[list[Task | None] | None] = [None] * len(self.system.resources)
 
@@ -137,11 +152,13 @@ class Rounds:
         look_at_the_clock()
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
-            if earlier is not None and not _looks_beyond(resource) and all(map(_is_same, tasks, earlier)):
+            succession = Succession(self.events, resource)
+            related = bool(succession.relatives_there)
+            looks_beyond = related or _looks_beyond(resource)
+            if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
                 continue  # as in the round before
             self._before[number] = tasks
-            succession = Succession(self.events, resource)
-            together = _remembered(resource, tasks) if self.is_plain else None
+            together = _remembered(resource, tasks) if self.is_plain and not related else None
             for position, entry in enumerate(resource.entries):
                 found = self._end_of(resource, position, tasks, succession) if together is None else together[position]
                 if found is not None and self.count > 1 and self._is_beyond(found):
@@ -151,7 +168,27 @@ class Rounds:
                         self._note_loss(resource, position, tasks)
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
+            for chain in self.chains[number]:
+                changed |= self._raise_chain(resource, chain, tasks, succession)
         return changed
+
+    def _raise_chain(
+        self, resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
+    ) -> bool:
+        """Raise the end of a chain; whether it rose."""
+        known = self.ends[chain.key]
+        if known is None:
+            return False
+        window = chains.window_of(resource, chain, tasks, self.events.released_as, succession)
+        found = None if window is None else window.response_ns()
+        found = None if found is None else found - chain.sent_ns
+        if found == known or (found is not None and found < known):
+            return False
+        if found is not None and self.count > 1 and self._is_beyond(found):
+            found = None
+        self.ends[chain.key] = found
+        self.events.raised((chain.key[0], "thread"))
+        return True
 
     def _note_loss(self, resource: Resource, position: int, tasks: Sequence[Task | None]) -> None:
         first = self.system.stages[resource.entries[position].key].first
@@ -214,7 +251,7 @@ def window_of(
     if resource.wire is not None:
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
-        return preemptive.window_of(resource, position, tasks)
+        return preemptive.window_of(resource, position, tasks, succession.over_before((position,), entry.rivals))
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))
@@ -272,7 +309,8 @@ class Windows:
 
     def __init__(self, system: System, ends: Ends, spans: Spans | None = None) -> None:
         self.system = system
-        self.events = EventModels(system.stages, ends)
+        self.chains = {chain.key: chain for found in chains_in(system) for chain in found}
+        self.events = EventModels(system.stages, ends, self.chains)
         self.segments = Segments(self.events, system.resources, {} if spans is None else dict(spans))
         self._tasks: dict[int, list[Task | None]] = {}
 

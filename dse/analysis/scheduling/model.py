@@ -19,8 +19,14 @@ from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import Arbitration, ExecutorKind
 from dse.support.units import Exact
 
-Ends: TypeAlias = Mapping[TaskKey, "Exact | None"]
-"""For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound."""
+ChainKey: TypeAlias = tuple[int, int]
+"""The last and the first thread of a chain on one core (`dse.analysis.scheduling.policies.chains`)."""
+Ends: TypeAlias = Mapping["TaskKey | ChainKey", "Exact | None"]
+"""For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
+
+For chains how long after the release of its first thread the last one ends, less the longest times that what they send
+each other is on its way.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +67,8 @@ class Stage:
     follows
         the only stage whose end releases it, in a chain of which each job may end before the next one begins; None
         where there are others, a timer, a separation, or a time for which what is sent waits.
+    is_chained
+        whether it may be one chain with the stage that it follows, by what the file offers.
     has_section
         whether nothing interrupts it for a part of its time.
     rooms
@@ -82,6 +90,7 @@ class Stage:
     is_away: bool = False
     follows: Release | None = None
     has_section: bool = False
+    is_chained: bool = False
     rooms: tuple[int | None, ...] = ()
     keeps: int | None = None
 
@@ -217,13 +226,15 @@ class System:
     """The resources of a design, in the order of the file, and all stages on them or before these.
 
     Response times that grow beyond `horizon_ns` by their own jitter have no bound. Of a system that `is_traced` times
-    are numbers that remember how they were made: nothing found of them is kept.
+    are numbers that remember how they were made: nothing found of them is kept. One that `is_part` of a design leaves
+    threads out, which may be anywhere.
     """
 
     stages: Mapping[TaskKey, Stage]
     resources: tuple[Resource, ...]
     horizon_ns: int
     is_traced: bool = False
+    is_part: bool = False
 
     def place(self, key: TaskKey) -> tuple[Resource, int] | None:
         """The resource of a stage and its position there; None where it runs on none of these."""

@@ -32,6 +32,7 @@ from dse.analysis.scheduling.overheads import interrupting, switching_ns
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
 from dse.analysis.terms import picked
 from dse.analysis.views import View
+from dse.space.architecture.chains import chained_to
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 
@@ -112,7 +113,7 @@ def _in_latencies(space: Space, read: Read, view: View, key: TaskKey) -> Stage:
 
 def among(space: Space, groups: Iterable[Sequence[int]], view: View) -> System:
     """The system in which only these threads are there, by number, each group on a resource of its own."""
-    return _system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view)
+    return replace(_system_of(space, [(0, 0, turns_of(space, group, view)) for group in groups], view), is_part=True)
 
 
 def _system_of(space: Space, cores: Iterable[tuple[int, int, Sequence[Turn]]], view: View) -> System:
@@ -176,8 +177,9 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         tuple((item, "thread") for item in pieces),
         elapsed_ns(space, number, view) if part == "thread" else (best, worst),
         bool(pieces) and component.executor is not None,
-        _follows(space, component, view) if part == "thread" and space.executors else None,
+        _follows(space, component, view) if part == "thread" else None,
         bool(component.section_ns),
+        part == "thread" and chained_to(space.components, space.connections, number) is not None,
         _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
         kept_jobs(space, component, part, view),
     )

@@ -9,7 +9,7 @@ advantage (docs/semantics.md, section 4.3).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any
@@ -18,6 +18,7 @@ from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
+from dse.analysis.scheduling.model import ChainKey, Ends
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -150,12 +151,12 @@ def response_of(space: Space, component: int, part: Part, view: View) -> Respons
     return found
 
 
-def all_responses(space: Space, view: View) -> Mapping[TaskKey, Exact | None]:
+def all_responses(space: Space, view: View) -> Ends:
     """The response time of every task of a whole design, in ns; found together, and kept with the view.
 
     Where only some threads are to count, the view names them, each group on a core of its own (`View.groups`).
     """
-    found: Mapping[TaskKey, Exact | None] | None = view.memo.get("responses")
+    found: Ends | None = view.memo.get("responses")
     if found is None:
         groups = view.groups
         found = solution_of(space, view).ends if groups is None else subset_responses(space, groups, view)
@@ -217,7 +218,7 @@ def _message_end(space: Space, number: int, view: View) -> tuple[Exact | None]:
     return (solve(system).ends[number, "message"],)
 
 
-def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Mapping[TaskKey, Exact | None]:
+def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) -> Ends:
     """Response times where only these threads are there, each group on a core of its own: never above those of more."""
     are_slow = any(space.components[number].executor is not None for group in groups for number in group)
     if are_slow and type(view) is View:
@@ -228,13 +229,11 @@ def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) 
 _SUBSETS = Subsets()
 
 
-def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey, Exact | None]:
+def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey | ChainKey, Exact | None]:
     return dict(solve(among(space, groups, view)).ends)
 
 
-def response_among(
-    space: Space, group: Sequence[int], number: int, view: View, known: Mapping[TaskKey, Exact | None]
-) -> Exact | None:
+def response_among(space: Space, group: Sequence[int], number: int, view: View, known: Ends) -> Exact | None:
     """The response time of a thread where the threads of `group` share its core, and what releases them ends as known.
 
     What `known` does not have ends after its longest execution time: no release has less jitter.

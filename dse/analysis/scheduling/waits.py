@@ -19,7 +19,7 @@ from dse.analysis.scheduling.fixed_point import Windows
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
 from dse.analysis.scheduling.policies import executors, preemptive
-from dse.analysis.scheduling.policies.chains_in_executor import Succession
+from dse.analysis.scheduling.policies.successions import Succession
 from dse.analysis.scheduling.tasks import TaskKey, task_name
 from dse.space.model.space import Space
 from dse.support.units import Exact

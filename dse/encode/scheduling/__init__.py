@@ -6,7 +6,8 @@ Read `contention.py` first. `clock_reads.py`, `contention.py`, `core_symmetry.py
 * `contention.py`, `core_limits.py`: limits on response times; limits of each core.
 * `places.py`, `combined.py`: literals of the core, rate and time of a thread; literals of several threads.
 * `schedulability.py`, `core_demand.py`: rows of the level form; the times at which they are tested.
-* `waiting_forms.py`, `waiting.py`, `hosted.py`: response times as linear forms; waiting as a variable; in executors.
+* `waiting_forms.py`, `waiting.py`: response times as linear forms; waiting as a variable.
+* `delays/`: rows of what delays chains and threads in executors, of release jitter, and of further jobs.
 * `reasons.py`, `orders.py`: causes of a late thread as clauses; sets of threads without a feasible order.
 * `clock_reads.py`: reads on a common clock.
 * `core_symmetry.py`: numbering of interchangeable cores.

@@ -14,6 +14,7 @@ from ortools.sat.python import cp_model
 from dse.encode.literals import literal_of
 from dse.encode.scheduling.places import Places, Thread
 from dse.encode.scheduling.reasons import Reason
+from dse.space.architecture.chains import successors
 
 Group = tuple[int, tuple[int, ...]]
 """A processor, and the numbers of threads that share a core of it."""
@@ -80,7 +81,32 @@ class Combined:
         return [index for index in held if index is not None and index != self.places.true]
 
     def delays(self, processor: int, other: Thread, thread: Thread) -> int | None:
-        """A literal that is true where the other thread delays this one on the processor; None where it never does."""
+        """A literal that is true where the other thread delays this one on the processor; None where it never does.
+
+        Of two threads that may be in a chain it is true where a timer cuts it: else they need not wait for each other.
+        """
+        base = self._goes_before(processor, other, thread)
+        between = successors(self.places.space, other.number, thread.number) if base is not None else ()
+        if base is None or not between:
+            return base
+        key = ("cut", processor, other.number, thread.number)
+        if key not in self._made:
+            cuts = [item for number in between if (item := self._timers(number))]
+            if not cuts:
+                return None
+            made = self.model.new_bool_var("")
+            self._made[key] = made.index
+            for timers in cuts:
+                self.implied([base, self.any_of(timers)], made.index)
+        return self._made[key]
+
+    def _timers(self, number: int) -> tuple[int, ...]:
+        """Literals of which one is true where a timer releases a thread."""
+        thread = self.places.threads.get(number)
+        return () if thread is None else tuple(sorted(index for index, rate in thread.modes if rate is not None))
+
+    def _goes_before(self, processor: int, other: Thread, thread: Thread) -> int | None:
+        """A literal that is true where both share a core of the processor and the other thread goes first."""
         key = ("delays", processor, other.number, thread.number)
         if key in self._made:
             return self._made[key]

@@ -25,6 +25,7 @@ from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import conditions_of, soonest_conditions
 from dse.encode.scheduling.places import Places, Thread
+from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -126,9 +127,13 @@ def _few_groups(
 ) -> Iterator[list[tuple[int, tuple[int, ...]]]]:
     """Who shares an executor with the thread whose waiting a figure is, and then who shares its core.
 
-    Of a thread in no executor the rows of its model count these.
+    Of a thread in no executor the rows of its model count these. Of a chain who shares a core with a thread of it.
     """
-    number = None if term.waits is None else term.waits[0]
+    waiter = None if term.waits is None else term.waits[0]
+    if isinstance(waiter, tuple):
+        yield [group for group in groups if set(group[1]) & set(waiter)]
+        return
+    number = waiter
     executor = None if number is None else at(space.components[number].executor, view)
     if executor is None:
         return
@@ -301,6 +306,8 @@ def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tup
     for number in numbers:
         other = case.places.threads[number]
         if number == case.number or other.is_odd or other.rates is None:
+            continue
+        if may_succeed(case.space, case.number, number):  # in a chain they need not wait for each other
             continue
         speed = rate_hz(case.space, ("activation", number), case.view)
         work = work_ns(case.space, number, case.view)

@@ -36,6 +36,7 @@ from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.places import Places, Thread, Turn
+from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock
 
@@ -82,6 +83,11 @@ def add_rows(
     return []
 
 
+def _timed(thread: Thread) -> Sequence[tuple[int, Fraction | None, Fraction | None]]:
+    """Literals with the time that orders a thread, where it is known, and the rate of its timer, if one releases it."""
+    return thread.timers or [(literal, None, rate) for literal, rate in thread.modes]
+
+
 class Rows:
     """The demand rows of a processor's cores; the cores are the columns of its threads in `places`."""
 
@@ -101,6 +107,13 @@ class Rows:
         self.steady = sorted(timers)
         self._pairs: dict[int, list[dict[int, int]]] = {}
         busy = {thread.number for thread in self.threads if self.always_works(thread)}
+        self.related = {
+            thread.number
+            for thread in self.threads
+            for other in self.threads
+            if thread is not other and may_succeed(space, thread.number, other.number)
+        }
+        """Threads that may come before or after another one here in a chain."""
         self.wanted: dict[int, list[Deadline]] = {}
         for item in deadlines:
             if item.thread in busy:
@@ -185,6 +198,9 @@ class Rows:
                     timely[number, pair] = min(latest, timely.get((number, pair), latest))
                     if thread.priority is not None:
                         alone.append((thread, pair, latest))
+                    elif order is not None and thread.number in self.related:
+                        owners = _Owners({(number, pair): (thread, pair)}, [pair])
+                        yield self._level(core, order, latest, owners, timely, (thread, literal))
                     elif order is not None:
                         owners = levels.setdefault((order, latest), _Owners())
                         owners.members.setdefault((thread.number, pair), (thread, pair))
@@ -199,7 +215,7 @@ class Rows:
     def _demands(self, item: Deadline, thread: Thread) -> Iterable[tuple[int, Fraction | None, int]]:
         """Literals with the time that orders the thread (None: unknown) and the one to end by where they hold."""
         operator = item.limit.requirement.operator
-        timers = thread.timers or [(literal, None, rate) for literal, rate in thread.modes]
+        timers = _timed(thread)
         values = {case.value for case in tabulate(self.space, item.limit.bound, 10_000) or []}
         if len(values) == 1:
             bound = values.pop()
@@ -242,31 +258,56 @@ class Rows:
         return made.index
 
     def _level(
-        self, core: int, level: Fraction, latest: int, owners: _Owners, timely: Mapping[tuple[int, int], int]
+        self,
+        core: int,
+        level: Fraction,
+        latest: int,
+        owners: _Owners,
+        timely: Mapping[tuple[int, int], int],
+        only: tuple[Thread, int] | None = None,
     ) -> CoreDemand:
         """What delays the last of the owners: each of them once, and whatever is more urgent.
 
         Without owners it holds as well where all that is more urgent must end by `timely`, before its next job and no
-        later than this level: there is room for all jobs when the last of them ends.
+        later than this level: there is room for all jobs when the last of them ends. (Not where some of it may be of
+        one chain, in which jobs do not wait for each other.) `only` is the one owner, with its literal, that may be so.
         """
         urgent: list[tuple[int, Rate, Thread]] = []
         for thread in self.threads:
-            if core >= len(thread.cores[self.processor]):
+            if core >= len(thread.cores[self.processor]) or (only is not None and thread is only[0]):
                 continue
-            for (order, rate), literals in self.here(thread, core).items():
+            turns = self.here(thread, core) if only is None else self._beside(*only, thread, core)
+            for (order, rate), literals in turns.items():
                 if thread.is_numbered or (order is not None and order < level):
                     urgent += [(literal, rate, thread) for literal in literals]
-        is_kept = all(
+        is_kept = not self.related and all(
             (end := timely.get((thread.number, pair))) is not None and end <= latest and end * rate <= NS_PER_S
             for pair, rate, thread in urgent
         )
         return CoreDemand(latest, urgent, list(owners.members.values()), [] if is_kept else owners.demanding)
+
+    def _beside(self, owner: Thread, literal: int, other: Thread, core: int) -> Turns:
+        """The turns in which another thread delays one that is in the mode of a literal on a core.
+
+        Where the two may come one after the other in a chain only timers do, if a timer releases both.
+        """
+        if not may_succeed(self.space, owner.number, other.number):
+            return self.here(other, core)
+        found: Turns = {}
+        timed = {index for index, _, rate in _timed(owner) if rate is not None}
+        for index, order, rate in _timed(other) if literal in timed else ():
+            pair = self._both(other, core, index) if rate is not None else None
+            if pair is not None and rate is not None:
+                found.setdefault((order, rate), []).append(pair)
+        return found
 
     def _alone(self, core: int, thread: Thread, pair: int, latest: int) -> CoreDemand:
         """A thread with a stated priority: delayed by those whose stated priority is no lower."""
         urgent = []
         for other in self.threads:
             if other.number == thread.number or other.priority is None or core >= len(other.cores[self.processor]):
+                continue
+            if may_succeed(self.space, thread.number, other.number):
                 continue
             if thread.priority is not None and other.priority >= thread.priority:
                 for (_, rate), literals in self.here(other, core).items():

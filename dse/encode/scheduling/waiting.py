@@ -20,28 +20,30 @@ job, of options that are not listed the shortest time. What they leave open a cl
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 from ortools.sat.python import cp_model
 
-from dse.analysis.binding import transmission_ns
-from dse.analysis.rates import NS_PER_S, is_event_triggered, rate_hz
+from dse.analysis.rates import is_event_triggered
+from dse.analysis.scheduling.chained import chain_wait_ns
+from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.scheduling.tasks import TaskKey, longest_alone_ns, shortest_alone_ns
+from dse.analysis.scheduling.tasks import longest_alone_ns
+from dse.analysis.terms import Waiter
 from dse.analysis.views import View, tabulate
-from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, floor_int, greatest
+from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, greatest
 from dse.encode.scheduling.combined import Combined
-from dse.encode.scheduling.hosted import add_hosted_rows
+from dse.encode.scheduling.delays.chains import ChainRows
+from dse.encode.scheduling.delays.hosted import add_hosted_rows
+from dse.encode.scheduling.delays.jitters import Jitters
+from dse.encode.scheduling.delays.jobs import JobRows
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.model.space import Component, Space
+from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
 
-MOST_JOBS = 32
-"""The greatest number of jobs of one thread that are counted within the response time of another."""
 MOST_BOUNDS = 256
 """A limit with more values than this bounds no response time directly."""
 
@@ -53,15 +55,13 @@ class WaitRows:
         self.space: Space = board.space
         self.places, self.combined = places, combined
         self.scale = board.wait_scale or 1
-        self.variables = {number: variable.index for number, variable in board.waiting.items()}
+        self.variables: dict[int, int] = {}
+        self.chains = ChainRows(self)
         self.firsts: dict[int, int] = {}
         """How long the first job of a busy period waits: the same where no later job waits longer."""
-        self.jitters: dict[int, int] = {}
-        self.upstream: dict[int, int] = {}
-        """What dispatches a thread whose jitter is known: its only source."""
-        self._rows: dict[int, list[tuple[int, int, int]]] = {}
+        self.jitters = Jitters(self)
+        self.jobs = JobRows(combined, self.jitters, self.scale)
         self._latest: dict[int, int] = {}
-        self._made: dict[Any, int] = {}
         self._terms = 0
         self._deadlines: set[int] = set()
         self._orderly: set[int] = set()
@@ -69,28 +69,32 @@ class WaitRows:
 
     def extend(self, board: Board) -> None:
         """Rows of whatever has been asked of the board since, and of its limits."""
-        self.variables.update((number, variable.index) for number, variable in board.waiting.items())
+        self.variables.update((item, found.index) for item, found in board.waiting.items() if isinstance(item, int))
         self._orderly |= {item.thread for item in board.deadlines if item.guard is None and _ends_first(board, item)}
         for term in board.open_terms[self._terms :]:
             self._add_term(term)
         self._terms = len(board.open_terms)
+        for waiter, variable in board.waiting.items():
+            if isinstance(waiter, tuple):
+                self.chains.adopt(waiter, variable.index)
         for number in list(self.variables):
             look_at_the_clock()
-            if number not in self._rows:
+            if number not in self.jobs.rows:
                 self._add_first(number)
                 add_hosted_rows(board, self, number)
         self._add_deadlines(board)
-        for number in sorted({other.number for thread in self.variables for other in self._rivals(thread)}):
-            self._add_jitter(board, number, frozenset())
+        for number in sorted({other for waiter in self.jobs.rows for other in self._rivals_of(waiter)}):
+            self.jitters.add(board, number, frozenset())
 
     def copy(self, combined: Combined) -> WaitRows:
         """The same for a copy of the model."""
         other = object.__new__(WaitRows)
         other.__dict__.update(self.__dict__)
         other.combined = combined
-        other.variables, other._made = dict(self.variables), dict(self._made)
+        other.variables = dict(self.variables)
+        other.chains, other.jitters = self.chains.copy(other), self.jitters.copy(other)
+        other.jobs = self.jobs.copy(combined, other.jitters)
         other.firsts = dict(self.firsts)
-        other._rows = {number: list(rows) for number, rows in self._rows.items()}
         return other
 
     @property
@@ -105,7 +109,8 @@ class WaitRows:
             self._add_first(number)
         return self.combined.variable(self.variables[number])
 
-    def _expression(self, form: Form) -> Any:
+    def expression(self, form: Form) -> Any:
+        """A form in the model's variables."""
         variables = [self.combined.variable(index) for index in form.coefficients]
         return cp_model.LinearExpr.weighted_sum(variables, list(form.coefficients.values())) + form.constant
 
@@ -126,25 +131,34 @@ class WaitRows:
                     found[other.number] = other
         return list(found.values())
 
+    def _rivals_of(self, waiter: Waiter) -> set[int]:
+        """The numbers of the threads that may delay a thread, or a thread of a chain."""
+        members = (waiter,) if isinstance(waiter, int) else waiter
+        return {other.number for number in members for other in self._rivals(number)}
+
     # --- rows from the start ---------------------------------------------------------------------------------------
 
     def _add_term(self, term: OpenTerm) -> None:
         """A figure with a variable of its own that holds waiting: variable >= least + weight * waiting."""
-        if term.waits is None or term.least is None or term.waits[0] not in self.places.threads:
+        if term.waits is None or term.least is None:
             return
         number, weight = term.waits
-        if self.variables.get(number) == term.variable.index:
+        if (
+            not isinstance(number, int)
+            or number not in self.places.threads
+            or self.variables.get(number) == term.variable.index
+        ):
             return
         each = weight / self.scale
         most = each.denominator * (abs(term.least.high) + abs(term.least.low)) + each.numerator * UNBOUNDED_NS
         if most * self.scale < EXACT_LIMIT:
-            low = each.denominator * self._expression(term.least) + each.numerator * self.waiting(number)
+            low = each.denominator * self.expression(term.least) + each.numerator * self.waiting(number)
             self.model.add(each.denominator * (term.variable + 1) >= low + 1)
 
     def _add_first(self, number: int) -> None:
         """The first job waits for sum(worst of other * literal of its delaying it), for each type of each processor."""
         thread = self.places.threads[number]
-        self._rows[number] = []
+        self.jobs.rows[number] = []
         rivals = {other.number for other in self._rivals(number)}
         if not rivals or not self.executes(number):
             return
@@ -162,7 +176,7 @@ class WaitRows:
                 works = [self.scale * self.places.worst_on[processor, other][position] for other in delays]
                 row = self.model.add(first - cp_model.LinearExpr.weighted_sum(literals, works) >= 0)
                 row.only_enforce_if(self.combined.literal(kind))
-                self._rows[number].append((processor, position, row.index))
+                self.jobs.rows[number].append((processor, position, row.index))
 
     def _made_first(self, number: int) -> cp_model.IntVar:
         """The variable of the first job's waiting."""
@@ -198,7 +212,7 @@ class WaitRows:
             if item.guard is None:
                 self._latest[number] = max(bound for _, bound in bounds)
             end = self.waiting(number) + self.work(self.places.threads[number])
-            row = self.model.add(end <= self._expression(board.form(bounds)))
+            row = self.model.add(end <= self.expression(board.form(bounds)))
             if item.guard is not None:
                 row.only_enforce_if(self.combined.literal(item.guard))
 
@@ -206,67 +220,51 @@ class WaitRows:
         """Whether a thread executes something in every design."""
         return all(leaf is not None for leaf in leaves(self.space.components[number].execution_ns))
 
-    def _add_jitter(self, board: Board, number: int, below: frozenset[int]) -> cp_model.IntVar | None:
-        """At least the jitter of the only source, and what its job and the connection add, where events dispatch it.
-
-        None where several sources do, or one that holds events back.
-        """
-        if number in self.jitters:
-            return self.combined.variable(self.jitters[number])
-        component = self.space.components[number]
-        eager = self._eager(board, component)
-        if eager is None or len(component.triggers) != 1 or number in below:
-            return None
-        wire = self.space.connections[component.triggers[0]]
-
-        def carrying(view: View) -> int:
-            if not is_event_triggered(component, view):
-                return 0
-            least, most, _ = transmission_ns(self.space, wire, view)
-            return floor_int(Fraction(most - least) * self.scale)
-
-        forms, waits = [board.form(board.table(carrying))], list[Any]()
-        if wire.source is not None and wire.rate_hz is None and wire.data_rate is None:
-            source = self.space.components[wire.source]
-            if "sporadic" in set(leaves(source.protocol)):
-                return None
-
-            def varying(view: View, number: int = wire.source) -> int:
-                shortest = shortest_alone_ns(self.space, number, "thread", view)
-                return self.scale * (longest_alone_ns(self.space, number, "thread", view) - shortest)
-
-            forms.append(board.form(board.table(varying)))
-            if wire.source in self.places.threads and self.executes(wire.source):
-                waits.append(self.waiting(wire.source))
-            further = self._add_jitter(board, wire.source, below | {number})
-            if further is not None:
-                waits.append(further)
-            self.upstream[number] = wire.source
-        most = sum(form.high for form in forms) + sum(
-            self.model.proto.variables[item.index].domain[1] for item in waits
-        )
-        variable = self.model.new_int_var(0, most, "")  # several on the way may have no bound
-        parts = [self._expression(form) for form in forms]
-        self.model.add(variable >= sum([*parts, *waits])).only_enforce_if(self.combined.literal(eager))
-        self.jitters[number] = variable.index
-        return variable
-
-    def _eager(self, board: Board, component: Component) -> int | None:
-        """A literal that is true where events dispatch a component; None where they never do."""
-        found = [literal for literal, value in board.table(lambda view: is_event_triggered(component, view)) if value]
-        return board.any_of(found).index if found else None
-
     # --- rows that follow ------------------------------------------------------------------------------------------
 
-    def refine(self, number: int, view: View) -> bool:
-        """Count the jobs that delay a thread in a design, and how late they are; whether any was not counted yet."""
-        return self._refine(number, view, all_responses(self.space, view), set())
+    def refine(self, waiter: Waiter, view: View) -> bool:
+        """Count the jobs that delay a thread in a design, and how late they are; whether any was not counted yet.
 
-    def _refine(self, number: int, view: View, known: Mapping[TaskKey, Exact | None], seen: set[int]) -> bool:
+        Of a chain those of the threads that are cut off from the others in the design.
+        """
+        known = all_responses(self.space, view)
+        if isinstance(waiter, int):
+            return self._refine(waiter, view, known, set())
+        fresh = False
+        for part in self._parts(waiter, view):
+            found = self._refine(part[0], view, known, set()) if len(part) == 1 else self._refine_chain(part, view)
+            fresh |= found
+        return fresh
+
+    def _parts(self, chain: tuple[int, ...], view: View) -> list[tuple[int, ...]]:
+        """The parts of a chain of which all threads share a core in a design, as long as can be."""
+        found = [chain[:1]]
+        for number in chain[1:]:
+            processor = at(self.space.components[number].processor, view)
+            if processor is not None and self._shares_core(processor, found[-1][-1], number, view):
+                found[-1] = (*found[-1], number)
+            else:
+                found.append((number,))
+        return found
+
+    def _refine_chain(self, chain: tuple[int, ...], view: View) -> bool:
+        """Count further jobs of each thread that delays all threads of a chain on their core."""
+        processor = self.places.processor_of(chain[0], view)
+        variable = self.chains.variable(chain)
+        works = [self.work(self.places.threads[number]) for number in chain]
+        alone = sum(longest_alone_ns(self.space, number, "thread", view) for number in chain)
+        reach = min(UNBOUNDED_NS, chain_wait_ns(self.space, chain, view) + alone)
+        fresh = False
+        for other, delays in self.chains.throughout(chain, processor):
+            if self._shares_core(processor, chain[0], other.number, view):
+                fresh |= self.jobs.count(chain, variable + sum(works), processor, other, delays, reach, view)
+        return fresh
+
+    def _refine(self, number: int, view: View, known: Ends, seen: set[int]) -> bool:
         seen.add(number)
         response = known.get((number, "thread"))
         thread = self.places.threads.get(number)
-        if thread is None or (number, "thread") not in known or not self._rows.get(number):
+        if thread is None or (number, "thread") not in known or not self.jobs.rows.get(number):
             return False
         reach: Exact = UNBOUNDED_NS if response is None else response
         if number in self._latest:  # what is released later is of no account
@@ -279,16 +277,10 @@ class WaitRows:
             delays = self.combined.delays(processor, other, thread)
             if delays is None or not self._shares_core(processor, number, other.number, view):
                 continue
-            for literal, rate in other.rates or ():
-                for job in range(2, MOST_JOBS + 1) if rate else ():
-                    if (job - 1) * NS_PER_S >= reach * rate:
-                        break
-                    fresh |= self._add_job(thread, processor, other, (literal, rate), job, delays)
-            if other.number in self.jitters and is_event_triggered(self.space.components[other.number], view):
-                fresh |= self._add_late_jobs(thread, processor, other, view, reach, delays)
-                for upstream in self._chain(other.number, view):
-                    if upstream not in seen:
-                        fresh |= self._refine(upstream, view, known, seen)
+            fresh |= self.jobs.count(number, self._first_end(thread), processor, other, delays, reach, view)
+            for upstream in self.jitters.before(other.number, view):
+                if upstream not in seen:
+                    fresh |= self._refine(upstream, view, known, seen)
         return fresh
 
     def _shares_core(self, processor: int, number: int, other: int, view: View) -> bool:
@@ -297,95 +289,6 @@ class WaitRows:
             return False
         cores = at(components[number].core, view), at(components[other].core, view)
         return None in cores or cores[0] == cores[1]
-
-    def _chain(self, number: int, view: View) -> list[int]:
-        """What dispatches a thread in a design, and what that one, as far as their waiting is its jitter."""
-        found: list[int] = []
-        while number in self.upstream and is_event_triggered(self.space.components[number], view):
-            number = self.upstream[number]
-            found.append(number)
-        return found
-
-    def _add_job(
-        self, thread: Thread, processor: int, other: Thread, rate: tuple[int, Fraction], job: int, delays: int
-    ) -> bool:
-        """The k-th job counts where R > (k - 1) * T; whether that is new."""
-        literal, speed = rate
-        key = ("job", thread.number, processor, other.number, literal, job)
-        if key in self._made:
-            return False
-        latest = floor_int((job - 1) * NS_PER_S * self.scale / speed)
-        counted = self._counted(thread, processor, other, job)
-        self._made[key] = counted
-        self.combined.implied([delays, literal, self._beyond(thread, latest)], counted)
-        return True
-
-    def _add_late_jobs(
-        self, thread: Thread, processor: int, other: Thread, view: View, reach: Exact, delays: int
-    ) -> bool:
-        """The k-th job counts where R + J > (k - 1) * T, at the rate that the other thread has."""
-        fresh = False
-        chain = self._chain(other.number, view)
-        eager = [index for index, rate in other.modes if rate is None]
-        jitter = self.combined.variable(self.jitters[other.number])
-        for literal, speed in other.rates or ():
-            if not speed or speed != rate_hz(self.space, ("activation", other.number), view):
-                continue
-            window = reach + self._jitter_of(other.number, chain, view)
-            for job in range(2, MOST_JOBS + 1):
-                if (job - 1) * NS_PER_S >= window * speed:
-                    break
-                key = ("late", thread.number, processor, other.number, literal, job)
-                if key in self._made:
-                    continue
-                latest = floor_int((job - 1) * NS_PER_S * self.scale / speed)
-                beyond = self.model.new_bool_var("")
-                self.model.add(self._first_end(thread) + jitter <= latest).only_enforce_if(beyond.negated())
-                self._made[key] = counted = self._counted(thread, processor, other, job)
-                self.combined.implied(
-                    [delays, literal, self.combined.any_of(tuple(sorted(eager))), beyond.index], counted
-                )
-                fresh = True
-        return fresh
-
-    def _jitter_of(self, number: int, chain: Sequence[int], view: View) -> Exact:
-        """The jitter of a thread's releases in a design, as the rows count it."""
-        known = all_responses(self.space, view)
-        total: Exact = 0
-        for target, source in zip([number, *chain], [*chain, None], strict=True):
-            component = self.space.components[target]
-            if target not in self.jitters or not is_event_triggered(component, view):
-                break
-            least, most, _ = transmission_ns(self.space, self.space.connections[component.triggers[0]], view)
-            total += most - least
-            if source is not None:
-                alone = longest_alone_ns(self.space, source, "thread", view)
-                found = known.get((source, "thread"), alone)
-                response = UNBOUNDED_NS if found is None else max(found, alone)
-                total += response - shortest_alone_ns(self.space, source, "thread", view)
-        return total
-
-    def _beyond(self, thread: Thread, latest: int) -> int:
-        """A literal that is true where the thread's first job ends later than `latest`."""
-        key = ("beyond", thread.number, latest)
-        if key not in self._made:
-            made = self.model.new_bool_var("")
-            self.model.add(self._first_end(thread) <= latest).only_enforce_if(made.negated())
-            self._made[key] = made.index
-        return self._made[key]
-
-    def _counted(self, thread: Thread, processor: int, other: Thread, job: int) -> int:
-        """The literal of a job of another thread within a thread's response time, in its rows."""
-        key = ("counted", thread.number, processor, other.number, job)
-        if key not in self._made:
-            made = self.model.new_bool_var("")
-            self._made[key] = made.index
-            for slot, position, row in self._rows[thread.number]:
-                if slot == processor:
-                    linear = self.model.proto.constraints[row].linear
-                    linear.vars.append(made.index)
-                    linear.coeffs.append(-self.scale * self.places.worst_on[processor, other.number][position])
-        return self._made[key]
 
 
 def _ends_first(board: Board, item: Any) -> bool:

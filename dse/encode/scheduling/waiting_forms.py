@@ -13,8 +13,9 @@ from fractions import Fraction
 from ortools.sat.python import cp_model
 
 from dse.analysis.measures import Measure
+from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, waited_ns
-from dse.analysis.terms import Term
+from dse.analysis.terms import Term, Waiter
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
@@ -24,6 +25,7 @@ from dse.space.model.metric_kinds import parts_of
 from dse.space.model.space import Space
 from dse.space.model.trees import NotOffered
 from dse.space.question.open_cores import is_scheduled, is_shortest
+from dse.support.units import Exact
 
 SCHEDULE_CASE_LIMIT = 64
 """Response times that depend on more combinations of options than this are sharpened where the search comes by."""
@@ -90,6 +92,7 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         if shared is not None:
             waiting, times = shared
             if term.waits_where is not None:
+                assert isinstance(term.waits[0], int)
                 waiting = _waiting_where(board, term.waits[0], waiting, term.waits_where)
             return _waiting_form(board, measure, term, waiting, times)
     bounds = board.table(ends)
@@ -115,26 +118,36 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
     return Form(0, {variable.index: 1}, lows.low, highs.high)
 
 
-def shared_waiting(board: Board, number: int, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
-    """The variable of a thread's waiting on a board, and how often it counts in a figure in 1 / `scale` of its unit.
+def shared_waiting(board: Board, waiter: Waiter, scale: int, weight: Fraction) -> tuple[cp_model.IntVar, int] | None:
+    """The variable of a thread's or a chain's waiting on a board, and how often it counts in a figure.
 
-    It counts in the unit of all times, so that figures of any scale share it; None where they do not go together. The
-    variable is an open term: it may be too low at first.
+    The figure is counted in 1 / `scale` of its unit. Waiting counts in the unit of all times, so that figures of any
+    scale share it; None where they do not go together. The variable is an open term: it may be too low at first.
     """
     unit = board.wait_scale = whole_time_scale(board.space)  # of which every response time is a whole number
     times = weight * scale / unit
     if times.denominator != 1 or unit > RESPONSE_SCALE_LIMIT:
         return None
-    if number not in board.waiting:
+    if waiter not in board.waiting:
 
         def value(view: View) -> int:
-            response = bounded_response_ns(board.space, number, "thread", view)
-            waited = waited_ns(board.space, number, view, response)
-            return -floor_int(-Fraction(waited) * unit)
+            return -floor_int(-Fraction(waited_by_ns(board.space, waiter, view)) * unit)
 
-        board.waiting[number] = board.model.new_int_var(0, UNBOUNDED_NS * unit, "")
-        board.open_terms.append(OpenTerm(board.waiting[number], value, Form(), (number, Fraction(unit))))
-    return board.waiting[number], int(times)
+        board.waiting[waiter] = board.model.new_int_var(0, most_waiting_ns(waiter) * unit, "")
+        board.open_terms.append(OpenTerm(board.waiting[waiter], value, Form(), (waiter, Fraction(unit))))
+    return board.waiting[waiter], int(times)
+
+
+def waited_by_ns(space: Space, waiter: Waiter, view: View) -> Exact:
+    """How long a thread, or the threads of a chain together, wait for others in a design, in ns."""
+    if isinstance(waiter, tuple):
+        return chain_wait_ns(space, waiter, view)
+    return waited_ns(space, waiter, view, bounded_response_ns(space, waiter, "thread", view))
+
+
+def most_waiting_ns(waiter: Waiter) -> int:
+    """A bound of that, in ns: without a bound each thread counts as one time."""
+    return UNBOUNDED_NS * (len(waiter) if isinstance(waiter, tuple) else 1)
 
 
 def _waiting_where(
@@ -158,7 +171,8 @@ def _waiting_form(board: Board, measure: Measure, term: Term, waiting: cp_model.
     cases = board.cases(lambda view: ends(view)[0])
     for part in additive_parts(board.space, cases, board.tuning.additive_tables):
         form.add(board.form((literal, int(low * measure.scale)) for literal, low in board.named(part)))
-    form.add(Form(0, {waiting.index: times}, 0, times * UNBOUNDED_NS * board.wait_scale))
+    assert term.waits is not None
+    form.add(Form(0, {waiting.index: times}, 0, times * most_waiting_ns(term.waits[0]) * board.wait_scale))
     return form
 
 

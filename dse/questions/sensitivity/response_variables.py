@@ -23,6 +23,7 @@ from typing import Any
 from dse.analysis.binding import transmission_ns
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import solve
+from dse.analysis.scheduling.model import ChainKey
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
@@ -54,7 +55,7 @@ from dse.questions.sensitivity.traced_numbers import (
 from dse.space.model.space import Design, Space
 from dse.support.units import is_unbounded
 
-Responses = Mapping[TaskKey, Any]
+Responses = Mapping["TaskKey | ChainKey", Any]
 
 
 class ScheduledFunction(DesignFunction):
@@ -68,7 +69,7 @@ class ScheduledFunction(DesignFunction):
         self._known: tuple[Values, Responses] = ((), {})
         low, high = (box.values(inputs.nominal, corner) for corner in (motion.least, motion.most))
         least, most = (all_responses(inputs.at(values), View(design)) for values in (low, high))
-        ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least)}
+        ends = {key: (_counted(least[key]), _counted(most[key])) for key in sorted(least, key=_order)}
         self.keys = tuple(ends)
         """The tasks that have response times."""
         changing = any(is_unbounded(latest) and not is_unbounded(soonest) for soonest, latest in ends.values())
@@ -117,6 +118,10 @@ class ScheduledFunction(DesignFunction):
         return found if self.broken(outputs) else []
 
 
+def _order(key: TaskKey | ChainKey) -> tuple[int, str]:
+    return key[0], str(key[1])
+
+
 def _variable(response_ns: Any, number: int) -> Any:
     """A response time as a variable; one without a bound stays as it is, and what is made of it is of such places."""
     variable = Traced(_counted(response_ns), ExpressionNode("var", (), number))
@@ -139,19 +144,22 @@ class Motion:
     own: Mapping[TaskKey, tuple[Interval, ...]]
     """The slopes of each task's longest execution time in each of them."""
 
-    def response(self, key: TaskKey, ends: Interval) -> Further:
+    def response(self, key: TaskKey | ChainKey, ends: Interval) -> Further:
         """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
+
+        That of a chain moves at least as the execution time of its last thread does.
 
         `ends` are the shortest and longest response time in ns. The slope in an input has a known sign, and at least
         the slope of the execution time; its other end is infinite.
         """
+        task: TaskKey = (key[0], "thread" if isinstance(key[1], int) else key[1])
         slopes = tuple(
             ZERO
             if ends[0] == ends[1] or not sign
             else (max(Fraction(0), own[0]), INFINITE)
             if sign > 0
             else (-INFINITE, min(Fraction(0), own[1]))
-            for sign, own in zip(self.signs, self.own[key], strict=True)
+            for sign, own in zip(self.signs, self.own[task], strict=True)
         )
         return Further(ends, slopes)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from functools import partial
 
+from dse.analysis.latency.rows import counts_responses
 from dse.analysis.limits import Verdict
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis, FlowTable, Usage
@@ -29,7 +30,7 @@ from dse.report.words.contention import (
     waiting_left_words,
 )
 from dse.report.words.messages import message_tables
-from dse.report.words.reasons import EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
+from dse.report.words.reasons import CHAINED, EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
 from dse.report.words.resources import resource_blocks
 from dse.report.words.scheduling import busy_timelines, response_tables
 from dse.space.question.settings import settings_of
@@ -223,7 +224,9 @@ def _latency(analysis: Analysis) -> Iterator[Block]:
             yield Plot(f"latency-{flow.name}", draw, WATERFALL.format(flow.name))
         yield flow_table(flow)
         yield from listing([f"{item.severity}: {item.text}" for item in flow.findings], "OSATE", 0)
-    yield from texts(REDUCED, GAPS[0], scale_words(analysis.space))
+    steps = [step for flow in analysis.space.flows for step in flow.steps]
+    chained = counts_responses(analysis.space) and any(step.chain for step in steps)
+    yield from texts(REDUCED, *([CHAINED] if chained else []), GAPS[0], scale_words(analysis.space))
 
 
 def _usage(analysis: Analysis) -> Iterator[Block]:

@@ -26,6 +26,10 @@ from dse.support.units.text import count_words, format_count
 REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
+CHAINED = (
+    "Threads in a row on one core are one chain: the row of each is how much longer the chain takes with it. A job "
+    "that delays more than one of them counts once."
+)
 PPM = 10**6
 MOST_VARIANTS = 6
 """Maximum number of near-identical designs that are told one by one."""

@@ -8,6 +8,7 @@ Read `components.py` first; `space/build.py` calls this folder in order.
 * `arbitration.py`: whether messages wait for each other on a bus.
 * `executors.py`: executors and reservations.
 * `calls.py`: calls that are answered, as jobs that requests and replies dispatch.
+* `chains.py`: threads in a row in a flow that may be one chain on a core.
 * `activation.py`: components that dispatch each other.
 * `joins.py`: threads that need a message of each of their triggers.
 * `clocks.py`: clocks, offsets, and the moment at which data pass.

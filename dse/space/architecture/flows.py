@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from dse.space.architecture.calls import Calls
 from dse.space.architecture.carriers import carriers
+from dse.space.architecture.chains import with_chains
 from dse.space.architecture.clocks import speaks_of_clocks, with_past
 from dse.space.architecture.frames import Frame, is_framed
 from dse.space.architecture.joins import with_way
@@ -42,8 +43,7 @@ def build_flows(
         tracer = _Tracer(ledger, ("flows", name, "path"), components, connections, between, by_name, wires, paths, ways)
         steps = tracer.trace(given.path, (name,))
         steps = with_way(components, steps)
-        if clocked:
-            steps = with_past(steps)
+        steps = with_past(steps) if clocked else with_chains(components, connections, steps)
         required = (given.latency.min_ns, given.latency.max_ns) if given.latency else None
         result.append(Flow(name, steps, required))
     return tuple(result)

@@ -26,7 +26,8 @@ class Step:
 
     Where a problem speaks of clocks `since` are the elements before it, which may share its clock; of a component that
     may join all its triggers `before` are the elements before it. One that `only_reads` counts until it reads: what it
-    does with that does not. `unlinked` is an element of a flow that is part of another one: there OSATE has lost the
+    does with that does not. `chain` are the threads before it in the flow that may be one chain with it on a core, the
+    first of them first. `unlinked` is an element of a flow that is part of another one: there OSATE has lost the
     connection that leads to it.
     """
 
@@ -38,6 +39,7 @@ class Step:
     before: tuple[Step, ...] = field(default=(), hash=False)
     figures: StepFigures | None = field(default=None, hash=False)
     only_reads: bool = False
+    chain: tuple[int, ...] = ()
     unlinked: bool = False
 
 

@@ -19,6 +19,7 @@ from dse.analysis.limits import HOLDS, Limit, judge
 from dse.analysis.placement.first_fit import core_of_each
 from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
+from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
 from dse.analysis.views import CyclicActivation, Noting, View
 from dse.space.architecture.joins import may_join
@@ -173,6 +174,26 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
     apart, above = _pairs(space, groups, noting.seen)
     box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
     return Lesson(box, groups or (), (number, waited), above)
+
+
+def chain_lesson(space: Space, key: int, chain: Sequence[int], waited: Fraction, design: Design) -> Lesson:
+    """Why threads of a flow that may be one chain wait so long (ns) in a design, all of them together.
+
+    Their waiting has the number `key`.
+    """
+
+    def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
+        return chain_wait_ns(space, chain, View(view.design, groups)) >= waited
+
+    groups = _least(space, chain[-1], waits, design)
+    noting = Noting(design)
+    assert waits(groups, View(noting)), "a chain waits no more"
+    for group in groups or ():
+        for thread in group:
+            at(space.components[thread].processor, View(noting))
+    apart, above = _pairs(space, groups, noting.seen)
+    box = {item: frozenset((option,)) for item, option in noting.seen.items() if item not in apart}
+    return Lesson(box, groups or (), (key, waited), above)
 
 
 def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:

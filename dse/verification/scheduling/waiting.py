@@ -11,14 +11,16 @@ learnt from designs, for each option in a box and wherever the same threads shar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 from ortools.sat.python import cp_model
 
+from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
+from dse.space.architecture.chains import may_succeed
 from dse.space.model.space import Design, Space
 from dse.verification.diagrams import leaves
 from dse.verification.sums import Waits
@@ -45,19 +47,42 @@ class WaitVariables:
         self.place = {number: variable(item) for number, item in waits.places.items()}
         self.most = most = UNBOUNDED_NS * self.scale
         self.variables = {number: model.new_int_var(0, most, "") for number in (*waits.threads, *waits.messages)}
+        for number, chain in waits.chains.items():
+            self.variables[number] = model.new_int_var(0, len(chain) * most, "")
         self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._pairs: dict[tuple[int, int], Any] = {}
+        self._waiting: dict[tuple[int, int], Any] = {}
         self._at: dict[int, dict[int, Any]] = {}
         self._rests: dict[int, list[Any]] = {}
         self._counted: set[tuple[int, int, int]] = set()
         for number in (item for item in waits.threads if item in self.work):
-            others = [other for other in self.work if other != number and self._may_wait(number, other)]
+            others = [
+                other
+                for other in self.work
+                if other != number and self._may_wait(number, other) and not may_succeed(space, number, other)
+            ]
             shares = [self._share(number, other) for other in others]
             model.add(self.first[number] >= self.scale * sum(shares))
             model.add(self.variables[number] >= self.first[number])
+        for number, chain in waits.chains.items():
+            self._add_chain(self.variables[number], chain)
         for number, latest in waits.latest.items():
             model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
+
+    def _add_chain(self, variable: Any, chain: Sequence[int]) -> None:
+        """Threads that may be one chain wait, all together, for one job of each other that one of them waits for."""
+        members = [number for number in chain if number in self.work]
+        shares = []
+        for other in self.work:
+            if other in chain or any(may_succeed(self.space, number, other) for number in members):
+                continue
+            share = self.model.new_int_var(0, UNBOUNDED_NS, "")
+            for number in members:
+                if self._may_wait(number, other):
+                    self.model.add(share >= self.work[other]).only_enforce_if(self._waits_for(number, other))
+            shares.append(share)
+        self.model.add(variable >= self.scale * sum(shares))
 
     def _may_wait(self, number: int, other: int) -> bool:
         """Whether a thread may wait for another: not one with a number for one without."""
@@ -66,7 +91,18 @@ class WaitVariables:
     def _share(self, number: int, other: int) -> Any:
         """The work of another thread that a thread waits for: at least its first job, where it does wait."""
         model = self.model
-        waits = model.new_bool_var("")
+        waits = self._waits_for(number, other)
+        share = model.new_int_var(0, UNBOUNDED_NS, "")
+        model.add(share >= self.work[other]).only_enforce_if(waits)
+        self._done[number, other] = waits, share
+        return share
+
+    def _waits_for(self, number: int, other: int) -> Any:
+        """A literal that is true where a thread waits for another one."""
+        if (number, other) in self._waiting:
+            return self._waiting[number, other]
+        model = self.model
+        self._waiting[number, other] = waits = model.new_bool_var("")
         ways = [waits, self._together(number, other).negated(), *self._resting(number)]
         after = model.new_bool_var("")
         if number in self.rank and other in self.rank:
@@ -76,10 +112,7 @@ class WaitVariables:
             model.add(self.priority[other] <= self.priority[number] - 1).only_enforce_if(after)
             ways.append(after)
         model.add_bool_or(ways)
-        share = model.new_int_var(0, UNBOUNDED_NS, "")
-        model.add(share >= self.work[other]).only_enforce_if(waits)
-        self._done[number, other] = waits, share
-        return share
+        return waits
 
     def _resting(self, number: int) -> list[Any]:
         """A literal that may be true where a thread takes no time, and waits for nobody; none where it always does."""
@@ -145,8 +178,9 @@ class WaitVariables:
         found: dict[int, Fraction] = {}
         for number, value in values.items():
             if number < 0:
-                waited = self.waits.messages[number](view)
-                found |= {number: waited} if waited * self.scale > value else {}
+                chain = self.waits.chains.get(number)
+                waited = self.waits.messages[number](view) if chain is None else chain_wait_ns(self.space, chain, view)
+                found |= {number: Fraction(waited)} if waited * self.scale > value else {}
                 continue
             waited = Fraction(waited_ns(self.space, number, view, counted_ns(known.get((number, "thread"), 0))))
             if waited * self.scale > value:

@@ -5,7 +5,7 @@ object with `response_ns()` and `parts()`. Read `preemptive.py` first.
 
 * `preemptive.py`: fixed priorities on a core.
 * `executors.py`, `executor_work.py`: OS threads that run one job at a time; the busy period of one.
-* `chains_in_executor.py`: chains of threads in an executor that never wait for each other.
+* `successions.py`, `chains.py`: chains whose threads never wait for each other; one busy window for a chain on a core.
 * `reservations.py`: budgets of a core in each period, as supply for their threads and as load for the others.
 * `buses.py`: messages that wait for each other: CAN, first come first served, round-robin.
 * `segments.py`, `accelerators.py`: threads that run, wait on an accelerator, and run on; what an accelerator serves.

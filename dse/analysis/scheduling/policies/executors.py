@@ -23,7 +23,7 @@ No job of an executor preempts another of it; what goes before the OS thread on 
   wait, however much comes (H. Teper, T. Betz, M. Guenzel, D. Ebner, G. von der Brueggen, J. Betz and J.-J. Chen,
   "End-to-end timing analysis and optimization of multi-executor ROS 2 systems", RTAS 2024).
 
-Jobs of one chain never wait for each other (`dse.analysis.scheduling.policies.chains_in_executor`): what others of its
+Jobs of one chain never wait for each other (`dse.analysis.scheduling.policies.successions`): what others of its
 chain did in a busy period was over when a job was released, and took no longer than until then. Where of each chain at
 most one job waits at a time, a job that runs as it comes waits for one of each. (docs/semantics.md, section 4.6)
 """
@@ -49,9 +49,9 @@ from dse.analysis.scheduling.busy_window import (
 from dse.analysis.scheduling.event_models import once
 from dse.analysis.scheduling.model import Entry, Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
-from dse.analysis.scheduling.policies.chains_in_executor import Succession, longest_of_each
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, jobs_by, until_end
 from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.policies.successions import Succession, longest_of_each
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.space.model.space import ExecutorKind
 from dse.support.units import Exact

@@ -32,6 +32,8 @@ class Preempted:
     task: Task
     rivals: tuple[Task, ...]
     blocked_ns: Exact = 0
+    kin: tuple[Task, ...] | None = None
+    under_way_ns: Exact = 0
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound.
@@ -43,8 +45,8 @@ class Preempted:
         if not task.worst_ns:
             return 0
         if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
-            return _remembered(task, rivals, blocked)
-        return response_time_ns(task, rivals, blocked)
+            return _remembered(task, rivals, blocked, self.kin, self.under_way_ns)
+        return response_time_ns(task, rivals, blocked, self.kin, self.under_way_ns)
 
     def parts(self) -> Parts | None:
         """The parts of the wait of the job with the longest response time; None where it has no bound.
@@ -53,7 +55,7 @@ class Preempted:
         """
         if not self.task.worst_ns:
             return Parts()
-        found = worst_job_ns(self.task, self.rivals, self.blocked_ns)
+        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns)
         if found is None:
             return None
         jobs = ((item, most_jobs(item, found[1])) for item in self.rivals)
@@ -61,16 +63,21 @@ class Preempted:
 
 
 @lru_cache(16384)
-def _remembered(task: Task, rivals: tuple[Task, ...], blocked_ns: Exact) -> Exact | None:
+def _remembered(
+    task: Task, rivals: tuple[Task, ...], blocked_ns: Exact, kin: tuple[Task, ...] | None, under_way_ns: Exact
+) -> Exact | None:
     """`response_time_ns`: from round to round, and from design to design, most tasks meet the same."""
-    return response_time_ns(task, rivals, blocked_ns)
+    return response_time_ns(task, rivals, blocked_ns, kin, under_way_ns)
 
 
-def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Preempted | None:
+def window_of(
+    resource: Resource, position: int, tasks: Sequence[Task | None], over: frozenset[int] = frozenset()
+) -> Preempted | None:
     """The busy window that decides the response time of a stage that no executor runs; None where it has no bound.
 
     Of a piece of a thread it is the time from its own release: one job, for those before it have ended. Where it
-    shares its turn with others these have waited for the pieces before it, which count as they do.
+    shares its turn with others these have waited for the pieces before it, which count as they do. The rivals at the
+    positions `over` are of the chain of the stage, and never wait while it does.
     """
     entry, task = resource.entries[position], tasks[position]
     if task is None:
@@ -79,7 +86,10 @@ def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -
         return Preempted(task, ())
     rivals = rivals_of(resource, entry, tasks, siblings=entry.shares_turn)
     job = task.single() if entry.is_piece and not entry.shares_turn else task
-    return None if rivals is None else Preempted(job, rivals, entry.blocking_ns)
+    if rivals is None:
+        return None
+    kin = tuple(item for position in over if (item := tasks[position]) is not None)
+    return Preempted(job, rivals, entry.blocking_ns, kin or None)
 
 
 def rivals_of(

@@ -1,0 +1,84 @@
+"""How long a chain of threads takes: the least of all ways to cut it into busy windows.
+
+(docs/semantics.md, section 4.9)
+
+Threads of a flow of which each is released by the end of the one before take no longer than the sum of their response
+times. Where they are one chain on a core, the windows of the chain and of its parts may give less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from dse.analysis.memo import ABSENT, Recall, knowing
+from dse.analysis.scheduling.fixed_point import solve
+from dse.analysis.scheduling.model import ChainKey
+from dse.analysis.scheduling.resolve import resolve
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, bounded_response_ns, counted_ns
+from dse.analysis.scheduling.tasks import longest_alone_ns, task_keys
+from dse.analysis.terms import picked
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from dse.space.model.trees import at
+from dse.support.units import Exact
+
+_ENDS: Recall[tuple[Exact | None, ...]] = Recall()
+
+
+def longer_by_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
+    """How much longer a chain takes with its last thread than without it, in ns; `UNBOUNDED_NS` without a bound.
+
+    `chain` are threads of a flow that may be one chain, the first of them first. Where the last one is not chained to
+    the one before in the design it is its response time.
+    """
+    *_, before, whole = _ends_ns(space, chain, view)
+    if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
+        return bounded_response_ns(space, chain[-1], "thread", view)
+    longer: Exact = picked("max", whole - before, longest_alone_ns(space, chain[-1], "thread", view))
+    return longer
+
+
+def chain_wait_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
+    """How long threads of a flow that may be one chain wait for others, all of them together.
+
+    In ns; `UNBOUNDED_NS` and more without a bound.
+    """
+    return sum(
+        longer_by_ns(space, chain[: number + 1], view) - longest_alone_ns(space, chain[number], "thread", view)
+        for number in range(len(chain))
+    )
+
+
+def _ends_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
+    """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them."""
+    ends: list[Exact] = [0]
+    for last, number in enumerate(chain):
+        found = ends[last] + bounded_response_ns(space, number, "thread", view)
+        for first in range(last):
+            window = _end_ns(space, (number, chain[first]), view)
+            if window is not ABSENT:
+                found = picked("min", found, ends[first] + counted_ns(window))
+        ends.append(found)
+    return ends
+
+
+def _end_ns(space: Space, key: ChainKey, view: View) -> Any:
+    """The bound of a chain's window in ns, None without one; `ABSENT` where the threads are no chain in the design."""
+    if type(view) is View:
+        return all_responses(space, view).get(key, ABSENT)
+    if (knows := knowing(view)) is not None:
+        return knows.get(key, ABSENT)
+    asked = ("end", *key)
+    if asked not in view.memo:
+        view.memo[asked] = _ENDS.recall(space, key, view, _found)
+    found = view.memo[asked]
+    return found[0] if found else ABSENT
+
+
+def _found(space: Space, key: ChainKey, view: View) -> tuple[Exact | None, ...]:
+    """The bound of a chain's window in ns, None without one; nothing where the threads are no chain."""
+    if at(space.components[key[0]].processor, view) is None or (key[0], "thread") not in task_keys(space, key[0], view):
+        return ()
+    ends = solve(resolve(space, view, [(key[0], "thread")])).ends
+    return (ends[key],) if key in ends else ()

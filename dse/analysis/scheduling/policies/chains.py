@@ -1,0 +1,161 @@
+"""Chains on a core: threads that the end of the one before releases there, bounded as one job.
+
+A thread that only the end of another one releases on the same core waits for none of the jobs before it in its chain.
+From the release of the first thread v1 until the end of the last one vm the core serves nothing but the chain and what
+is at least as urgent as its least urgent thread, or the chain is on its way between two threads. What is so urgent and
+goes before it has been released since the core had last nothing of that to do. So each job of a rival counts once for
+the whole chain, where the bounds of the threads, added up, count it for each (docs/semantics.md, section 4.9):
+
+* Where a job of the chain always ends before the next one is released, the chain is one job that takes all its own
+  time, and the times between its threads.
+* Else, where nothing passes between the threads, job q of vm ends behind q jobs of its own and all jobs of the threads
+  before it, which are released when v1 is: the busy window of vm with these as rivals.
+
+The sum of the threads' own bounds may be less: the least of all ways to cut a chain into windows holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TypeAlias
+
+from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
+from dse.analysis.scheduling.policies.preemptive import Preempted
+from dse.analysis.scheduling.policies.reservations import gaps_and_servers
+from dse.analysis.scheduling.policies.successions import Succession, is_prioritised
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.support.units import Exact
+
+ReleasedAs: TypeAlias = Callable[[TaskKey, TaskKey], Task | None]
+"""A stage as a job that is released when another stage is; None where that comes without a bound."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Threads in a row on one core, each released by the end of the one before.
+
+    `members` are their positions on the resource, in the order of the chain. `lowest` is the position of the least
+    urgent one, and `rivals` are the positions of what else may go before any of them. What they send each other takes
+    `sent_ns` at most in all; `breaks` are the places in the chain of threads that something takes time to reach.
+    Threads between them that are left out of a part of a design take `absent_ns`.
+    """
+
+    key: ChainKey
+    members: tuple[int, ...]
+    lowest: int
+    rivals: tuple[int, ...]
+    sent_ns: Exact = 0
+    breaks: tuple[int, ...] = ()
+    absent_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Link:
+    """The thread before one on its core, by position, and what comes between: transmissions, and threads left out."""
+
+    position: int
+    sent_ns: Exact
+    absent_ns: int = 0
+
+
+def chains_in(system: System) -> list[tuple[Chain, ...]]:
+    """For each resource every chain of two threads or more there, parts of longer chains among them.
+
+    In a part of a design a thread that is left out may be on any core: a chain leads through it as if it were on the
+    same one, so that no bound of the part is above that of the design.
+    """
+    if not any(stage.follows is not None for stage in system.stages.values()):
+        return [()] * len(system.resources)
+    if not system.is_part:
+        stages = system.stages
+        return [_whole(item, tuple(stages[entry.key] for entry in item.entries)) for item in system.resources]
+    present = {entry.key for resource in system.resources for entry in resource.entries}
+    absent = {key: stage for key, stage in system.stages.items() if key not in present}
+    return [_chains(item, [system.stages[entry.key] for entry in item.entries], absent) for item in system.resources]
+
+
+@lru_cache(4096)
+def _whole(resource: Resource, stages: tuple[Stage, ...]) -> tuple[Chain, ...]:
+    return _chains(resource, stages, {})
+
+
+def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey, Stage]) -> tuple[Chain, ...]:
+    if resource.wire is not None or resource.is_accelerator:
+        return ()
+    entries = resource.entries
+    positions = {
+        entry.key: position for position, entry in enumerate(entries) if is_prioritised(entry, stages[position])
+    }
+    before = {
+        position: link
+        for position in positions.values()
+        if (link := _link(stages[position], positions, absent)) is not None
+    }
+    chains = []
+    for last in before:
+        members, links = [last], list[_Link]()
+        while (link := before.get(members[0])) is not None and link.position not in members:
+            members.insert(0, link.position)
+            links.insert(0, link)
+            chains.append(_chain(entries, tuple(members), links))
+    return tuple(chains)
+
+
+def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKey, Stage]) -> _Link | None:
+    """What comes before a stage on its core, straight or through stages that are left out; None where nothing does."""
+    sent: Exact = 0
+    passed: list[TaskKey] = []
+    link = stage.follows if stage.is_chained else None
+    while link is not None and link.after is not None and link.after not in passed:
+        sent += link.most_ns
+        if link.after in positions:
+            return _Link(positions[link.after], sent, sum(absent[key].worst_ns for key in passed))
+        if link.after not in absent:
+            return None
+        passed.append(link.after)
+        link = absent[link.after].follows if absent[link.after].is_chained else None
+    return None
+
+
+def _chain(entries: Sequence[Entry], members: tuple[int, ...], links: Sequence[_Link]) -> Chain:
+    rivals = set[int]().union(*(entries[position].rivals for position in members)) - set(members)
+    key = (entries[members[-1]].key[0], entries[members[0]].key[0])
+    breaks = tuple(place for place, link in enumerate(links, 1) if link.sent_ns)
+    sent = sum(link.sent_ns for link in links)
+    absent_ns = sum(link.absent_ns for link in links)
+    return Chain(key, members, max(members), tuple(sorted(rivals)), sent, breaks, absent_ns)
+
+
+def window_of(
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs, succession: Succession
+) -> Preempted | None:
+    """The busy window from the release of the first thread of a chain until the end of the last one.
+
+    What passes between the threads counts with what blocks them. None where the first thread or a rival comes without a
+    bound, and where jobs of a chain meet that takes time between its threads.
+    """
+    entries, lowest = resource.entries, resource.entries[chain.lowest]
+    first, last = (entries[chain.members[place]].key for place in (0, -1))
+    own = [item for position in chain.members if (item := released_as(entries[position].key, first)) is not None]
+    found = [*gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
+    rivals = tuple(item for item in found if item is not None)
+    if not own or len(rivals) < len(found):
+        return None
+    if not succession.are_apart(first, last):
+        left_out = [replace(own[0], worst_ns=chain.absent_ns)] if chain.absent_ns else []
+        return None if chain.breaks else Preempted(own[-1], (*own[:-1], *left_out, *rivals), lowest.blocking_ns)
+    over = succession.over_before(chain.members, chain.rivals)
+    kin = tuple(item for position in chain.rivals if position in over and (item := tasks[position]) is not None)
+    work_ns = sum(item.worst_ns for item in own) + chain.absent_ns
+    whole = Task(own[-1].name, work_ns, own[-1].streams, None, own[-1].stage)
+    under_way_ns = sum(item.worst_ns for item in own[chain.breaks[0] :]) if chain.breaks else 0
+    rest_ns = succession.rest_ns(first, last)
+    if under_way_ns and rest_ns is not None:
+        lone = Preempted(Task(whole.name, under_way_ns, ()), rivals, lowest.blocking_ns).response_ns()
+        if lone is not None and lone <= rest_ns:  # what the job before leaves, and all behind it, is over by then
+            under_way_ns = 0
+    waits_ns = (1 + len(chain.breaks)) * lowest.blocking_ns + chain.sent_ns
+    return Preempted(whole, rivals, waits_ns, kin, under_way_ns)

@@ -1,0 +1,251 @@
+"""Which threads never wait at the same time: those of one chain, where each job of it ends before the next.
+
+A thread that only the end of another releases has a job after each of that one's. Where the job of a thread's last
+successor always ends before the thread is released again, a job of the chain is never released while an earlier one
+waits: the jobs of the chain do not delay each other. (Of all jobs that end later than their bounds one would be first:
+until then what the others' bounds rest on has held, and so its own; docs/semantics.md, sections 4.6 and 4.9.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, reduce
+
+from dse.analysis.scheduling.busy_window import Task
+from dse.analysis.scheduling.event_models import EventModels
+from dse.analysis.scheduling.model import Entry, Resource, Stage
+from dse.analysis.scheduling.policies.segments import apart_ns
+from dse.analysis.scheduling.tasks import TaskKey
+from dse.support.units import Exact
+
+
+class Chains:
+    """Which stages of an executor, or a core, never wait at the same time, as response times are known when it is made.
+
+    `keys` are the whole threads that it runs, but for callbacks of hybrid ones.
+    """
+
+    def __init__(self, events: EventModels, keys: Sequence[TaskKey]) -> None:
+        self.events, self.keys = events, keys
+        self._apart: dict[TaskKey, Exact | None] = {}
+        """The least time between two releases of a stage; None of one release, or of any lateness."""
+        self._first: dict[TaskKey, TaskKey] = {}
+        """The first of each stage's chain in the executor."""
+        self._pairs: set[tuple[TaskKey, TaskKey]] = set()
+        """Of each pair the one that comes before, or the same."""
+        self._spans: dict[tuple[TaskKey, TaskKey], Exact] = {}
+        """The longest time from the release of the one that comes before until the end of the other."""
+        there = set(keys)
+        for key in keys:
+            ways = list(self._spans_to(key))
+            is_over = [self._is_apart(first, span) for first, span in ways]
+            for position, (first, _) in enumerate(ways):
+                if first in there:
+                    self._first[key], self._spans[first, key] = first, ways[position][1]
+                    if any(is_over[position:]):
+                        self._pairs.add((first, key))
+
+    def _response_ns(self, key: TaskKey) -> Exact | None:
+        """The longest time of a job from its release to its end."""
+        alone = self.events.stages[key].worst_ns
+        found = self.events.ends.get(key, alone)
+        return None if found is None else max(found, alone)
+
+    def _spans_to(self, key: TaskKey) -> Iterator[tuple[TaskKey, Exact]]:
+        """A stage and all before it in its chain, with the longest time from the release of that to its own end.
+
+        Of all ways to cut that into windows of chains on one core and response times the least.
+        """
+        way, rests, first = [key], list[Exact | None]([0]), key
+        while True:
+            ends = [(self._response_ns(first), rests[0])]
+            between: Exact = 0
+            for index in range(1, len(way)):
+                link = self.events.stages[way[index]].follows
+                assert link is not None
+                between += link.most_ns
+                end = self.events.ends.get((way[index][0], first[0]))
+                ends.append((None if end is None else end + between, rests[index]))
+            spans = [end + rest for end, rest in ends if end is not None and rest is not None]
+            span = reduce(min, spans) if spans else None
+            if span is not None:
+                yield first, span
+            link = self.events.stages[first].follows
+            if link is None or link.after is None or link.after in way:
+                return
+            rests.insert(0, None if span is None else span + link.most_ns)
+            first = link.after
+            way.insert(0, first)
+
+    def _is_apart(self, key: TaskKey, span: Exact) -> bool:
+        """Whether so long a time is over when a stage is released again."""
+        if key not in self._apart:
+            streams = self.events.streams(key)
+            self._apart[key] = None if streams is None else apart_ns(streams, self.events.stages[key].separation_ns)
+        apart = self._apart[key]
+        return apart is not None and span <= apart
+
+    def never_meet(self, one: Stage, other: Stage) -> bool:
+        """Whether two stages are of one chain, and never wait at the same time; one alone with its next job.
+
+        Judged by the response times that are known when the object is made.
+        """
+        return _is_whole(one) and _is_whole(other) and self._follow(one.key, other.key)
+
+    def in_turn(self, first: TaskKey, last: TaskKey) -> bool:
+        """Whether a stage comes before another in a chain, or is it, and no two jobs of the chain between ever wait."""
+        return (first, last) in self._pairs
+
+    def rest_ns(self, first: TaskKey, last: TaskKey) -> Exact | None:
+        """The least time, in ns, from the end of a job of a chain until its next one is released.
+
+        None where it is not known, and where the chain is released once only.
+        """
+        apart, span = self._apart.get(first), self._spans.get((first, last))
+        return None if apart is None or span is None else apart - span
+
+    def _follow(self, one: TaskKey, other: TaskKey) -> bool:
+        return self.in_turn(one, other) or self.in_turn(other, one)
+
+    def line(self, stage: Stage) -> TaskKey | None:
+        """A line of stages of which at most one job waits at a time; None of one that may wait twice.
+
+        It has all that follow its first stage in the executor, or one stage, or the pieces of one thread.
+        """
+        if stage.pieces:
+            return stage.first
+        return self._lines.get(stage.key) if _is_whole(stage) else None
+
+    @cached_property
+    def _lines(self) -> Mapping[TaskKey, TaskKey]:
+        members: dict[TaskKey, list[TaskKey]] = {}
+        for key, first in self._first.items():
+            members.setdefault(first, []).append(key)
+        found: dict[TaskKey, TaskKey] = {}
+        for first, line in members.items():
+            is_one = all(self._follow(one, other) for index, one in enumerate(line) for other in line[index:])
+            found |= {key: first if is_one else key for key in line if self.in_turn(key, key)}
+        return found
+
+
+class Succession:
+    """The chains in the executors of a resource, as response times are known when one is first asked about.
+
+    Chains depend on response times, so that there is one object for each round of the fixed point.
+    """
+
+    def __init__(self, events: EventModels, resource: Resource) -> None:
+        self.events, self.resource = events, resource
+        self._chains: dict[int, Chains] = {}
+
+    def chains(self, executor: int) -> Chains:
+        """The chains of one executor.
+
+        Made on the first call for an executor; `executor` is its number.
+        """
+        if executor not in self._chains:
+            stages = self.events.stages
+            inside = (item.key for item in self.resource.entries if item.executor == executor)
+            self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
+        return self._chains[executor]
+
+    @cached_property
+    def relatives_there(self) -> Mapping[int, frozenset[int]]:
+        """For each stage its rivals that come before or after it in its chain, where there are any, by position.
+
+        Of stages that only priorities schedule.
+        """
+        entries, stages = self.resource.entries, self.events.stages
+        if not any(stages[entry.key].follows is not None for entry in entries):
+            return {}
+        above, found = self._above, {}
+        for position, mine in above.items():
+            key = entries[position].key
+            related = frozenset(
+                other
+                for other in entries[position].rivals
+                if other in above and (entries[other].key in mine or key in above[other])
+            )
+            if related:
+                found[position] = related
+        return found
+
+    @cached_property
+    def _above(self) -> Mapping[int, frozenset[TaskKey]]:
+        """What comes before each stage in its chain, by the position of those that only priorities schedule."""
+        stages = self.events.stages
+        return {
+            position: frozenset(_before(stages, entry.key))
+            for position, entry in enumerate(self.resource.entries)
+            if is_prioritised(entry, stages[entry.key])
+        }
+
+    @cached_property
+    def _outside(self) -> Chains:
+        entries, stages = self.resource.entries, self.events.stages
+        return Chains(self.events, [item.key for item in entries if is_prioritised(item, stages[item.key])])
+
+    def are_apart(self, first: TaskKey, last: TaskKey) -> bool:
+        """Whether a job that only priorities schedule goes through a chain before the next one is released."""
+        return self._outside.in_turn(first, last)
+
+    def rest_ns(self, first: TaskKey, last: TaskKey) -> Exact | None:
+        """The least time, in ns, from the end of a job of a chain until its next one is released; None if not known."""
+        return self._outside.rest_ns(first, last)
+
+    def over_before(self, members: Sequence[int], rivals: Iterable[int]) -> frozenset[int]:
+        """The rivals of a chain on one core, or of a stage, of which no job waits while one of it does.
+
+        Positions; such rivals come before the first of the chain or after its last, and are over when it is released.
+        """
+        if not self.relatives_there:
+            return frozenset()
+        entries, above = self.resource.entries, self._above
+        first, last = entries[members[0]].key, entries[members[-1]].key
+        before, keys = (
+            above.get(members[0], frozenset()),
+            {other: entries[other].key for other in rivals if other in above},
+        )
+        return frozenset(
+            other
+            for other, key in keys.items()
+            if (key in before and self._outside.in_turn(key, last))
+            or (last in above[other] and self._outside.in_turn(first, key))
+        )
+
+
+def is_prioritised(entry: Entry, stage: Stage) -> bool:
+    """Whether a stage is a whole thread that executes something and that its priority alone schedules."""
+    is_plain = entry.executor is None and entry.reservation is None and not entry.is_piece
+    return is_plain and stage.key[1] == "thread" and stage.cost_ns != 0 and stage.keeps is None
+
+
+def _before(stages: Mapping[TaskKey, Stage], key: TaskKey) -> list[TaskKey]:
+    """The stages before one in its chain, the nearest first."""
+    found: list[TaskKey] = []
+    link = stages[key].follows
+    while link is not None and link.after is not None and link.after not in (key, *found):
+        found.append(link.after)
+        link = stages[link.after].follows
+    return found
+
+
+def _is_whole(stage: Stage) -> bool:
+    """Whether a stage is all of a thread, but for a hybrid one's callback."""
+    return stage.key[1] == "thread" and not stage.pieces
+
+
+def longest_of_each(tasks: Sequence[tuple[Task, TaskKey | None]]) -> list[Task] | None:
+    """The task of each line that takes longest, the first of several; None where one that takes time is in no line.
+
+    Of each line at most one job waits at a time (docs/semantics.md, section 4.6).
+    """
+    longest: dict[TaskKey, Task] = {}
+    for task, line in tasks:
+        if not task.worst_ns:
+            continue
+        if line is None:
+            return None
+        if line not in longest or task.worst_ns > longest[line].worst_ns:
+            longest[line] = task
+    return list(longest.values())

@@ -1,0 +1,110 @@
+"""Chains in flows: threads of which each may be released by the end of the one before, at once and on one core.
+
+Where a design lets them, such threads have one busy window (docs/semantics.md, section 4.9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from dse.space.architecture.activation import may_be_event_triggered
+from dse.space.model.flows import Step
+from dse.space.model.space import Component, Connection, Space
+from dse.space.model.trees import leaves
+
+
+def follows(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
+    """The only component whose end may release a component in some design, by number; None where there is none."""
+    component = components[number]
+    if len(component.triggers) != 1 or not may_be_event_triggered(component):
+        return None
+    connection = connections[component.triggers[0]]
+    return connection.sender if connection.sender != number else None
+
+
+def chained_to(components: Sequence[Component], connections: Sequence[Connection], number: int) -> int | None:
+    """The thread whose end may release a thread on the same core in some design, by number; None where none may.
+
+    Judged by what the file offers: one trigger, a common processor, and no executor, reservation, segment or stated
+    response time that keeps them apart in every design.
+    """
+    found = follows(components, connections, number)
+    if found is None or not _may_be_chained(components[number]) or not _may_be_chained(components[found]):
+        return None
+    if set(leaves(components[found].communication)) == {"let"}:
+        return None
+    shared = (set(leaves(components[number].processor)) & set(leaves(components[found].processor))) - {None}
+    return found if shared else None
+
+
+def _may_be_chained(component: Component) -> bool:
+    """Whether a component may be a whole thread that its priority alone schedules, and executes in every design."""
+    if component.processor is None or component.pieces is not None or component.reservation is not None:
+        return False
+    executes = all(leaf is not None for leaf in leaves(component.execution_ns))
+    return executes and component.response_ns is None and None in set(leaves(component.executor))
+
+
+def way_up(space: Space, number: int) -> tuple[int, ...]:
+    """The threads that may be one chain up to a thread in some design: the first of them first, itself last."""
+    found = [number]
+    while (before := chained_to(space.components, space.connections, found[0])) is not None and before not in found:
+        found.insert(0, before)
+    return tuple(found)
+
+
+def may_succeed(space: Space, one: int, other: int) -> bool:
+    """Whether in some design one of two components comes before the other in a chain, on whatever cores.
+
+    Then a job of one need not wait for the other, however urgent that is (docs/semantics.md, section 4.9).
+    """
+    return bool(successors(space, one, other))
+
+
+def successors(space: Space, one: int, other: int) -> tuple[int, ...]:
+    """The threads behind the first of two components up to the other one, where these are in a chain in some design.
+
+    Numbers, without that first one; none where neither may come before the other.
+    """
+    for first, last in ((one, other), (other, one)):
+        before = _before(space, last)
+        if first in before:
+            return (last, *before[: before.index(first)])
+    return ()
+
+
+def _before(space: Space, number: int) -> list[int]:
+    found = [number]
+    before = follows(space.components, space.connections, number)
+    while before is not None and before not in found:
+        found.append(before)
+        before = follows(space.components, space.connections, before)
+    return found[1:]
+
+
+def with_chains(
+    components: Sequence[Component], connections: Sequence[Connection], steps: Sequence[Step]
+) -> tuple[Step, ...]:
+    """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
+
+    A thread of which the flow states figures of its own is in no chain. Nor is what comes before a thread that may join
+    all its triggers, which waits for the other ones as long as response times, added up, differ.
+    """
+    found: list[Step] = []
+    chain: tuple[int, ...] = ()
+    last_join = max((place for place, step in enumerate(steps) if step.before), default=-1)
+    for place, step in enumerate(steps):
+        if step.kind == "connection":
+            found.append(step)
+            continue
+        if step.figures is not None or step.index in chain or place < last_join:
+            chain = ()
+            found.append(step)
+            continue
+        before = chained_to(components, connections, step.index)
+        is_next = bool(chain) and before == chain[-1] and step.via == components[step.index].triggers[0]
+        chain = chain if is_next else ()
+        found.append(replace(step, chain=chain))
+        chain = (*chain, step.index)
+    return tuple(found)

@@ -1,0 +1,215 @@
+"""Response times in random systems of threads, in whole ms: nothing of the product's analysis is in here.
+
+Fixed priorities, each core alone, jitter inherited along trigger connections until nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from tests.helpers.thread_chains import OnCore, Stream, longest
+from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, supplied
+
+PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
+
+
+def times_of(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
+    """The execution time of each thread in ms."""
+    groups = system["types"][choice["type"]].get("groups", "")
+    little = {"{big: 1, little: 1}": 2, "{little: 1, big: 1}": 1}.get(groups)
+    return [
+        thread["little"] if core == little else thread[choice["type"]]
+        for thread, core in zip(system["threads"], choice["cores"], strict=True)
+    ]
+
+
+def responses(system: Mapping[str, Any], choice: Mapping[str, Any]) -> list[int]:
+    """The response time of each thread in ms, `LATE` without a bound."""
+    return Settled(system, choice).known
+
+
+class Settled:
+    """Response times of a choice, in ms; and the longest times of threads in a row that release each other."""
+
+    def __init__(self, system: Mapping[str, Any], choice: Mapping[str, Any]) -> None:
+        self.system, self.choice = {**system, "threads": choice["threads"]}, choice
+        self.threads = choice["threads"]
+        source = {i: thread["trigger"] for i, thread in enumerate(self.threads) if choice["periods"][i] is None}
+
+        def root(number: int) -> int:
+            return root(source[number]) if number in source else number
+
+        self.period = [choice["periods"][root(number)] for number in range(len(self.threads))]
+        self.kind = {**system["types"][choice["type"]], "kinds": choice["kinds"], "budgets": choice["budgets"]}
+        self.work = times_of(system, choice)
+        self.cost = [work + 2 * self.kind.get("switch", 0) for work in self.work]
+        self.levels = _levels(self.system, choice, self.period)
+        is_alone = [not thread["executor"] and not thread["reservation"] for thread in self.threads]
+        is_alone = [
+            alone and not _takes_nothing(self.kind, work) for alone, work in zip(is_alone, self.work, strict=True)
+        ]
+        figures = (choice["cores"], self.levels[0], self.period, self.cost, self.work)
+        self.chains = OnCore(source, figures, is_alone)
+        self.known = self._settle()
+
+    def _settle(self) -> list[int]:
+        known = list(self.work)
+        for _ in range(200):
+            jitter = self.chains.jitters(known)
+            chains = Chains(self.chains.source, partial(self.chains.least, known=known), self.period, jitter)
+            self.kind["chains"] = chains
+            fresh = [self._response(number, chains) for number in range(len(known))]
+            windows = self.chains.widened(chains, lambda row: self._rivals(row))
+            if max(fresh) >= 10 * max(PERIODS):
+                fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
+            if fresh == known and windows == self.chains.windows:
+                return known
+            known, self.chains.windows = fresh, windows
+        return [LATE] * len(known)
+
+    def _rivals(self, row: Sequence[int]) -> tuple[list[int], list[Stream], int]:
+        """What goes before some thread of a row, what does so besides threads, and the longest section of the rest."""
+        levels, cores = self.levels[0], self.choice["cores"]
+        level = max(levels[item] for item in row)
+        here = [item for item in range(len(levels)) if cores[item] == cores[row[0]] and item not in row]
+        urgent = [item for item in here if levels[item] <= level]
+        homes = [self.threads[item]["reservation"] for item in urgent]
+        sections = [min(self.threads[item]["section"] or 0, self.work[item]) for item in here if item not in urgent]
+        rivals = [item for item in urgent if self.threads[item]["reservation"] is None and self.cost[item]]
+        return rivals, [Stream(*each) for each in _before_all(self.kind, homes, None)], max(sections, default=0)
+
+    def _response(self, number: int, chains: Chains) -> int:
+        over = self.chains.over(number, chains)
+        if not over:
+            given = (self.threads, self.levels)
+            return _response(number, given, self.choice["cores"], self.period, chains.jitter, self.work, self.kind)
+        rivals, first, blocked = self._rivals([number])
+        streams = [Stream(self.cost[i], self.period[i], chains.jitter[i], i in over) for i in rivals]
+        own = Stream(self.cost[number], self.period[number], chains.jitter[number])
+        return longest(own, [*streams, *first], blocked, own_over=True)
+
+
+def _takes_nothing(kind: Any, work: int) -> bool:
+    return not work and not kind.get("switch", 0)
+
+
+def _response(
+    number: int,
+    given: tuple[Any, tuple[list[int], list[int]]],
+    cores: Any,
+    period: list[int],
+    jitter: list[int],
+    work: list[int],
+    kind: Any,
+) -> int:
+    """Lehoczky's busy period with release jitter, that begins with the longest section of a less urgent thread."""
+    threads, (levels, inner) = given
+    if _takes_nothing(kind, work[number]):
+        return 0  # it waits for nothing
+    home = threads[number]["reservation"]
+    here = [item for item in range(len(levels)) if cores[item] == cores[number] and item != number]
+    urgent = [item for item in here if levels[item] <= levels[number]]
+    rivals = [item for item in urgent if threads[item]["reservation"] is None]
+    blocked = max(
+        (min(threads[item]["section"] or 0, work[item]) for item in here if item not in urgent),
+        default=0,
+    )
+    cost = [item + 2 * kind.get("switch", 0) for item in work]
+    rivals = [item for item in rivals if cost[item]]
+    first = _before_all(kind, [threads[item]["reservation"] for item in urgent], home)
+    supply = None
+    if home is not None:
+        supply = (kind["budgets"][home["name"]], home["period"])
+        wanted = supply[0] + 2 * kind.get("switch", 0) + blocked
+        if not _has_budget(
+            wanted, home["period"], [(cost[item], period[item], jitter[item]) for item in rivals] + first
+        ):
+            return LATE
+        rivals = [item for item in here if threads[item]["reservation"] is home and inner[item] <= inner[number]]
+        rivals = [item for item in rivals if cost[item]]
+        blocked, first = 0, []
+    if threads[number]["executor"]:
+        what = kind["kinds"][threads[number]["executor"]["name"]]
+        figures = (period, jitter, cost, blocked, what)
+        return InExecutor(number, threads, rivals, first, figures, supply).response(kind["chains"])
+    load = sum((Fraction(cost[item], period[item]) for item in (*rivals, number)), Fraction(0))
+    load += sum((Fraction(*item[:2]) for item in first), Fraction(0))
+    latest = max(blocked, *(jitter[item] for item in (*rivals, number)), *(item[2] for item in first))
+    if supply is not None:
+        load += Fraction(supply[1] - supply[0], supply[1])
+        latest = max(latest, int(supply[0] < supply[1]))
+    if load > 1 or latest >= LATE // 2 or (load == 1 and latest):  # then each window has more work than room
+        return LATE
+    worst, jobs, end = 0, 0, 0
+    while True:
+        jobs += 1
+        end = max(end, jobs * cost[number])
+        while True:
+            demand = (
+                blocked + jobs * cost[number] + sum(-(-(end + late) // every) * taken for taken, every, late in first)
+            )
+            demand += sum(-(-(end + jitter[item]) // period[item]) * cost[item] for item in rivals)
+            if demand <= supplied(supply, end):
+                break
+            end += 1
+            if end > MOST_MS:
+                return LATE
+        worst = max(worst, end - max(0, (jobs - 1) * period[number] - jitter[number]))
+        if end <= max(0, jobs * period[number] - jitter[number]):
+            return worst
+
+
+def _before_all(kind: Any, urgent: Sequence[Any], home: Any) -> list[tuple[int, int, int]]:
+    """Work, period and jitter of interrupts, of what throttling takes, and of reservations but one's own."""
+    found = [(*item, 0) for item in kind.get("interrupts", [])]
+    if kind.get("throttling"):
+        budget, every = kind["throttling"]
+        found.append((every - budget, every, 0))
+    for one in {item["name"]: item for item in urgent if item is not None and item is not home}.values():
+        budget = kind["budgets"][one["name"]]
+        found.append((budget + 2 * kind.get("switch", 0), one["period"], one["period"] - budget))
+    return found
+
+
+def _has_budget(wanted: int, period: int, before: Sequence[tuple[int, int, int]]) -> bool:
+    """Whether so much work is done within a period behind work, period and jitter of what goes before."""
+    if max((late for *_, late in before), default=0) >= LATE // 2:
+        return False
+    ends = range(1, period + 1)
+    return any(wanted + sum(-(-(end + late) // every) * taken for taken, every, late in before) <= end for end in ends)
+
+
+def _levels(system: Mapping[str, Any], choice: Mapping[str, Any], period: list[int]) -> tuple[list[int], list[int]]:
+    """The priority level of each thread on its core, 0 the most urgent, the last one for all that are left.
+
+    In a reservation it is that of the reservation; that of the thread in there is the second number.
+    """
+    most = system["types"][choice["type"]].get("levels") or 10**6
+    turns: list[tuple[Any, ...]] = []
+    for number, thread in enumerate(system["threads"]):
+        priority, own = choice["priorities"][number], choice["periods"][number]
+        executor = thread["executor"]
+        if executor:
+            inside = [item for item, other in enumerate(system["threads"]) if other["executor"] is executor]
+            priority = executor["priority"]
+            turns.append((1, min(period[item] for item in inside), inside[0]) if priority is None else (0, -priority))
+        elif isinstance(priority, int):
+            turns.append((0, -priority))
+        else:
+            late = thread["deadline"] if thread["deadline"] is not None else own
+            by_deadline = priority == "deadline_monotonic" and late is not None
+            turns.append((1, late if by_deadline else period[number], number))
+    inner = [sum(other < turn for other in set(turns)) for turn in turns]
+    for number, thread in enumerate(system["threads"]):
+        one = thread["reservation"]
+        if one is not None:
+            first = next(item for item, other in enumerate(system["threads"]) if other["reservation"] is one)
+            turns[number] = (1, one["period"], first) if one["priority"] is None else (0, -one["priority"])
+    found = []
+    for number, turn in enumerate(turns):
+        here = {other for other, core in zip(turns, choice["cores"], strict=True) if core == choice["cores"][number]}
+        found.append(min(sum(other < turn for other in here), most - 1))
+    return found, inner

@@ -1,0 +1,245 @@
+"""Chains of threads on a core: what is over, windows, and the ways to cut a chain (docs/semantics.md, section 4.9).
+
+A window is a row of two threads or more of a chain on one core, on which priorities alone schedule them.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import count
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from .pieces import distance
+from .stretches import MOST_PLAYED, Releases, has_no_end
+
+if TYPE_CHECKING:
+    from .scheduling import Job, Scheduling
+
+Row: TypeAlias = tuple[str, ...]
+"""Threads that release each other, the first one first."""
+
+
+class Rival(NamedTuple):
+    """What goes first: when its jobs come, how long each takes, and whether they are over."""
+
+    releases: Releases
+    work: Fraction
+    is_over: bool = False
+
+
+class Windows:
+    """How long chains of a design take; `spans` are the windows as last found, None without a bound."""
+
+    def __init__(self, scheduling: Scheduling) -> None:
+        self.known, self.chains = scheduling, scheduling.chains
+        self._times: dict[Releases, Dense] = {}
+        self.spans: dict[Row, Fraction | None] = {}
+        if not scheduling.only_buses:
+            here = {job[0] for job in scheduling.jobs if self._is_plain(job)}
+            for name in scheduling.threads:
+                for row in self._rows(name, here):
+                    work = sum(scheduling.times((each, "timer"))[1] for each in row)
+                    self.spans[row] = work + sum(self._ways(row), Fraction(0))
+
+    def _is_plain(self, job: Job) -> bool:
+        """Whether priorities alone schedule a thread that takes some time."""
+        known, reading = self.known, self.known.reading
+        is_alone = reading.executor_of(job[0]) is None and reading.reservation_of(job[0]) is None
+        return job[1] == "timer" and is_alone and known.order(job) is None and known.times(job)[1] > 0
+
+    def _rows(self, name: str, here: set[str]) -> Iterator[Row]:
+        """All windows that end with a thread."""
+        chain = self.chains.chain(name)
+        for first in reversed(range(len(chain))):
+            row = tuple(chain[first:])
+            if not here.issuperset(row) or len({self.known.core((each, "timer")) for each in row}) > 1:
+                return
+            if len(row) > 1:
+                yield row
+
+    def _ways(self, row: Sequence[str]) -> list[Fraction]:
+        """The longest times of the connections between threads in a row."""
+        return [self.chains.way(name) for name in row[1:]]
+
+    # Cuts
+
+    def bound(self, part: Sequence[str]) -> Fraction | None:
+        """The longest that part of a chain takes: the least over all ways to cut it; None without a bound."""
+        singles = {name: self.known.of(name) for name in part}
+        return self.cut(part, singles)
+
+    def cut(self, part: Sequence[str], singles: dict[str, Fraction | None]) -> Fraction | None:
+        """As `bound`, of threads that take so long by themselves."""
+        ways = [Fraction(0), *self._ways(part)]
+        best: list[Fraction | None] = [Fraction(0)]
+        for end, name in enumerate(part, start=1):
+            found = [(best[end - 1], ways[end - 1], singles[name])]
+            for at in range(end - 1):
+                found.append((best[at], ways[at], self.spans.get(tuple(part[at:end]))))
+            sums = [before + way + takes for before, way, takes in found if before is not None and takes is not None]
+            best.append(min(sums, default=None))
+        return best[-1]
+
+    # What goes first
+
+    def single(self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]]) -> Fraction | None:
+        """The response time of a thread, some of whose rivals are over; None without a bound."""
+        given = self._given([(other, self._is_over(other, job)) for other in rivals])
+        own = self.known.releases(job)
+        if given is None or own is None:
+            return None
+        return self._longest(own, Fraction(self.known.times(job)[1]), [*given, *_others(shares)], ends=True)
+
+    def is_over_somewhere(self, job: Job, rivals: Sequence[Job]) -> bool:
+        """Whether some rival of a thread is over when it is released."""
+        return any(self._is_over(other, job) for other in rivals)
+
+    def _is_over(self, other: Job, job: Job) -> bool:
+        if not (self._is_plain(other) and self._is_plain(job)):
+            return False
+        return self.chains.never_meet(other, job)
+
+    def _given(self, jobs: Sequence[tuple[Job, bool]]) -> list[Rival] | None:
+        found = []
+        for job, is_over in jobs:
+            releases = self.known.releases(job)
+            if releases is None:
+                return None
+            found.append(Rival(releases, Fraction(self.known.times(job)[1]), is_over))
+        return found
+
+    # Windows
+
+    def fresh(self) -> dict[Row, Fraction | None]:
+        """All windows anew, by what is known."""
+        return {row: None if span is None else self._window(row) for row, span in self.spans.items()}
+
+    def _window(self, row: Row) -> Fraction | None:
+        known = self.known
+        jobs: list[Job] = [(name, "timer") for name in row]
+        own = known.releases(jobs[0])
+        beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
+        rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
+        level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
+        if own is None:
+            return None
+        first = _others(known.shares(level) or ())
+        work = Fraction(sum(known.times(job)[1] for job in jobs))
+        if self.chains.ends_before(row[0], row[-1]):
+            given = self._given([(other, self._is_past(other, row)) for other in rivals])
+            if given is None:
+                return None
+            sent = sum(self._ways(row), Fraction(0))
+            return self._longest(own, work, [*given, *first], ends=True, sent=sent, tail=self._tail(row, given, first))
+        if any(self._ways(row)):
+            return None
+        given = self._given([(other, False) for other in rivals])
+        if given is None:
+            return None
+        own_before = [Rival(own, Fraction(known.times(job)[1])) for job in jobs[:-1]]
+        return self._longest(own, Fraction(known.times(jobs[-1])[1]), [*given, *first, *own_before], ends=False)
+
+    def _is_past(self, other: Job, row: Row) -> bool:
+        """Whether a rival comes before a window, or after it, and all of that has ended when it begins again."""
+        name = other[0]
+        if not self._is_plain(other):
+            return False
+        if name in self.chains.chain(row[0]):
+            return self.chains.ends_before(name, row[-1])
+        return row[-1] in self.chains.chain(name) and self.chains.ends_before(row[0], name)
+
+    def _tail(self, row: Row, given: Sequence[Rival], first: Sequence[Rival]) -> Fraction:
+        """What may be left of an earlier job that is on its way when the busy period begins."""
+        breaks = [place for place, way in enumerate(self._ways(row), start=1) if way]
+        if not breaks:
+            return Fraction(0)
+        tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))
+        ends = self._least(tail, [*given, *first])
+        releases, takes = self.known.releases((row[0], "timer")), self.bound(row)
+        most = None if releases is None else distance(releases)
+        if ends is None or takes is None or (most is not None and ends > most - takes):
+            return tail
+        return Fraction(0)
+
+    # The busy period
+
+    def _came(self, releases: Releases, end: Fraction) -> int:
+        """Jobs in [0, end)."""
+        return self._dense(releases).before(end)
+
+    def _dense(self, releases: Releases) -> Dense:
+        return self._times.setdefault(releases, Dense(releases))
+
+    def _least(self, work: Fraction, rivals: Sequence[Rival]) -> Fraction | None:
+        """The first time at which so much work is done, and all of rivals that has come."""
+        alone = (Releases(()), work)
+        if has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0):
+            return None
+        now = work
+        for _ in range(MOST_PLAYED):
+            need = work + sum(each.work * self._came(each.releases, now) for each in rivals)
+            if need <= now:
+                return now
+            now = need
+        return None
+
+    def _longest(
+        self,
+        own: Releases,
+        work: Fraction,
+        rivals: Sequence[Rival],
+        *,
+        ends: bool,
+        sent: Fraction = Fraction(0),
+        tail: Fraction = Fraction(0),
+    ) -> Fraction | None:
+        """The greatest of w - max(r, ...) over the jobs of the busy period; `ends`: each has when the next comes."""
+        every = [(own, work), *((each.releases, each.work) for each in rivals)]
+        if has_no_end(every, 1 if sent + tail else 0):
+            return None
+        found = Fraction(0)
+        for job in count(1):
+            now = self._least(sent + tail + job * work, rivals)
+            if now is None:
+                return None
+            past = Fraction(0)
+            if ends:
+                past = tail + (job - 1) * work
+                past += sum(each.work * self._came(each.releases, now) for each in rivals if each.is_over)
+            release = self._dense(own).at(job - 1)
+            assert release is not None
+            found = max(found, now - max(release, past))
+            following = self._dense(own).at(job)
+            if following is None or now <= following:
+                return found
+        raise AssertionError
+
+
+class Dense:
+    """The releases of streams from the first on, each as early as it can be."""
+
+    def __init__(self, releases: Releases) -> None:
+        self._coming, self._known = releases.densest(), list[Fraction]()
+
+    def at(self, place: int) -> Fraction | None:
+        """When a job comes, the first of which is 0; None where there are not so many."""
+        while len(self._known) <= place:
+            following = next(self._coming, None)
+            if following is None:
+                return None
+            self._known.append(following)
+        return self._known[place]
+
+    def before(self, end: Fraction) -> int:
+        """How many come before a time."""
+        while not self._known or self._known[-1] < end:
+            if self.at(len(self._known)) is None:
+                break
+        return bisect_left(self._known, end)
+
+
+def _others(shares: Sequence[tuple[Releases, int]]) -> list[Rival]:
+    """What reservations take."""
+    return [Rival(releases, Fraction(work)) for releases, work in shares]

@@ -1,0 +1,128 @@
+"""Chains on a core (docs/semantics.md, section 4.9): examples, runs that no bound is below, parts, and fronts."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import pytest
+import yaml
+
+import dse
+from dse.analysis.latency.contributors import flow_rows
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
+from dse.analysis.views import View
+from dse.space.model.space import Space
+from tests.helpers.core_chains import draw, played, problem_of, some_groups
+from tests.helpers.effort import cases
+from tests.helpers.support import space_of
+
+HEAD = """
+dse: 1
+name: chain
+processing: response_time
+deadlines: none
+processor_types: {p: {}}
+processors: {p: {type: p}, q: {type: p}, z: {type: p}}
+objectives: [minimise latency of f]
+"""
+FOUR = """
+threads:
+  t: {processor: p, period: 10 ms, compute_execution_time: TIMER}
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  d: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, cd: {from: c, to: d}}
+flows: {f: {path: [a, b, c, d]}}
+"""
+AWAY = """
+threads:
+  a: {processor: p, period: 40 ms, compute_execution_time: 6 ms, priority: 3}
+  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
+  o: {processor: p, period: 4 ms, compute_execution_time: 2 ms, priority: 2}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}}
+flows: {f: {path: [a, b, c]}}
+"""
+FORK = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms, priority: 1}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 3 ms, priority: 2}
+connections: {ab: {from: a, to: b}, ac: {from: a, to: c}}
+flows: {f: {path: [a, b]}}
+"""
+JOIN = """
+threads:
+  x: {processor: p, period: 10 ms, compute_execution_time: 2 ms}
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  c: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 1 ms}
+  y: {processor: q, period: 20 ms, compute_execution_time: 15 ms}
+  j: {processor: z, dispatch_protocol: aperiodic, join: all, compute_execution_time: 1 ms}
+connections: {ab: {from: a, to: b}, bc: {from: b, to: c}, v: {from: c, to: j}, u: {from: y, to: j}}
+flows: {f: {path: [a, b, c, v, j]}}
+"""
+
+
+def latencies(space: Space, view: View) -> dict[str, Fraction]:
+    """The greatest latency of each flow in ns."""
+    return {flow.name: Fraction(sum(row.max_ns for row in flow_rows(space, flow, view))) for flow in space.flows}
+
+
+@pytest.mark.parametrize(
+    ("text", "latency_ms"),
+    [
+        (FOUR.replace("TIMER", "0 ms"), 4),
+        (FOUR.replace("TIMER", "2 ms"), 6),  # and not 12: the timer counts once
+        (AWAY, 16),  # what came while a ran has piled up for c; 15 can be seen
+        (FORK, 5),  # c is beside the chain and goes before b
+        (JOIN, 36),  # y comes up to 35 ms after a was released
+    ],
+)
+def test_examples(text: str, latency_ms: int) -> None:
+    space = space_of(HEAD + text)
+    assert latencies(space, View(())) == {"f": latency_ms * 10**6}
+    simulation = dse.simulate(HEAD + text, runs=40)
+    assert simulation.exit_code == 0
+
+
+def test_a_limit_that_the_sum_of_response_times_breaks() -> None:
+    """Four threads of 1 ms, one after the other, take 4 ms."""
+    text = HEAD + FOUR.replace("TIMER", "0 ms") + "requirements: [latency of f <= 4 ms]"
+    assert dse.solve(text).status == "complete"
+
+
+def systems(seed: int) -> tuple[random.Random, Any, Space]:
+    """A drawn system, on one to three cores."""
+    rng = random.Random(f"chains on cores {seed}")
+    drawn = draw(rng, rng.randint(1, 3), rng.choice((0.4, 0.6, 0.8)), by_rate=rng.random() < 0.5)
+    return rng, drawn, space_of(yaml.safe_dump(problem_of(drawn), sort_keys=False))
+
+
+@pytest.mark.parametrize("seed", cases(400))
+def test_no_run_takes_longer_than_its_bound(seed: int) -> None:
+    rng, drawn, space = systems(seed)
+    bounds = latencies(space, View(()))
+    for number in range(12):
+        for name, taken in played(drawn, rng, longest=number % 2 == 0).items():
+            assert taken * 10**5 <= bounds[name], (name, taken, bounds[name])
+
+
+@pytest.mark.parametrize("seed", cases(400, 10_000))
+def test_no_bound_of_a_part_is_above_that_of_the_whole(seed: int) -> None:
+    """What the search learns of some threads of a core holds of more."""
+    rng, _, space = systems(seed)
+    whole, ends = latencies(space, View(())), all_responses(space, View(()))
+    cores: dict[int, list[int]] = {}
+    for number, component in enumerate(space.components):
+        cores.setdefault(component.core, []).append(number)
+    for _ in range(6):
+        part = View((), some_groups(rng, list(cores.values())))
+        for name, bound in latencies(space, part).items():
+            assert bound <= whole[name] or whole[name] >= UNBOUNDED_NS
+        for key, end in all_responses(space, part).items():
+            known = ends[key] if isinstance(key[1], str) else None
+            assert known is None or (end is not None and end <= known)
