@@ -92,6 +92,7 @@ def test_no_command_says_a_number(
     assert not list(numbers_in(f"{said.out}\n{said.err}"))
     for path in (item for item in Path().rglob("*") if item.is_file() and str(item) not in inputs):
         text = path.read_text(encoding="utf-8")
+        text = re.sub(r"\b1-[0-9a-f]{16}\b", "", text)  # a digest of the code, which may be all digits
         if path.suffix == ".json":
             assert not list(figures_in(json.loads(text))), path
         elif path.suffix == ".csv":
