@@ -51,15 +51,22 @@ class Preempted:
     def parts(self) -> Parts | None:
         """The parts of the wait of the job with the longest response time; None where it has no bound.
 
-        With the task's own time they add up to the response time.
+        With the task's own time they add up to the response time. What never waits while the job does is no part of it
+        as far as it is over when the job is released.
         """
         if not self.task.worst_ns:
             return Parts()
         found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns)
         if found is None:
             return None
-        jobs = ((item, most_jobs(item, found[1])) for item in self.rivals)
-        return before_job(self.task, jobs, self.blocked_ns, *found)
+        over, end = found
+        jobs = [(item, most_jobs(item, end)) for item in self.rivals]
+        kin = set(map(id, self.kin or ()))  # tasks of other threads may be equal
+        taken = sum(number * item.worst_ns for item, number in jobs if id(item) in kin)
+        if taken and taken <= over:
+            jobs = [(item, number) for item, number in jobs if id(item) not in kin]
+            over, end = over - taken, end - taken
+        return before_job(self.task, jobs, self.blocked_ns, over, end)
 
 
 @lru_cache(16384)
