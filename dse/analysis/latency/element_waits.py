@@ -1,4 +1,4 @@
-"""What the elements of a flow wait for: which response times their metrics hold, and how often.
+"""Waiting in the elements of a flow: which response times their metrics hold, and how often.
 
 The search counts such waiting by variables of its own (`dse.encode.scheduling.waiting`): that of a thread, or of
 threads in a row that may be one chain (docs/semantics.md, section 4.9).

@@ -3,9 +3,9 @@
 Whoever puts threads on cores asks hundreds of times whether a core may take one more of them (an admission test). The
 response times among fewer threads are a place to begin from, for they are no longer: those that are known, and that
 nothing new goes before, stay as they are, and the others follow from there by the recurrence of M. Joseph and P. Pandya
-("Finding response times in a real-time system", The Computer Journal 29(5), 1986), with the jitter that threads of the
-core pass on. Where more than the preemption of tasks has a part in it the analysis is asked as a whole
-(`dse.analysis.scheduling.responses`), with the same answers.
+("Finding response times in a real-time system", The Computer Journal 29(5), 1986).
+Where more than the preemption of tasks has a part in it, or threads of one chain are among them, the analysis is asked
+as a whole (`dse.analysis.scheduling.responses`), with the same answers.
 """
 
 from __future__ import annotations

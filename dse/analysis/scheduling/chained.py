@@ -9,6 +9,7 @@ times. Where they are one chain on a core, the windows of the chain and of its p
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
@@ -32,11 +33,7 @@ def longer_by_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
     `chain` are threads of a flow that may be one chain, the first of them first. Where the last one is not chained to
     the one before in the design it is its response time.
     """
-    *_, before, whole = _ends_ns(space, chain, view)
-    if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
-        return bounded_response_ns(space, chain[-1], "thread", view)
-    longer: Exact = picked("max", whole - before, longest_alone_ns(space, chain[-1], "thread", view))
-    return longer
+    return _longer_ns(space, chain, view)[-1]
 
 
 def chain_wait_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
@@ -44,10 +41,19 @@ def chain_wait_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
 
     In ns; `UNBOUNDED_NS` and more without a bound.
     """
-    return sum(
-        longer_by_ns(space, chain[: number + 1], view) - longest_alone_ns(space, chain[number], "thread", view)
-        for number in range(len(chain))
-    )
+    alone = (longest_alone_ns(space, number, "thread", view) for number in chain)
+    return sum(_longer_ns(space, chain, view)) - sum(alone)
+
+
+def _longer_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
+    """For each thread of a chain how much longer the chain takes with it than up to the one before, in ns."""
+    ends, found = _ends_ns(space, chain, view), list[Exact]()
+    for number, (before, whole) in zip(chain, pairwise(ends), strict=True):
+        if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
+            found.append(bounded_response_ns(space, number, "thread", view))
+        else:
+            found.append(picked("max", whole - before, longest_alone_ns(space, number, "thread", view)))
+    return found
 
 
 def _ends_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:

@@ -105,7 +105,7 @@ def _chains(resource: Resource, stages: Sequence[Stage], absent: Mapping[TaskKey
 
 
 def _link(stage: Stage, positions: Mapping[TaskKey, int], absent: Mapping[TaskKey, Stage]) -> _Link | None:
-    """What comes before a stage on its core, straight or through stages that are left out; None where nothing does."""
+    """The thread before a stage in its chain on the core, reached also through threads that are left out; or None."""
     sent: Exact = 0
     passed: list[TaskKey] = []
     link = stage.follows if stage.is_chained else None

@@ -172,7 +172,7 @@ class Succession:
 
     @cached_property
     def _above(self) -> Mapping[int, frozenset[TaskKey]]:
-        """What comes before each stage in its chain, by the position of those that only priorities schedule."""
+        """The stages before each stage in its chain, by the position of each that only priorities schedule."""
         stages = self.events.stages
         return {
             position: frozenset(_before(stages, entry.key))

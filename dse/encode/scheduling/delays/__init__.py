@@ -1,4 +1,4 @@
-"""What delays threads and chains, as rows of the CP-SAT model beside those of single threads (`waiting.py`).
+"""Delays of threads and chains as rows of the CP-SAT model, beside the rows of single threads (`waiting.py`).
 
 Read `chains.py` first.
 

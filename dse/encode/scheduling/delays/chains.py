@@ -62,7 +62,7 @@ class ChainRows:
         self._throughout: dict[tuple[tuple[int, ...], int, int], int] = {}
 
     def copy(self, waiting: Waiting) -> ChainRows:
-        """The same for a copy of the model."""
+        """The waiting of the same chains in a copy of the model, without a change of this one."""
         other = ChainRows(waiting)
         other._variables, other._throughout = dict(self._variables), dict(self._throughout)
         return other

@@ -45,7 +45,7 @@ class Jitters:
         """What dispatches a thread whose jitter is known: its only source."""
 
     def copy(self, waiting: WaitingOfAll) -> Jitters:
-        """The same for a copy of the model."""
+        """The jitter of the same threads in a copy of the model."""
         other = Jitters(waiting)
         other.variables, other.upstream = self.variables, self.upstream  # nothing is added once there are copies
         return other

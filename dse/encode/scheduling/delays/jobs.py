@@ -38,7 +38,7 @@ class JobRows:
         self._made: dict[Any, int] = {}
 
     def copy(self, combined: Combined, jitters: Jitters) -> JobRows:
-        """The same for a copy of the model."""
+        """The jobs that are counted so far, in a copy of the model."""
         other = JobRows(combined, jitters, self.scale)
         other.rows = {waiter: list(rows) for waiter, rows in self.rows.items()}
         other._made = dict(self._made)
