@@ -36,7 +36,7 @@ from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.places import Places, Thread, Turn
-from dse.space.architecture.chains import may_succeed
+from dse.space.architecture.chains import before_in_chain, may_succeed
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock
 
@@ -107,12 +107,9 @@ class Rows:
         self.steady = sorted(timers)
         self._pairs: dict[int, list[dict[int, int]]] = {}
         busy = {thread.number for thread in self.threads if self.always_works(thread)}
-        self.related = {
-            thread.number
-            for thread in self.threads
-            for other in self.threads
-            if thread is not other and may_succeed(space, thread.number, other.number)
-        }
+        numbers = {thread.number for thread in self.threads}
+        before = {number: numbers.intersection(before_in_chain(space, number)) for number in numbers}
+        self.related = {number for number, found in before.items() if found}.union(*before.values())
         """Threads that may come before or after another one here in a chain."""
         self.wanted: dict[int, list[Deadline]] = {}
         for item in deadlines:

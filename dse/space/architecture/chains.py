@@ -68,13 +68,14 @@ def successors(space: Space, one: int, other: int) -> tuple[int, ...]:
     Numbers, without that first one; none where neither may come before the other.
     """
     for first, last in ((one, other), (other, one)):
-        before = _before(space, last)
+        before = before_in_chain(space, last)
         if first in before:
             return (last, *before[: before.index(first)])
     return ()
 
 
-def _before(space: Space, number: int) -> list[int]:
+def before_in_chain(space: Space, number: int) -> list[int]:
+    """The components that may come before one in its chain in some design, by number, the nearest first."""
     found = [number]
     before = follows(space.components, space.connections, number)
     while before is not None and before not in found:
