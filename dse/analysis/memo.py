@@ -58,7 +58,7 @@ class Answering(View):
     def __getitem__(self, decision: Any) -> Any:
         return self.known.get(decision, ABSENT) if type(decision) is tuple else int(self.design[decision])
 
-    def get(self, key: tuple[int, str | int], default: Any = None) -> Any:
+    def get(self, key: tuple[int, str | int] | tuple[int, int, str], default: Any = None) -> Any:
         """A response time, by task; the default where there is none.
 
         In ns; `key` is (number, part), as the analysis of scheduling names tasks.
@@ -87,7 +87,7 @@ class Watching(View):
         self.memo = {}
         self.asked: dict[Any, Any] = {}
 
-    def get(self, key: tuple[int, str | int], default: Any = None) -> Any:
+    def get(self, key: tuple[int, str | int] | tuple[int, int, str], default: Any = None) -> Any:
         """A response time that is known, by task; the default where there is none.
 
         In ns; `key` is (number, part). The question is noted with its answer.

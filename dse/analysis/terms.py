@@ -23,8 +23,20 @@ SCALE_LIMIT = 10**7
 """The finest unit in which a metric is counted; finer common denominators are rounded up term by term."""
 
 
-Waiter: TypeAlias = int | tuple[int, ...]
-"""Who waits for others: a thread by its number, or threads that may be one chain, the first of them first."""
+@dataclass(frozen=True)
+class FlowChain:
+    """Threads in a row of a flow of which each may be released by the end of the one before, the first of them first.
+
+    It `has_source` where the flow comes to them through all that may release the first one, from a source of its own
+    on: then how late they end counts from the release of that (docs/semantics.md, section 4.9).
+    """
+
+    threads: tuple[int, ...]
+    has_source: bool = False
+
+
+Waiter: TypeAlias = int | FlowChain
+"""Who waits for others: a thread by its number, or threads that may be one chain."""
 
 
 @dataclass(frozen=True)

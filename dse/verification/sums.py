@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from dse.analysis.rates import NS_PER_S, rate_hz
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from dse.verification.diagrams import Diagram, leaves
@@ -159,7 +160,7 @@ class Waits:
     latest: Mapping[int, Diagram]
     messages: Mapping[int, Callable[[View], Fraction]] = field(default_factory=dict)
     """The wait of each message in a design, in ns, by a key below 0."""
-    chains: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    chains: Mapping[int, FlowChain] = field(default_factory=dict)
     """Threads of flows that may be one chain, by a key below those of messages: what all of them wait together."""
 
     def separation_ns(self, number: int, view: View) -> Fraction | None:

@@ -16,7 +16,7 @@ from dse.analysis.measures import Term
 from dse.analysis.messages.conflicts import open_identifiers
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
-from dse.analysis.terms import Reads, Waiter
+from dse.analysis.terms import FlowChain, Reads, Waiter
 from dse.analysis.validity import is_broken
 from dse.analysis.views import View
 from dse.space.model.criteria import Metric
@@ -131,7 +131,7 @@ class _TableBuilder:
         self.late: list[Limit] = []
         self.messages: list[Limit] = []
         self.waits_of: dict[int, Callable[[View], Fraction]] = {}
-        self.chains: dict[tuple[int, ...], int] = {}
+        self.chains: dict[FlowChain, int] = {}
         self.loose: list[Limit] = []
         self.cores: list[CoreTable] = []
         self.waiting: set[int] = set()
@@ -221,13 +221,15 @@ class _TableBuilder:
         if isinstance(waiter, int):
             self.waiting.add(waiter)
             return waiter
+        if len(waiter.threads) == 1:
+            self.waiting.add(waiter.threads[0])
         if waiter not in self.chains:
             self.chains[waiter] = -1 - len(self.space.connections) - len(self.chains)
         return self.chains[waiter]
 
     def _threads_of(self, key: int) -> int:
         """Of how many threads a waiting that is left open is; one where it is a message's."""
-        return next((len(chain) for chain, found in self.chains.items() if found == key), 1)
+        return next((len(chain.threads) for chain, found in self.chains.items() if found == key), 1)
 
     def _least(self, term: Term, owner: str) -> Diagram:
         """A summand where nothing waits."""

@@ -107,6 +107,7 @@ def played(drawn: Chains, rng: random.Random, *, longest: bool) -> dict[str, int
     heapify(coming)
     ready: list[list[tuple[int, int, int, int, int, list[int]]]] = [[] for _ in range(drawn.cores)]
     seen: dict[str, int] = {}
+    arrived: dict[tuple[int, int], int] = {}
     now = number = 0
     while coming or any(ready):
         ends = [now + waiting[0][5][0] for waiting in ready if waiting]
@@ -123,7 +124,8 @@ def played(drawn: Chains, rng: random.Random, *, longest: bool) -> dict[str, int
                 for behind, item in enumerate(drawn.chains[chain][1]):
                     if behind and item.before == place:
                         way = item.way if longest else rng.randint(0, item.way)
-                        heappush(coming, (now + way, chain, behind, begun))
+                        arrived[chain, behind] = max(now + way, arrived.get((chain, behind), 0))  # in the order sent
+                        heappush(coming, (arrived[chain, behind], chain, behind, begun))
         while coming and coming[0][0] <= now:
             _, chain, place, begun = heappop(coming)
             item, number = drawn.chains[chain][1][place], number + 1

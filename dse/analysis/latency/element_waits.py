@@ -16,9 +16,9 @@ from dse.analysis.latency.rows import counts_responses
 from dse.analysis.latency.sampling import LET
 from dse.analysis.latency.stored_inputs import dispatchers, may_be_stored, waits_for_others
 from dse.analysis.rates import may_poll
-from dse.analysis.scheduling.chained import longer_by_ns
+from dse.analysis.scheduling.chained import chain_of, longer_by_ns
 from dse.analysis.scheduling.tasks import always_executes, longest_alone_ns
-from dse.analysis.terms import ZERO
+from dse.analysis.terms import ZERO, FlowChain
 from dse.analysis.views import View
 from dse.space.architecture.activation import must_be_event_triggered
 from dse.space.architecture.clocks import is_always_timed, reads_when_jobs_begin
@@ -96,12 +96,12 @@ def ends_in_pieces(space: Space, step: Step) -> bool:
     return space.profile == "dse" and component.pieces is not None and not stated and counts_waiting_once(space, step)
 
 
-def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ...]]:
+def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, FlowChain | None]:
     """The elements of a flow, by their places, whose waiting is one figure for the threads of a chain.
 
-    The last of a chain has these threads, the others none.
+    The last of a chain has the chain, the others have none.
     """
-    found: dict[int, tuple[int, ...]] = {}
+    found: dict[int, FlowChain | None] = {}
     if not counts_responses(space) or kind == "min latency" or space.profile != "dse":
         return found
     places = [number for number, step in enumerate(flow.steps) if step.kind == "component"]
@@ -114,9 +114,9 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ..
             chains.append([place])
     for members in chains:
         steps = [flow.steps[place] for place in members]
-        if len(members) > 1 and all(waits_apart(space, step, kind) for step in steps):
-            found |= dict.fromkeys(members, ())
-            found[members[-1]] = tuple(step.index for step in steps)
+        if (len(members) > 1 or steps[0].has_source) and all(waits_apart(space, step, kind) for step in steps):
+            found |= dict.fromkeys(members)
+            found[members[-1]] = chain_of(steps[-1])
     return found
 
 
@@ -129,5 +129,5 @@ def waits_apart(space: Space, step: Step, kind: str) -> bool:
 
 def waited_ns(space: Space, step: Step, view: View) -> Fraction:
     """How long the job of a thread of a flow waits for others, behind those before it in its chain."""
-    longest = longer_by_ns(space, (*step.chain, step.index), view)
+    longest = longer_by_ns(space, chain_of(step), view)
     return ZERO + longest - longest_alone_ns(space, step.index, "thread", view)

@@ -41,7 +41,7 @@ from dse.analysis.rates import is_joined, is_periodic
 from dse.analysis.scheduling.busy_window import PLAIN
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
-from dse.analysis.terms import ZERO, Reads, Sampled, Term, exact_sum, picked
+from dse.analysis.terms import ZERO, FlowChain, Reads, Sampled, Term, exact_sum, picked
 from dse.analysis.views import View
 from dse.space.architecture.clocks import reads_when_jobs_begin
 from dse.space.model.criteria import Metric
@@ -167,8 +167,8 @@ def _latency_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
             yield _element_term(space, flow, number, kind, is_apart=number in chains)
         else:
             yield Term(name, partial(_alone_of, alone, step, kind))
-        if chains.get(number):
-            yield _chain_term(space, chains[number])
+        if (chain := chains.get(number)) is not None:
+            yield _chain_term(space, chain)
 
 
 def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart: bool) -> Term:
@@ -214,7 +214,7 @@ def _element_term(space: Space, flow: Flow, number: int, kind: str, *, is_apart:
         return least - period, most + 2 * period
 
     counts = responds and kind != "min latency" and not step.only_reads and counts_waiting(space, step.index)
-    is_chained = bool(step.chain) and not step.only_reads
+    is_chained = (bool(step.chain) or step.has_source) and not step.only_reads
     counts = counts and not is_chained and not is_apart
     only_waits = counts and not may_move(space, step, kind) and counts_waiting_once(space, step)
     where = waits_where(space, step.index) if only_waits else None
@@ -241,14 +241,14 @@ def _alone_of(alone: Space, step: Step, kind: str, view: View) -> Fraction:
     return ZERO + figure_of(kind, _element_range_ns(alone, step, view))
 
 
-def _chain_term(space: Space, chain: tuple[int, ...]) -> Term:
+def _chain_term(space: Space, chain: FlowChain) -> Term:
     """How long the threads of a flow that may be one chain wait for others, in ns."""
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
-        return ZERO, ZERO + len(chain) * UNBOUNDED_NS
+        return ZERO, ZERO + len(chain.threads) * UNBOUNDED_NS
 
     return Term(
-        space.components[chain[-1]].name,
+        space.components[chain.threads[-1]].name,
         lambda view: ZERO + chain_wait_ns(space, chain, view),
         ends=ends,
         waits=(chain, Fraction(1)),

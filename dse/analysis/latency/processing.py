@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from dse.analysis.latency.rows import Row, computed_ns, first_given, is_computed, scheduled_ns
 from dse.analysis.latency.sampling import LET, LET_METHOD
 from dse.analysis.rates import is_periodic, kept_jobs, may_poll
 from dse.analysis.scheduling.priorities import deadline_ns
 from dse.analysis.scheduling.tasks import elapsed_ns
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at
@@ -23,12 +22,11 @@ def is_logical(space: Space, component: Component, view: View) -> bool:
     return space.profile == "dse" and at(component.communication, view) == LET
 
 
-def processing_row(space: Space, component: Component, view: View, chain: Sequence[int] = ()) -> Row:
+def processing_row(space: Space, component: Component, view: View, chain: FlowChain | None = None) -> Row:
     """The shortest and longest time from the release of a component's job until its data leave, in ns, as a row.
 
-    Of one that may be one chain with the threads `chain` before it in its flow it is what that adds to the longest time
-    from the release of the first of them. The methods say which figure was used: deadline, response time, processing
-    time or specified.
+    Of the last thread of a `chain` of its flow it is what that adds to the longest time of those before it. The methods
+    say which figure was used: deadline, response time, processing time or specified.
     """
     if is_logical(space, component, view):
         logical = deadline_ns(component, view)
@@ -49,10 +47,10 @@ def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]
     return first_given(space, [(given and given[0], method) for given, method in ranges])
 
 
-def worst_ns(space: Space, component: Component, view: View, chain: Sequence[int] = ()) -> tuple[Exact, str]:
+def worst_ns(space: Space, component: Component, view: View, chain: FlowChain | None = None) -> tuple[Exact, str]:
     """Worst processing: the response time, stated or computed, the execution time, specified (section 3.2).
 
-    Behind the threads of `chain` it is how much longer the chain takes with it (section 4.9).
+    Of the last thread of a `chain` it is how much longer the chain takes with it (section 4.9).
 
     A time in ns and its method; with segments the last piece has what earlier ones have not used.
     """

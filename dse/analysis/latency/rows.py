@@ -9,6 +9,7 @@ from typing import Annotated
 from dse.analysis.scheduling.chained import longer_by_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns
 from dse.analysis.scheduling.tasks import Part
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.space.model.flows import Step
 from dse.space.model.space import Component, Space
@@ -83,16 +84,15 @@ def scheduled_ns(space: Space, component: Component, part: Part, view: View) -> 
 
 
 def computed_ns(
-    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chain: Sequence[int] = ()
+    space: Space, component: Component, execution: tuple[Exact | None, str], view: View, chain: FlowChain | None = None
 ) -> tuple[Exact, str]:
     """The computed response time of a thread; no less than the execution time that it has in one flow alone.
 
-    A time in ns and its method; a flow may state a longer execution time of its own for the thread. Behind the threads
-    of `chain` it is how much longer the chain takes with it.
+    A time in ns and its method; a flow may state a longer execution time of its own for the thread. Of the last thread
+    of a `chain` it is how much longer the chain takes with it.
     """
-    if chain:
-        number = space.component_numbers[component.name]
-        found = longer_by_ns(space, (*chain, number), view), "response time"
+    if chain is not None:
+        found = longer_by_ns(space, chain, view), "response time"
         found = found if found[0] < UNBOUNDED_NS else (found[0], UNBOUNDED_METHOD)
     else:
         found = scheduled_ns(space, component, "thread", view)

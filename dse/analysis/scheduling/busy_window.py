@@ -162,6 +162,7 @@ def response_time_ns(
     blocked_ns: Exact = 0,
     kin: Sequence[Task] | None = None,
     under_way_ns: Exact = 0,
+    source: Task | None = None,
 ) -> Exact | None:
     """The worst time from the release of a job to its end; None when it is not bounded.
 
@@ -179,6 +180,10 @@ def response_time_ns(
         of which a job always ends before the next one is released; None where no such thing is known.
     under_way_ns
         with `kin`: how much work of a job of its own that was released before the busy period may be in it.
+    source
+        what releases the task, each job one job of it; the time is then that from the latest release that there can be
+        to the end. Jobs are as far apart as those of the source, however close their releases come
+        (docs/semantics.md, section 4.9).
 
     Examples
     --------
@@ -192,7 +197,7 @@ def response_time_ns(
     """
     if task.worst_ns == 0:
         return 0
-    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns)
+    found = worst_job_ns(task, higher, blocked_ns, kin, under_way_ns, source)
     return None if found is None else found[1] - found[0]
 
 
@@ -202,6 +207,7 @@ def worst_job_ns(
     blocked_ns: Exact = 0,
     kin: Sequence[Task] | None = None,
     under_way_ns: Exact = 0,
+    source: Task | None = None,
 ) -> tuple[Exact, Exact] | None:
     """Release and end of the job that responds last, from the beginning of its busy period; see `response_time_ns`.
 
@@ -211,6 +217,13 @@ def worst_job_ns(
     >>> a, b = periodic("a", 26, 70), periodic("b", 62, 100)
     >>> worst_job_ns(b, [a])
     (400, 518)
+
+    Of jobs of 8 that come up to 15 later than every 10 three may come within 5: the third one ends 19 after its
+    release. It was to come 20 after the first: none ends more than 8 after its latest release.
+
+    >>> late = periodic("a", 8, 10, 15)
+    >>> worst_job_ns(late, []), worst_job_ns(late, [], source=periodic("b", 0, 10))
+    ((5, 24), (0, 8))
     """
     rivals = [other for other in higher if other.worst_ns]
     used = load((task, *rivals))
@@ -219,6 +232,7 @@ def worst_job_ns(
     steps = 0
     worst: tuple[Exact, Exact] = (0, 0)
     releases = releases_to_look_at_ns(task, rivals)
+    apart = None if source is None else densest_releases_ns(source)
     released = next(releases)
     busy: Exact = blocked_ns + under_way_ns + task.worst_ns
     streams = [(stream, other.worst_ns) for other in rivals if other.separation_ns is None for stream in other.streams]
@@ -246,10 +260,10 @@ def worst_job_ns(
             if others:
                 work = sum(most_jobs(other, busy) * other.worst_ns for other in others)
                 busy, counted, grows = busy + work - counted, work, grows or work > counted
-        over = released
+        over = released if apart is None else next(apart, released)
         if kin is not None:
             earlier = jobs * task.worst_ns + sum(most_jobs(other, busy) * other.worst_ns for other in kin)
-            over, jobs = max(released, under_way_ns + earlier), jobs + 1
+            over, jobs = max(over, under_way_ns + earlier), jobs + 1
         if busy - over > worst[1] - worst[0]:
             worst = over, busy
         released = next(releases, busy)

@@ -8,18 +8,18 @@ times. Where they are one chain on a core, the windows of the chain and of its p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.scheduling.fixed_point import solve
-from dse.analysis.scheduling.model import ChainKey
+from dse.analysis.scheduling.model import ChainKey, LagKey
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, bounded_response_ns, counted_ns
 from dse.analysis.scheduling.tasks import longest_alone_ns, task_keys
-from dse.analysis.terms import picked
+from dse.analysis.terms import FlowChain, picked
 from dse.analysis.views import View
+from dse.space.model.flows import Step
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -27,28 +27,32 @@ from dse.support.units import Exact
 _ENDS: Recall[tuple[Exact | None, ...]] = Recall()
 
 
-def longer_by_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
+def chain_of(step: Step) -> FlowChain:
+    """The thread of a step of a flow, behind those that may be one chain with it."""
+    return FlowChain((*step.chain, step.index), step.has_source)
+
+
+def longer_by_ns(space: Space, chain: FlowChain, view: View) -> Exact:
     """How much longer a chain takes with its last thread than without it, in ns; `UNBOUNDED_NS` without a bound.
 
-    `chain` are threads of a flow that may be one chain, the first of them first. Where the last one is not chained to
-    the one before in the design it is its response time.
+    Where the last one is not chained to the one before in the design it is its response time, or its lag.
     """
     return _longer_ns(space, chain, view)[-1]
 
 
-def chain_wait_ns(space: Space, chain: Sequence[int], view: View) -> Exact:
+def chain_wait_ns(space: Space, chain: FlowChain, view: View) -> Exact:
     """How long threads of a flow that may be one chain wait for others, all of them together.
 
     In ns; `UNBOUNDED_NS` and more without a bound.
     """
-    alone = (longest_alone_ns(space, number, "thread", view) for number in chain)
+    alone = (longest_alone_ns(space, number, "thread", view) for number in chain.threads)
     return sum(_longer_ns(space, chain, view)) - sum(alone)
 
 
-def _longer_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
+def _longer_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
     """For each thread of a chain how much longer the chain takes with it than up to the one before, in ns."""
     ends, found = _ends_ns(space, chain, view), list[Exact]()
-    for number, (before, whole) in zip(chain, pairwise(ends), strict=True):
+    for number, (before, whole) in zip(chain.threads, pairwise(ends), strict=True):
         if before >= UNBOUNDED_NS or whole >= UNBOUNDED_NS:
             found.append(bounded_response_ns(space, number, "thread", view))
         else:
@@ -56,21 +60,39 @@ def _longer_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
     return found
 
 
-def _ends_ns(space: Space, chain: Sequence[int], view: View) -> list[Exact]:
-    """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them."""
+def _ends_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
+    """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them.
+
+    Of a chain with its source lags count in place of response times: then it is after the latest release of that.
+    """
     ends: list[Exact] = [0]
-    for last, number in enumerate(chain):
-        found = ends[last] + bounded_response_ns(space, number, "thread", view)
+    for last, number in enumerate(chain.threads):
+        found = ends[last] + _alone_ns(space, number, view, has_source=chain.has_source)
         for first in range(last):
-            window = _end_ns(space, (number, chain[first]), view)
+            window = _window_ns(space, (number, chain.threads[first]), view, has_source=chain.has_source)
             if window is not ABSENT:
                 found = picked("min", found, ends[first] + counted_ns(window))
         ends.append(found)
     return ends
 
 
-def _end_ns(space: Space, key: ChainKey, view: View) -> Any:
-    """The bound of a chain's window in ns, None without one; `ABSENT` where the threads are no chain in the design."""
+def _alone_ns(space: Space, number: int, view: View, *, has_source: bool) -> Exact:
+    """The response time of a thread as a number, or its lag where it has one."""
+    lag: Any = _end_ns(space, (number, number, "lag"), view) if has_source else ABSENT
+    if lag is ABSENT:
+        return bounded_response_ns(space, number, "thread", view)
+    found: Exact = picked("max", counted_ns(lag), longest_alone_ns(space, number, "thread", view))
+    return found
+
+
+def _window_ns(space: Space, key: ChainKey, view: View, *, has_source: bool) -> Any:
+    """The bound of a chain's window in ns, or its lag where it has one; see `_end_ns`."""
+    lag = _end_ns(space, (*key, "lag"), view) if has_source else ABSENT
+    return _end_ns(space, key, view) if lag is ABSENT else lag
+
+
+def _end_ns(space: Space, key: ChainKey | LagKey, view: View) -> Any:
+    """The bound of a chain's window or a lag in ns, None without one; `ABSENT` where the design has no such thing."""
     if type(view) is View:
         return all_responses(space, view).get(key, ABSENT)
     if (knows := knowing(view)) is not None:
@@ -82,8 +104,8 @@ def _end_ns(space: Space, key: ChainKey, view: View) -> Any:
     return found[0] if found else ABSENT
 
 
-def _found(space: Space, key: ChainKey, view: View) -> tuple[Exact | None, ...]:
-    """The bound of a chain's window in ns, None without one; nothing where the threads are no chain."""
+def _found(space: Space, key: ChainKey | LagKey, view: View) -> tuple[Exact | None, ...]:
+    """The bound of a chain's window or a lag in ns, None without one; nothing where the design has no such thing."""
     if at(space.components[key[0]].processor, view) is None or (key[0], "thread") not in task_keys(space, key[0], view):
         return ()
     ends = solve(resolve(space, view, [(key[0], "thread")])).ends

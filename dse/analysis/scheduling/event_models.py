@@ -103,6 +103,11 @@ class EventModels:
             return None
         return (_shared_task if self.is_plain else _task_of)(self.stages[key], streams)
 
+    def source_task(self, key: TaskKey) -> Task | None:
+        """What releases others, as jobs that nothing holds back; None where it comes without a bound."""
+        streams = self.streams(key)
+        return None if streams is None else Task("", 0, streams)
+
     def has_no_bound(self, key: TaskKey) -> bool:
         """Whether a stage is a piece of a thread without a bound: its jobs follow each other as closely as they may."""
         pieces = self.stages[key].pieces
@@ -150,7 +155,8 @@ class EventModels:
 
     def _leaving_chain(self, chain: ChainKey) -> Streams:
         """The streams at which the last thread of a chain ends, by the window of all of it."""
-        released, end = self.streams((chain[1], "thread")), self.ends.get(chain)
+        released = self.streams((chain[1], "thread"))
+        end = self.ends.get((*chain, "lag"), self.ends.get(chain))
         if released is None or end is None:
             return None
         key: TaskKey = (chain[0], "thread")
@@ -170,7 +176,7 @@ class EventModels:
         first = self.stages[sender.first]
         released = self._streams[first.key]
         best, worst = sender.elapsed_ns
-        end = self.ends.get(key, worst)
+        end = self.ends.get((key[0], key[0], "lag"), self.ends.get(key, worst))
         if released is None or end is None:
             return None
         if first.separation_ns is not None:

@@ -11,21 +11,21 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Task, is_plain
 from dse.analysis.scheduling.event_models import EventModels, upstream
 from dse.analysis.scheduling.growth import TooLongError, growth, steps_along
-from dse.analysis.scheduling.model import ChainKey, Ends, Resource, System
+from dse.analysis.scheduling.model import ChainKey, EndKey, Ends, LagKey, Resource, System
 from dse.analysis.scheduling.policies import accelerators, buses, chains, executors, preemptive
 from dse.analysis.scheduling.policies.accelerators import Served
 from dse.analysis.scheduling.policies.buses import Arbitrated, InTurn
 from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
-from dse.analysis.scheduling.policies.successions import Succession
+from dse.analysis.scheduling.policies.successions import Succession, sources_in
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
@@ -124,15 +124,17 @@ class Rounds:
     def __init__(self, system: System) -> None:
         self.system = system
         entries = [entry for resource in system.resources for entry in resource.entries]
-        self.ends: dict[TaskKey | ChainKey, Exact | None] = {
-            one.key: system.stages[one.key].elapsed_ns[1] for one in entries
-        }
+        self.ends: dict[EndKey, Exact | None] = {one.key: system.stages[one.key].elapsed_ns[1] for one in entries}
+        self.sources = sources_in(system)
+        self.ends |= {(key[0], key[0], "lag"): self.ends[key] for key in self.sources}
         self.chains = chains_in(system)
         for resource, found in zip(system.resources, self.chains, strict=True):
             keys = [entry.key for entry in resource.entries]
             for chain in found:
                 alone = sum(system.stages[keys[item]].worst_ns for item in chain.members)
                 self.ends[chain.key] = alone + chain.absent_ns
+                if (chain.key[1], "thread") in self.sources:
+                    self.ends[*chain.key, "lag"] = self.ends[chain.key]
         self.spans: Spans = {}
         self.losses: dict[TaskKey, Loss] = {}
         self.count = 0
@@ -168,6 +170,8 @@ class Rounds:
                         self._note_loss(resource, position, tasks)
                     self.ends[entry.key], changed = found, True
                     self.events.raised(entry.key)
+                if entry.key in self.sources:
+                    changed |= self._raise_lag(resource, position, tasks, succession)
             for chain in self.chains[number]:
                 changed |= self._raise_chain(resource, chain, tasks, succession)
         return changed
@@ -176,18 +180,46 @@ class Rounds:
         self, resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
     ) -> bool:
         """Raise the end of a chain; whether it rose."""
-        known = self.ends[chain.key]
-        if known is None:
+        if self.ends[chain.key] is None:
             return False
         window = chains.window_of(resource, chain, tasks, self.events.released_as, succession)
         found = None if window is None else window.response_ns()
-        found = None if found is None else found - chain.sent_ns
-        if found == known or (found is not None and found < known):
+        changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
+        source = self.sources.get((chain.key[1], "thread"))
+        if source is not None:
+            lag = None if window is None else self._lag(window, source)
+            changed |= self._raise((*chain.key, "lag"), None if lag is None else lag - chain.sent_ns)
+        return changed
+
+    def _raise_lag(
+        self, resource: Resource, position: int, tasks: Sequence[Task | None], succession: Succession
+    ) -> bool:
+        """Raise the lag of a stage; whether it rose."""
+        key = resource.entries[position].key
+        window = window_of(resource, position, tasks, succession, self.segments)
+        lag = None
+        if window is not None and self.ends[key] is not None:
+            assert isinstance(window, Preempted)
+            lag = self._lag(window, self.sources[key])
+        return self._raise((key[0], key[0], "lag"), lag)
+
+    def _lag(self, window: Preempted, source: TaskKey) -> Exact | None:
+        """How long after the latest release that there can be a window is over; None where it has no bound."""
+        jobs, response = self.events.source_task(source), window.response_ns()
+        if jobs is None or response is None:
+            return None
+        lag = replace(window, source=jobs).response_ns()
+        return None if lag is None else min(lag, response)
+
+    def _raise(self, key: ChainKey | LagKey, found: Exact | None) -> bool:
+        """Raise the end of a chain or a lag; whether it rose."""
+        known = self.ends[key]
+        if known is None or found == known or (found is not None and found < known):
             return False
         if found is not None and self.count > 1 and self._is_beyond(found):
             found = None
-        self.ends[chain.key] = found
-        self.events.raised((chain.key[0], "thread"))
+        self.ends[key] = found
+        self.events.raised((key[0], "thread"))
         return True
 
     def _note_loss(self, resource: Resource, position: int, tasks: Sequence[Task | None]) -> None:

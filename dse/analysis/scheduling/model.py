@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
@@ -21,11 +21,15 @@ from dse.support.units import Exact
 
 ChainKey: TypeAlias = tuple[int, int]
 """The last and the first thread of a chain on one core (`dse.analysis.scheduling.policies.chains`)."""
-Ends: TypeAlias = Mapping["TaskKey | ChainKey", "Exact | None"]
+LagKey: TypeAlias = tuple[int, int, Literal["lag"]]
+"""The last and the first thread of a chain on one core, or a thread twice, of which the lag is meant."""
+EndKey: TypeAlias = "TaskKey | ChainKey | LagKey"
+Ends: TypeAlias = Mapping[EndKey, "Exact | None"]
 """For stages how long after the release of its thread each ends, in ns, as far as it is known; None without a bound.
 
 For chains how long after the release of its first thread the last one ends, less the longest times that what they send
-each other is on its way.
+each other is on its way. The lag of either is how long after the latest release that there can be, counted from the
+release of its source, it ends (docs/semantics.md, section 4.9); it is there where that may be less.
 """
 
 

@@ -18,7 +18,7 @@ from dse.analysis.memo import ABSENT, Recall, knowing
 from dse.analysis.messages.stages import bus_of, counted_buses, message_key, message_stage
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Solution, Window, response_ns, solve
-from dse.analysis.scheduling.model import ChainKey, Ends
+from dse.analysis.scheduling.model import EndKey, Ends
 from dse.analysis.scheduling.order import upstream
 from dse.analysis.scheduling.parts import Delay, Interference, Parts
 from dse.analysis.scheduling.priorities import deadline_ns
@@ -229,7 +229,7 @@ def subset_responses(space: Space, groups: Sequence[Sequence[int]], view: View) 
 _SUBSETS = Subsets()
 
 
-def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[TaskKey | ChainKey, Exact | None]:
+def _among(space: Space, groups: Sequence[Sequence[int]], view: View) -> dict[EndKey, Exact | None]:
     return dict(solve(among(space, groups, view)).ends)
 
 

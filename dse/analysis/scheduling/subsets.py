@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from dse.analysis.scheduling.model import ChainKey
-from dse.analysis.scheduling.tasks import TaskKey
+from dse.analysis.scheduling.model import EndKey
 from dse.analysis.views import Noting, View
 from dse.space.model.space import Space
 from dse.support.units import Exact
@@ -19,7 +18,7 @@ from dse.support.units import Exact
 KEPT = 20_000
 """The greatest number of answers that are remembered."""
 KEPT_SPACES = 4
-Known: TypeAlias = dict[TaskKey | ChainKey, Exact | None]
+Known: TypeAlias = dict[EndKey, Exact | None]
 Options: TypeAlias = tuple[int, ...]
 Answers: TypeAlias = dict[tuple[Options, ...], dict[Options, dict[Options, Known]]]
 Groups: TypeAlias = Sequence[Sequence[int]]

@@ -21,6 +21,7 @@ from dse.analysis.scheduling.busy_window import Stream, Task, response_time_ns
 from dse.analysis.scheduling.priorities import number_of, order_ns
 from dse.analysis.scheduling.responses import counted_ns, subset_responses
 from dse.analysis.scheduling.tasks import work_ns
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import conditions_of, soonest_conditions
@@ -130,8 +131,8 @@ def _few_groups(
     Of a thread in no executor the rows of its model count these. Of a chain who shares a core with a thread of it.
     """
     waiter = None if term.waits is None else term.waits[0]
-    if isinstance(waiter, tuple):
-        yield [group for group in groups if set(group[1]) & set(waiter)]
+    if isinstance(waiter, FlowChain):
+        yield [group for group in groups if set(group[1]) & set(waiter.threads)]
         return
     number = waiter
     executor = None if number is None else at(space.components[number].executor, view)

@@ -20,6 +20,7 @@ job, of options that are not listed the shortest time. What they leave open a cl
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -30,7 +31,7 @@ from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.model import Ends
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import longest_alone_ns
-from dse.analysis.terms import Waiter
+from dse.analysis.terms import FlowChain, Waiter
 from dse.analysis.views import View, tabulate
 from dse.encode.linear import EXACT_LIMIT, Board, Form, OpenTerm, greatest
 from dse.encode.scheduling.combined import Combined
@@ -75,7 +76,7 @@ class WaitRows:
             self._add_term(term)
         self._terms = len(board.open_terms)
         for waiter, variable in board.waiting.items():
-            if isinstance(waiter, tuple):
+            if isinstance(waiter, FlowChain):
                 self.chains.adopt(waiter, variable.index)
         for number in list(self.variables):
             look_at_the_clock()
@@ -133,7 +134,7 @@ class WaitRows:
 
     def _rivals_of(self, waiter: Waiter) -> set[int]:
         """The numbers of the threads that may delay a thread, or a thread of a chain."""
-        members = (waiter,) if isinstance(waiter, int) else waiter
+        members = (waiter,) if isinstance(waiter, int) else waiter.threads
         return {other.number for number in members for other in self._rivals(number)}
 
     # --- rows from the start ---------------------------------------------------------------------------------------
@@ -231,9 +232,11 @@ class WaitRows:
         if isinstance(waiter, int):
             return self._refine(waiter, view, known, set())
         fresh = False
-        for part in self._parts(waiter, view):
-            found = self._refine(part[0], view, known, set()) if len(part) == 1 else self._refine_chain(part, view)
-            fresh |= found
+        for part in self._parts(waiter.threads, view):
+            if len(part) == 1:
+                fresh |= self._refine(part[0], view, known, set())
+            else:
+                fresh |= self._refine_chain(replace(waiter, threads=part), view)
         return fresh
 
     def _parts(self, chain: tuple[int, ...], view: View) -> list[tuple[int, ...]]:
@@ -247,16 +250,16 @@ class WaitRows:
                 found.append((number,))
         return found
 
-    def _refine_chain(self, chain: tuple[int, ...], view: View) -> bool:
+    def _refine_chain(self, chain: FlowChain, view: View) -> bool:
         """Count further jobs of each thread that delays all threads of a chain on their core."""
-        processor = self.places.processor_of(chain[0], view)
+        processor = self.places.processor_of(chain.threads[0], view)
         variable = self.chains.variable(chain)
-        works = [self.work(self.places.threads[number]) for number in chain]
-        alone = sum(longest_alone_ns(self.space, number, "thread", view) for number in chain)
+        works = [self.work(self.places.threads[number]) for number in chain.threads]
+        alone = sum(longest_alone_ns(self.space, number, "thread", view) for number in chain.threads)
         reach = min(UNBOUNDED_NS, chain_wait_ns(self.space, chain, view) + alone)
         fresh = False
         for other, delays in self.chains.throughout(chain, processor):
-            if self._shares_core(processor, chain[0], other.number, view):
+            if self._shares_core(processor, chain.threads[0], other.number, view):
                 fresh |= self.jobs.count(chain, variable + sum(works), processor, other, delays, reach, view)
         return fresh
 

@@ -15,7 +15,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.measures import Measure
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, bounded_response_ns, waited_ns
-from dse.analysis.terms import Term, Waiter
+from dse.analysis.terms import FlowChain, Term, Waiter
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
@@ -140,14 +140,14 @@ def shared_waiting(board: Board, waiter: Waiter, scale: int, weight: Fraction) -
 
 def waited_by_ns(space: Space, waiter: Waiter, view: View) -> Exact:
     """How long a thread, or the threads of a chain together, wait for others in a design, in ns."""
-    if isinstance(waiter, tuple):
+    if isinstance(waiter, FlowChain):
         return chain_wait_ns(space, waiter, view)
     return waited_ns(space, waiter, view, bounded_response_ns(space, waiter, "thread", view))
 
 
 def most_waiting_ns(waiter: Waiter) -> int:
     """A bound of that, in ns: without a bound each thread counts as one time."""
-    return UNBOUNDED_NS * (len(waiter) if isinstance(waiter, tuple) else 1)
+    return UNBOUNDED_NS * (len(waiter.threads) if isinstance(waiter, FlowChain) else 1)
 
 
 def _waiting_where(

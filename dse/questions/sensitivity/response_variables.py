@@ -23,7 +23,7 @@ from typing import Any
 from dse.analysis.binding import transmission_ns
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.scheduling.fixed_point import solve
-from dse.analysis.scheduling.model import ChainKey
+from dse.analysis.scheduling.model import EndKey
 from dse.analysis.scheduling.order import Schedule, Turn
 from dse.analysis.scheduling.resolve import resolve
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns
@@ -55,7 +55,7 @@ from dse.questions.sensitivity.traced_numbers import (
 from dse.space.model.space import Design, Space
 from dse.support.units import is_unbounded
 
-Responses = Mapping["TaskKey | ChainKey", Any]
+Responses = Mapping[EndKey, Any]
 
 
 class ScheduledFunction(DesignFunction):
@@ -118,8 +118,8 @@ class ScheduledFunction(DesignFunction):
         return found if self.broken(outputs) else []
 
 
-def _order(key: TaskKey | ChainKey) -> tuple[int, str]:
-    return key[0], str(key[1])
+def _order(key: EndKey) -> tuple[int, str]:
+    return key[0], str(key[1:])
 
 
 def _variable(response_ns: Any, number: int) -> Any:
@@ -144,7 +144,7 @@ class Motion:
     own: Mapping[TaskKey, tuple[Interval, ...]]
     """The slopes of each task's longest execution time in each of them."""
 
-    def response(self, key: TaskKey | ChainKey, ends: Interval) -> Further:
+    def response(self, key: EndKey, ends: Interval) -> Further:
         """The response time of a task as a variable, from its ends: it moves at least as its execution time does.
 
         That of a chain moves at least as the execution time of its last thread does.

@@ -89,23 +89,28 @@ def with_chains(
 ) -> tuple[Step, ...]:
     """The steps of a flow, each thread with those before it in the flow that may be one chain with it.
 
-    A thread of which the flow states figures of its own is in no chain. Nor is what comes before a thread that may join
-    all its triggers, which waits for the other ones as long as response times, added up, differ.
+    With them is told whether the flow comes to it from its source. A thread of which the flow states figures of its own
+    is in no chain. Nor is what comes before a thread that may join all its triggers, which waits for the other ones as
+    long as response times, added up, differ.
     """
     found: list[Step] = []
     chain: tuple[int, ...] = ()
+    previous, has_source = None, False
     last_join = max((place for place, step in enumerate(steps) if step.before), default=-1)
     for place, step in enumerate(steps):
         if step.kind == "connection":
             found.append(step)
             continue
         if step.figures is not None or step.index in chain or place < last_join:
-            chain = ()
+            chain, has_source = (), False
             found.append(step)
             continue
-        before = chained_to(components, connections, step.index)
-        is_next = bool(chain) and before == chain[-1] and step.via == components[step.index].triggers[0]
+        before = follows(components, connections, step.index)
+        is_released = before is not None and before == previous and step.via == components[step.index].triggers[0]
+        has_source = before is None or (is_released and has_source)
+        is_next = bool(chain) and is_released and chained_to(components, connections, step.index) is not None
         chain = chain if is_next else ()
-        found.append(replace(step, chain=chain))
-        chain = (*chain, step.index)
+        may_lag = has_source and before is not None and _may_be_chained(components[step.index])
+        found.append(replace(step, chain=chain, has_source=may_lag))
+        chain, previous = (*chain, step.index), step.index
     return tuple(found)

@@ -27,8 +27,9 @@ class Step:
     Where a problem speaks of clocks `since` are the elements before it, which may share its clock; of a component that
     may join all its triggers `before` are the elements before it. One that `only_reads` counts until it reads: what it
     does with that does not. `chain` are the threads before it in the flow that may be one chain with it on a core, the
-    first of them first. `unlinked` is an element of a flow that is part of another one: there OSATE has lost the
-    connection that leads to it.
+    first of them first. It `has_source` where another component may release it and the flow comes to it through all
+    that may, from a source of its own on. `unlinked` is an element of a flow that is part of another one: there OSATE
+    has lost the connection that leads to it.
     """
 
     kind: Literal["component", "connection"]
@@ -40,6 +41,7 @@ class Step:
     figures: StepFigures | None = field(default=None, hash=False)
     only_reads: bool = False
     chain: tuple[int, ...] = ()
+    has_source: bool = False
     unlinked: bool = False
 
 

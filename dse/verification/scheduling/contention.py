@@ -21,6 +21,7 @@ from dse.analysis.placement.heuristics import placements
 from dse.analysis.placement.priority_assignment import best_options, groups_of, is_decisive, limits_of
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import all_responses, counted_ns, subset_responses, waited_ns
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import CyclicActivation, Noting, View
 from dse.space.architecture.joins import may_join
 from dse.space.model.space import Component, Design, OpenPriority, Space
@@ -176,7 +177,7 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
     return Lesson(box, groups or (), (number, waited), above)
 
 
-def chain_lesson(space: Space, key: int, chain: Sequence[int], waited: Fraction, design: Design) -> Lesson:
+def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, design: Design) -> Lesson:
     """Why threads of a flow that may be one chain wait so long (ns) in a design, all of them together.
 
     Their waiting has the number `key`.
@@ -185,7 +186,7 @@ def chain_lesson(space: Space, key: int, chain: Sequence[int], waited: Fraction,
     def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
         return chain_wait_ns(space, chain, View(view.design, groups)) >= waited
 
-    groups = _least(space, chain[-1], waits, design)
+    groups = _least(space, chain.threads[-1], waits, design)
     noting = Noting(design)
     assert waits(groups, View(noting)), "a chain waits no more"
     for group in groups or ():

@@ -48,7 +48,7 @@ class WaitVariables:
         self.most = most = UNBOUNDED_NS * self.scale
         self.variables = {number: model.new_int_var(0, most, "") for number in (*waits.threads, *waits.messages)}
         for number, chain in waits.chains.items():
-            self.variables[number] = model.new_int_var(0, len(chain) * most, "")
+            self.variables[number] = model.new_int_var(0, len(chain.threads) * most, "")
         self.first = {number: model.new_int_var(0, most, "") for number in waits.threads if number in self.work}
         self._done: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._pairs: dict[tuple[int, int], Any] = {}
@@ -66,12 +66,18 @@ class WaitVariables:
             model.add(self.first[number] >= self.scale * sum(shares))
             model.add(self.variables[number] >= self.first[number])
         for number, chain in waits.chains.items():
-            self._add_chain(self.variables[number], chain)
+            self._add_chain(self.variables[number], chain.threads)
         for number, latest in waits.latest.items():
             model.add(self.scale * self.work[number] + self.variables[number] <= value(latest))
 
     def _add_chain(self, variable: Any, chain: Sequence[int]) -> None:
-        """Threads that may be one chain wait, all together, for one job of each other that one of them waits for."""
+        """Threads that may be one chain wait, all together, for one job of each other that one of them waits for.
+
+        One thread alone lags no less than the first job of a busy period waits.
+        """
+        if len(chain) == 1 and chain[0] in self.first:
+            self.model.add(variable >= self.first[chain[0]])
+            return
         members = [number for number in chain if number in self.work]
         shares = []
         for other in self.work:

@@ -34,6 +34,7 @@ class Preempted:
     blocked_ns: Exact = 0
     kin: tuple[Task, ...] | None = None
     under_way_ns: Exact = 0
+    source: Task | None = None
 
     def response_ns(self) -> Exact | None:
         """The longest time from the release of a job to its end, in ns; None where it has no bound.
@@ -45,8 +46,8 @@ class Preempted:
         if not task.worst_ns:
             return 0
         if type(blocked) in PLAIN and all(map(is_plain, (task, *rivals))):
-            return _remembered(task, rivals, blocked, self.kin, self.under_way_ns)
-        return response_time_ns(task, rivals, blocked, self.kin, self.under_way_ns)
+            return _remembered(task, rivals, blocked, self.kin, self.under_way_ns, self.source)
+        return response_time_ns(task, rivals, blocked, self.kin, self.under_way_ns, self.source)
 
     def parts(self) -> Parts | None:
         """The parts of the wait of the job with the longest response time; None where it has no bound.
@@ -56,7 +57,7 @@ class Preempted:
         """
         if not self.task.worst_ns:
             return Parts()
-        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns)
+        found = worst_job_ns(self.task, self.rivals, self.blocked_ns, self.kin, self.under_way_ns, self.source)
         if found is None:
             return None
         over, end = found
@@ -71,10 +72,15 @@ class Preempted:
 
 @lru_cache(16384)
 def _remembered(
-    task: Task, rivals: tuple[Task, ...], blocked_ns: Exact, kin: tuple[Task, ...] | None, under_way_ns: Exact
+    task: Task,
+    rivals: tuple[Task, ...],
+    blocked_ns: Exact,
+    kin: tuple[Task, ...] | None,
+    under_way_ns: Exact,
+    source: Task | None,
 ) -> Exact | None:
     """`response_time_ns`: from round to round, and from design to design, most tasks meet the same."""
-    return response_time_ns(task, rivals, blocked_ns, kin, under_way_ns)
+    return response_time_ns(task, rivals, blocked_ns, kin, under_way_ns, source)
 
 
 def window_of(

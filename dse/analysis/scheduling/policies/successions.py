@@ -13,7 +13,7 @@ from functools import cached_property, reduce
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
-from dse.analysis.scheduling.model import Entry, Resource, Stage
+from dse.analysis.scheduling.model import Entry, Resource, Stage, System
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
@@ -212,6 +212,21 @@ class Succession:
             if (key in before and self._outside.in_turn(key, last))
             or (last in above[other] and self._outside.in_turn(first, key))
         )
+
+
+def sources_in(system: System) -> dict[TaskKey, TaskKey]:
+    """Of each stage whose lag may be less than its response time the source: the first of its chain.
+
+    Those are stages that the end of another one releases, and that only priorities schedule.
+    """
+    stages = system.stages
+    return {
+        entry.key: before[-1]
+        for resource in system.resources
+        if resource.wire is None and not resource.is_accelerator
+        for entry in resource.entries
+        if is_prioritised(entry, stages[entry.key]) and (before := _before(stages, entry.key))
+    }
 
 
 def is_prioritised(entry: Entry, stage: Stage) -> bool:

@@ -4,21 +4,24 @@ Threads that may be one chain (`dse.space.architecture.chains`) wait, all of the
 thread that may delay one of them on its core: however the chain is cut into busy windows, some window counts it
 (docs/semantics.md, section 4.9). Where a timer releases a thread of it, or it is on another core than the one before,
 the chain is cut there for sure, and waits no less than its two parts. Of a part that is one thread the rows are those
-of its own response time (`dse.encode.scheduling.waiting`). All rows are necessary conditions; what they leave open a
+of its own response time (`dse.encode.scheduling.waiting`), or of its lag (docs/semantics.md, section 4.9), which is no
+less than what the first job of a busy period waits. All rows are necessary conditions; what they leave open a
 clause says (`dse.encode.scheduling.contention.Contention.raised`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from ortools.sat.python import cp_model
 
 from dse.analysis.scheduling.responses import UNBOUNDED_NS
-from dse.analysis.terms import Waiter
+from dse.analysis.terms import FlowChain, Waiter
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.places import Places, Thread
+from dse.space.architecture.chains import follows
 from dse.space.model.space import Space
 
 
@@ -37,6 +40,8 @@ class Waiting(Protocol):
     places: Places
     combined: Combined
     scale: int
+
+    firsts: dict[int, int]
 
     @property
     def jobs(self) -> CountedJobs:
@@ -58,8 +63,8 @@ class ChainRows:
 
     def __init__(self, waiting: Waiting) -> None:
         self.waiting = waiting
-        self._variables: dict[tuple[int, ...], int] = {}
-        self._throughout: dict[tuple[tuple[int, ...], int, int], int] = {}
+        self._variables: dict[FlowChain, int] = {}
+        self._throughout: dict[tuple[FlowChain, int, int], int] = {}
 
     def copy(self, waiting: Waiting) -> ChainRows:
         """The waiting of the same chains in a copy of the model, without a change of this one."""
@@ -67,7 +72,7 @@ class ChainRows:
         other._variables, other._throughout = dict(self._variables), dict(self._throughout)
         return other
 
-    def adopt(self, chain: tuple[int, ...], index: int) -> None:
+    def adopt(self, chain: FlowChain, index: int) -> None:
         """Take a variable of the model as the waiting of a chain."""
         if self._variables.get(chain) == index:
             return
@@ -78,30 +83,47 @@ class ChainRows:
         self._variables[chain] = index
         self._add_rows(chain, variable)
 
-    def variable(self, chain: tuple[int, ...]) -> cp_model.IntVar:
+    def variable(self, chain: FlowChain) -> cp_model.IntVar:
         """The variable of how long the threads of a chain wait together, with its rows."""
-        if len(chain) == 1:
-            return self.waiting.waiting(chain[0])
+        if len(chain.threads) == 1 and not (chain.has_source and self._may_lag(chain.threads[0])):
+            return self.waiting.waiting(chain.threads[0])
         if chain not in self._variables:
-            made = self.waiting.model.new_int_var(0, len(chain) * UNBOUNDED_NS * self.waiting.scale, "")
+            made = self.waiting.model.new_int_var(0, len(chain.threads) * UNBOUNDED_NS * self.waiting.scale, "")
             self._variables[chain] = made.index
             self._add_rows(chain, made)
         return self.waiting.combined.variable(self._variables[chain])
 
-    def _add_rows(self, chain: tuple[int, ...], variable: cp_model.IntVar) -> None:
-        model = self.waiting.model
+    def _add_rows(self, chain: FlowChain, variable: cp_model.IntVar) -> None:
+        model, threads = self.waiting.model, chain.threads
+        if len(threads) == 1:
+            self._add_lag(threads[0], variable)
+            return
         self._add_once(chain, variable)
-        model.add(variable >= self.variable(chain[:-1]))
-        for place in range(1, len(chain)):
-            parts = self.variable(chain[:place]), self.variable(chain[place:])
-            for cut in self._cuts(chain[place - 1], chain[place]):
+        model.add(variable >= self.variable(replace(chain, threads=threads[:-1])))
+        for place in range(1, len(threads)):
+            parts = [self.variable(replace(chain, threads=part)) for part in (threads[:place], threads[place:])]
+            for cut in self._cuts(threads[place - 1], threads[place]):
                 literals = [self.waiting.combined.literal(index) for index in cut]
                 model.add(variable >= sum(parts)).only_enforce_if(literals)
 
-    def _add_once(self, chain: tuple[int, ...], variable: cp_model.IntVar) -> None:
+    def _add_lag(self, number: int, variable: cp_model.IntVar) -> None:
+        """A thread lags no less than the first job of a busy period waits; a timer's as long as each job waits."""
+        whole = self.waiting.waiting(number)
+        first = self.waiting.firsts.get(number)
+        if first is not None:
+            self.waiting.model.add(variable >= self.waiting.combined.variable(first))
+        for index in self._timers(number):
+            self.waiting.model.add(variable >= whole).only_enforce_if(self.waiting.combined.literal(index))
+
+    def _may_lag(self, number: int) -> bool:
+        """Whether another thread or device may release a thread alone."""
+        space = self.waiting.space
+        return follows(space.components, space.connections, number) is not None
+
+    def _add_once(self, chain: FlowChain, variable: cp_model.IntVar) -> None:
         """One job of each thread that may delay some thread of the chain, for each type of each processor."""
         places, combined, model = self.waiting.places, self.waiting.combined, self.waiting.model
-        own = [places.threads[number] for number in chain if self._counts(number)]
+        own = [places.threads[number] for number in chain.threads if self._counts(number)]
         works: dict[int, cp_model.IntVar] = {}
         for processor in sorted({processor for thread in own for processor in thread.cores}):
             delays = [
@@ -110,7 +132,7 @@ class ChainRows:
             if not delays:
                 continue
             literals = [combined.literal(index) for _, index in delays]
-            work = works[processor] = model.new_int_var(0, len(chain) * UNBOUNDED_NS * self.waiting.scale, "")
+            work = works[processor] = model.new_int_var(0, len(own) * UNBOUNDED_NS * self.waiting.scale, "")
             rows = self.waiting.jobs.rows.setdefault(chain, [])
             for position, kind in enumerate(places.types[processor]):
                 times = [self.waiting.scale * places.worst_on[processor, other.number][position] for other, _ in delays]
@@ -120,12 +142,12 @@ class ChainRows:
         if works:
             model.add(variable >= sum(works.values()))
 
-    def throughout(self, chain: tuple[int, ...], processor: int) -> list[tuple[Thread, int]]:
+    def throughout(self, chain: FlowChain, processor: int) -> list[tuple[Thread, int]]:
         """The threads that may delay every thread of a chain on a processor, each with a literal of its doing so."""
         places, combined = self.waiting.places, self.waiting.combined
-        if chain not in self.waiting.jobs.rows or not all(map(self._counts, chain)):
+        if chain not in self.waiting.jobs.rows or not all(map(self._counts, chain.threads)):
             return []
-        own = [places.threads[number] for number in chain]
+        own = [places.threads[number] for number in chain.threads]
         found = []
         for other in places.on(processor):
             if self._delays(processor, other, own) is None or any(processor not in item.cores for item in own):
@@ -160,6 +182,11 @@ class ChainRows:
         }
         return self.waiting.combined.any_of(tuple(sorted(found))) if found else None
 
+    def _timers(self, number: int) -> tuple[int, ...]:
+        """Literals of which one is true where a timer releases a thread."""
+        thread = self.waiting.places.threads.get(number)
+        return () if thread is None else tuple(sorted(index for index, rate in thread.modes if rate is not None))
+
     def _cuts(self, before: int, number: int) -> list[tuple[int, ...]]:
         """Literals that are all true only where a thread is no chain with the one before, in several ways.
 
@@ -169,7 +196,7 @@ class ChainRows:
         one, other = places.threads.get(before), places.threads.get(number)
         if one is None or other is None:
             return [(places.true,)]
-        timers = tuple(sorted(index for index, rate in other.modes if rate is not None))
+        timers = self._timers(number)
         cuts: list[tuple[int, ...]] = [(index,) for index in timers]
         if places.true in timers:
             return [(places.true,)]

@@ -17,6 +17,7 @@ from dse.analysis.binding import transmission_ns
 from dse.analysis.rates import is_event_triggered
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
 from dse.analysis.scheduling.tasks import alone_ns, longest_alone_ns, shortest_alone_ns
+from dse.analysis.terms import FlowChain
 from dse.analysis.views import View
 from dse.encode.linear import Board, Form, floor_int
 from dse.encode.scheduling.delays.chains import ChainRows, Waiting
@@ -84,7 +85,7 @@ class Jitters:
             forms.append(board.form(board.table(varying)))
             self.upstream[number] = wire.source
             if wire.source in self.waiting.places.threads and self.waiting.executes(wire.source):
-                waits.append(self.waiting.waiting(wire.source))
+                waits.append(self.waiting.chains.variable(FlowChain((wire.source,), has_source=True)))
             further = self.add(board, wire.source, below | {number})
             if further is not None:
                 waits.append(further)
@@ -125,7 +126,7 @@ class Jitters:
             total = (
                 self.waiting.expression(carried)
                 + self.waiting.expression(self._varying(board, part))
-                + self.waiting.chains.variable(part)
+                + self.waiting.chains.variable(FlowChain(part, has_source=True))
             )
             for literal, _ in [item for item in (first.modes if first is not None else ()) if item[1] is not None]:
                 held = [self.waiting.combined.literal(index) for index in (*where, literal)]
