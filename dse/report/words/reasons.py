@@ -27,8 +27,9 @@ REDUCED = (
     "Latencies are reduced reaction times: a flow starts at its first component, without that component's own period."
 )
 CHAINED = (
-    "Threads in a row on one core are one chain: the row of each is how much longer the chain takes with it. A job "
-    "that delays more than one of them counts once."
+    "The row of a thread that another one releases is how much longer the flow takes with it. It may be less than the "
+    "response time: a job that delays several threads in a row on a core counts once, and a job that is released early "
+    "by its jitter has more time."
 )
 PPM = 10**6
 MOST_VARIANTS = 6
