@@ -11,7 +11,9 @@ import yaml
 
 import dse
 from dse.analysis.latency.contributors import flow_rows
-from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses
+from dse.analysis.scheduling.chained import chain_of, least_cut
+from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, solution_of
+from dse.analysis.scheduling.waits import Waits
 from dse.analysis.views import View
 from dse.space.model.space import Space
 from tests.helpers.core_chains import draw, played, problem_of, some_groups
@@ -137,3 +139,29 @@ def test_no_bound_of_a_part_is_above_that_of_the_whole(seed: int) -> None:
                 ends[key] if key[-1] in ("thread", "lag") and (isinstance(key[1], str) or key[0] == key[1]) else None
             )
             assert known is None or (end is not None and end <= known)
+
+
+@pytest.mark.parametrize("seed", cases(400, 20_000))
+def test_what_threads_of_a_flow_wait_for_adds_up_to_its_latency(seed: int) -> None:
+    """Parts of the least cut: own work, others once each, and blocking; what is sent is in the latency alone.
+
+    A row is no less than the longest execution time, so that a latency may be more than its parts.
+    """
+    _, _, space = systems(seed)
+    view = View(())
+    whole, solution = latencies(space, view), solution_of(space, view)
+    waits = Waits(space, solution.system, solution.ends)
+    for flow in (flow for flow in space.flows if whole[flow.name] < UNBOUNDED_NS):
+        rows = flow_rows(space, flow, view)
+        total = sum((Fraction(row.max_ns) for row in rows if row.category != "thread"), Fraction(0))
+        steps = [step for step in flow.steps if step.kind == "component"]
+        ends = [*(not after.chain for after in steps[1:]), True]
+        chains = [chain_of(step) for step, is_end in zip(steps, ends, strict=True) if is_end]
+        for part in (part for chain in chains for part in least_cut(space, chain, view)):
+            found = waits.of_part(part)
+            assert found
+            assert all(item.earlier_ns >= 0 and item.blocked_ns >= 0 for item in found)
+            total += sum(item.response_ns for item in found)
+        longest = {space.components[step.index].name: space.components[step.index].execution_ns[1] for step in steps}
+        is_least = all(row.max_ns > longest[row.contributor] for row in rows if row.max_method == "response time")
+        assert total == whole[flow.name] if is_least else total <= whole[flow.name]

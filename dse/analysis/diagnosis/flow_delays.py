@@ -15,9 +15,11 @@ from dse.analysis.diagnosis.lateness import Late, Teller
 from dse.analysis.diagnosis.shortening import Candidate, Shorter
 from dse.analysis.diagnosis.unbounded import may_be_unbounded, unbounded_in
 from dse.analysis.limits import Verdict, build_limit, judge
+from dse.analysis.scheduling.chained import chain_of, least_cut
 from dse.analysis.scheduling.responses import response_of
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.scheduling.waits import Wait
+from dse.analysis.terms import FlowChain
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact
 
@@ -27,14 +29,14 @@ MOST_CUT = 24
 
 @dataclass(frozen=True)
 class FlowWait:
-    """A thread of a flow that waits for others.
+    """A thread of a flow that waits for others, or threads in a row that do so together.
 
-    `waited_ns` is the response time less the own work, in ns.
+    `waited_ns` is how much longer the flow takes for it, in ns.
     """
 
-    thread: Annotated[str, "The thread."]
-    waited_ns: Annotated[Exact, "How much later than by itself it ends."]
-    waits: Annotated[tuple[Wait, ...], "What it waits for, with segments piece by piece."]
+    threads: Annotated[tuple[str, ...], "The thread, or threads in a row on one core for which each job counts once."]
+    waited_ns: Annotated[Exact, "How much later than by themselves they end."]
+    waits: Annotated[tuple[Wait, ...], "What they wait for, with segments piece by piece."]
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delay
     """
     for verdict in _broken(teller, verdicts):
         keys = _threads(teller, verdict)
-        found = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
+        found = [item for item in (_waiting(teller, part) for part in _parts(teller, verdict)) if item is not None]
         found.sort(key=lambda item: -item.waited_ns)
         shorter = tuple(_shorter(teller, verdict, keys))
         if found or shorter:
@@ -100,14 +102,31 @@ def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
     return [(number, "thread") for number in last.values()]
 
 
-def _waiting(teller: Teller, key: TaskKey) -> FlowWait | None:
-    """What a thread waits for, if it has a bound and does wait."""
-    found = response_of(teller.space, *key, teller.view)
-    if found is None or found.response_ns is None:
+def _parts(teller: Teller, verdict: Verdict) -> list[FlowChain]:
+    """The threads of its flows, those in a row that wait together as one; each once."""
+    space = teller.space
+    flows = flows_in(space, verdict.requirement.metric)
+    placed = {number for number, _ in _threads(teller, verdict)}
+    found: list[FlowChain] = []
+    for flow in (flow for flow in space.flows if flow.name in flows):
+        chain: FlowChain | None = None
+        for step in (step for step in flow.steps if step.kind == "component" and step.index in placed):
+            if chain is not None and not step.chain:
+                found += least_cut(space, chain, teller.view)
+            chain = chain_of(step)
+        found += [] if chain is None else least_cut(space, chain, teller.view)
+    return list(dict.fromkeys(found))
+
+
+def _waiting(teller: Teller, part: FlowChain) -> FlowWait | None:
+    """What threads wait for, if they have a bound and do wait."""
+    known = [response_of(teller.space, number, "thread", teller.view) for number in part.threads]
+    if any(item is None or item.response_ns is None for item in known):
         return None
-    waits = teller.waits.of_thread(key) or ()
+    waits = teller.waits.of_part(part) or ()
     waited = sum(item.waited_ns for item in waits)
-    return FlowWait(teller.space.components[key[0]].stated_as, waited, waits) if waited > 0 else None
+    names = tuple(teller.space.components[number].stated_as for number in part.threads)
+    return FlowWait(names, waited, waits) if waited > 0 else None
 
 
 def _shorter(teller: Teller, verdict: Verdict, keys: Sequence[TaskKey]) -> Iterator[Shorter]:

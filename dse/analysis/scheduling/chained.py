@@ -8,6 +8,9 @@ times. Where they are one chain on a core, the windows of the chain and of its p
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial, reduce
 from itertools import pairwise
 from typing import Any
 
@@ -60,20 +63,43 @@ def _longer_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
     return found
 
 
+def least_cut(space: Space, chain: FlowChain, view: View) -> list[FlowChain]:
+    """The parts into which a chain of a whole design is cut so that it takes the least time, in their order.
+
+    Each part is a thread alone or threads with one window; of equal times the one that has more parts.
+    """
+    ends = _ends_ns(space, chain, view)
+    found, last = list[FlowChain](), len(chain.threads)
+    while last:
+        first = min(_ways(space, chain, last - 1, view), key=lambda way: (ends[way[0]] + way[1], -way[0]))[0]
+        found.insert(0, replace(chain, threads=chain.threads[first:last]))
+        last = first
+    return found
+
+
 def _ends_ns(space: Space, chain: FlowChain, view: View) -> list[Exact]:
     """For each thread of a chain when it ends at the latest after the release of the first one, and 0 before them.
 
     Of a chain with its source lags count in place of response times: then it is after the latest release of that.
     """
     ends: list[Exact] = [0]
-    for last, number in enumerate(chain.threads):
-        found = ends[last] + _alone_ns(space, number, view, has_source=chain.has_source)
-        for first in range(last):
-            window = _window_ns(space, (number, chain.threads[first]), view, has_source=chain.has_source)
-            if window is not ABSENT:
-                found = picked("min", found, ends[first] + counted_ns(window))
-        ends.append(found)
+    for last in range(len(chain.threads)):
+        ways = (ends[first] + takes for first, takes in _ways(space, chain, last, view))
+        ends.append(reduce(partial(picked, "min"), ways))
     return ends
+
+
+def _ways(space: Space, chain: FlowChain, last: int, view: View) -> Iterator[tuple[int, Exact]]:
+    """The ways to bound the end of a thread of a chain: by its own time, and by windows that begin with one before it.
+
+    Pairs of the place of the first thread that a time is counted from, and that time in ns.
+    """
+    number = chain.threads[last]
+    yield last, _alone_ns(space, number, view, has_source=chain.has_source)
+    for first in range(last):
+        window = _window_ns(space, (number, chain.threads[first]), view, has_source=chain.has_source)
+        if window is not ABSENT:
+            yield first, counted_ns(window)
 
 
 def _alone_ns(space: Space, number: int, view: View, *, has_source: bool) -> Exact:

@@ -10,7 +10,7 @@ by its core alone, all its work there has one (docs/semantics.md, section 4.7).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Annotated
 
@@ -18,9 +18,11 @@ from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.fixed_point import Windows
 from dse.analysis.scheduling.model import Ends, Entry, Resource, System
 from dse.analysis.scheduling.parts import Delay, Parts
-from dse.analysis.scheduling.policies import executors, preemptive
-from dse.analysis.scheduling.policies.successions import Succession
+from dse.analysis.scheduling.policies import chains, executors, preemptive
+from dse.analysis.scheduling.policies.preemptive import Preempted
+from dse.analysis.scheduling.policies.successions import Succession, sources_in
 from dse.analysis.scheduling.tasks import TaskKey, task_name
+from dse.analysis.terms import FlowChain
 from dse.space.model.space import Space
 from dse.support.units import Exact
 
@@ -37,7 +39,11 @@ class Wait:
         *("blocked_ns", "over_ns", "response_ns"),
     )
 
-    name: Annotated[str, "The thread or the piece; the thread where all its pieces on the core are taken together."]
+    name: Annotated[
+        str,
+        "The thread or the piece; the thread where all its pieces on the core are taken together; or threads in a row "
+        "that wait as one.",
+    ]
     processor: Annotated[str, "The processor or accelerator."]
     core: Annotated[int, "The core, from 1."]
     is_served: bool
@@ -87,6 +93,41 @@ class Waits(Windows):
                 if whole.response_ns + sum(item.response_ns for item in served) < end:
                     found = [*served, whole]
         return tuple(found)
+
+    def of_part(self, part: FlowChain) -> tuple[Wait, ...] | None:
+        """The waits of a thread of a flow, or of threads in a row with one window; None without a bound.
+
+        With its source, what is over counts to the latest release of the first thread, as in its lag.
+        """
+        first: TaskKey = (part.threads[0], "thread")
+        source = sources_in(self.system).get(first) if part.has_source else None
+        if len(part.threads) == 1 and source is None:
+            return self.of_thread(first)
+        resource, position = self._place(first)
+        members: tuple[int, ...] = (position,)
+        lowest, sent = position, Fraction(0)
+        if len(part.threads) == 1:
+            window = self.of(resource, position)
+        else:
+            chain = self.chains[part.threads[-1], first[0]]
+            members, lowest, sent = chain.members, chain.lowest, Fraction(chain.sent_ns)
+            succession = Succession(self.events, resource)
+            window = chains.window_of(resource, chain, self.tasks(resource), self.events.released_as, succession)
+        if not isinstance(window, Preempted):
+            return None
+        if source is not None:
+            window = replace(window, source=self.events.source_task(source))
+        parts = window.parts()
+        if parts is None:
+            return None
+        own = [resource.entries[item].key for item in members]
+        work = sum(self.system.stages[key].cost_ns for key in own)
+        waited = window.task.worst_ns + parts.waited_ns - work - sent
+        others = tuple((task, jobs) for task, jobs in parts.interference if task.stage not in own)
+        parts = replace(parts, interference=others, blocked_ns=parts.blocked_ns - sent, earlier_ns=0)
+        parts = replace(parts, earlier_ns=waited - parts.waited_ns)
+        name = ", ".join(told_name(self.space, key) for key in own)
+        return (self._made(resource, lowest, work, parts, name),)
 
     def share(self, key: TaskKey) -> tuple[Resource, Fraction | None]:
         """The resource of a stage, and the share of that which it and what goes before it need.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from dse.analysis.diagnosis.flow_delays import Delayed
+from dse.analysis.diagnosis.flow_delays import Delayed, FlowWait
 from dse.analysis.diagnosis.lateness import Full, Late
 from dse.analysis.diagnosis.overloads import Overload
 from dse.analysis.diagnosis.reservation_budgets import ReservationBudget
@@ -153,7 +153,7 @@ def delayed_words(delayed: Delayed) -> str:
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
     """
     told = [
-        f"{item.thread} waits {_time(item.waited_ns)} behind {'; '.join(_wait_words(item.waits, told=True))}"
+        f"{_who_waits(item)} {_time(item.waited_ns)} behind {'; '.join(_wait_words(item.waits, told=True))}"
         for item in delayed.waiting[:MOST_WAITING]
     ]
     left = delayed.waiting[MOST_WAITING:]
@@ -163,6 +163,13 @@ def delayed_words(delayed: Delayed) -> str:
         return f"for {delayed.requirement} {'; '.join(told)}"
     kept = f"{delayed.requirement} holds with {enough}"
     return "; ".join([*told, kept])
+
+
+def _who_waits(item: FlowWait) -> str:
+    """``a waits``, or ``a, b and c wait together``."""
+    if len(item.threads) == 1:
+        return f"{item.threads[0]} waits"
+    return f"{', '.join(item.threads[:-1])} and {item.threads[-1]} wait together"
 
 
 def overload_words(overload: Overload) -> str:

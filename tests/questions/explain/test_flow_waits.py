@@ -34,7 +34,7 @@ def test_contention_in_a_latency() -> None:
     [delayed] = relaxation["delayed"]
     assert delayed["requirement"] == "latency of f <= 27 ms"
     [waiting] = delayed["waiting"]
-    assert (waiting["thread"], waiting["waited_ns"]) == ("nav", 4_000_000)
+    assert (waiting["threads"], waiting["waited_ns"]) == (["nav"], 4_000_000)
     assert waiting["waits"][0]["delays"] == [{"name": "fast", "jobs": 1, "work_ns": 4_000_000}]
     for item in delayed["shorter"]:
         for more, status in ((0, "feasible"), (1, "infeasible")):
@@ -43,6 +43,15 @@ def test_contention_in_a_latency() -> None:
             longest = int(thread["compute_execution_time"].split()[0]) * 10**6
             thread["compute_execution_time"] = f"{longest - item['by_ns'] + more} ns"
             assert dse.explain(data).status == status
+
+
+def test_threads_in_a_row_wait_together() -> None:
+    """What delays both is told once, with how much longer the flow takes for it."""
+    data = deepcopy(PROBLEM) | {"requirements": ["latency of f <= 20 ms"]}
+    data["threads"]["act"] = {"processor": "pc", "dispatch_protocol": "aperiodic", "compute_execution_time": "1 ms"}
+    data["connections"]["c2"] = {"from": "nav", "to": "act"}
+    data["flows"]["f"]["path"].append("act")
+    assert "nav and act wait together 4 ms behind 1 x fast (4 ms) on core 1 of pc" in told(data)
 
 
 def test_nothing_waits_in_a_latency() -> None:
