@@ -49,4 +49,4 @@ def test_a_form_stays_what_it_is_up_to_its_limit(seed: int) -> None:
 
 def test_a_limit_in_fractions_of_a_nanosecond_does_not_stop_a_search_with_response_times() -> None:
     problem = dse.load(ROOT / "problems" / "report" / "middleware.yaml")
-    assert dse.solve(problem, processing="response_time").status in ("optimal", "infeasible")
+    assert dse.solve(problem, processing="response_time").status == "complete"

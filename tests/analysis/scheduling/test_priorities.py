@@ -28,8 +28,9 @@ def times_ms(text: str) -> dict[str, int | None]:
     found = all_responses(space, View((0,) * len(space.decisions)))
     Evaluator(space).evaluate((0,) * len(space.decisions))
     return {
-        space.components[number].name: None if time is None else int(time / 10**6)
-        for (number, _), time in found.items()
+        space.components[key[0]].name: None if time is None else int(time / 10**6)
+        for key, time in found.items()
+        if key[1] == "thread"
     }
 
 
