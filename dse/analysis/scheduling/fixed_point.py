@@ -155,7 +155,7 @@ class Rounds:
         for number, resource in enumerate(self.system.resources):
             tasks, earlier = [self.events.task(entry.key) for entry in resource.entries], self._before[number]
             succession = Succession(self.events, resource)
-            related = bool(succession.relatives_there)
+            related = bool(succession.relatives_there) or succession.has_coupled
             looks_beyond = related or _looks_beyond(resource)
             if earlier is not None and not looks_beyond and all(map(_is_same, tasks, earlier)):
                 continue  # as in the round before
@@ -182,7 +182,7 @@ class Rounds:
         """Raise the end of a chain; whether it rose."""
         if self.ends[chain.key] is None:
             return False
-        window = chains.window_of(resource, chain, tasks, self.events.released_as, succession)
+        window = chains.window_of(resource, chain, tasks, succession)
         found = None if window is None else window.response_ns()
         changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
         source = self.sources.get((chain.key[1], "thread"))
@@ -283,7 +283,8 @@ def window_of(
     if resource.wire is not None:
         return buses.window_of(resource, position, tasks)
     if entry.executor is None:
-        return preemptive.window_of(resource, position, tasks, succession.over_before((position,), entry.rivals))
+        over = succession.over_before((position,), entry.rivals)
+        return preemptive.window_of(resource, position, succession.in_window(entry.key, tasks), over)
     if not entry.is_piece:
         return executors.window_of(resource, position, tasks, succession)
     return accelerators.window_of(resource, position, tasks, succession, segments.since_ns(entry))

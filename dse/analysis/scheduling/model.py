@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.tasks import TaskKey
@@ -44,6 +44,18 @@ class Release:
     after: TaskKey | None = None
     least_ns: Exact = 0
     most_ns: Exact = 0
+
+
+class Stated(NamedTuple):
+    """A core that a file states for a thread, by the numbers of the processor and of the core, and its priority."""
+
+    processor: int
+    core: int
+    priority: int
+
+    def shares_core(self, other: Stated) -> bool:
+        """Whether another thread is on the same core."""
+        return self[:2] == other[:2]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +90,8 @@ class Stage:
     rooms
         of one that needs an event of each of its releases for a job, how many of each wait at most for the others
         (None: as many as come); none where each event of any of them releases a job.
+    stated
+        its core and its priority where these are the same in every design, and nothing but its priority schedules it.
     keeps
         how many of its jobs wait in an executor that polls; what comes beyond is dropped. None where all wait.
     """
@@ -97,6 +111,7 @@ class Stage:
     is_chained: bool = False
     rooms: tuple[int | None, ...] = ()
     keeps: int | None = None
+    stated: Stated | None = None
 
     @property
     def first(self) -> TaskKey:

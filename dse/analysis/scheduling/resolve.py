@@ -26,13 +26,13 @@ from dse.analysis.messages.stages import (
 from dse.analysis.rates import NS_PER_S, arrivals, input_room, is_joined, kept_jobs, rate_hz
 from dse.analysis.scheduling.busy_window import Stream, Task
 from dse.analysis.scheduling.event_models import EventModels
-from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, System
+from dse.analysis.scheduling.model import Entry, Release, Resource, Server, Stage, Stated, System
 from dse.analysis.scheduling.order import Schedule, Turn, turns_of
 from dse.analysis.scheduling.overheads import interrupting, switching_ns
 from dse.analysis.scheduling.tasks import TaskKey, alone_ns, elapsed_ns, task_name
 from dse.analysis.terms import picked
 from dse.analysis.views import View
-from dse.space.architecture.chains import chained_to
+from dse.space.architecture.chains import chained_to, stated_place
 from dse.space.model.space import Component, Space
 from dse.space.model.trees import at, leaves
 
@@ -182,7 +182,13 @@ def stage_of(space: Space, key: TaskKey, view: View) -> Stage:
         part == "thread" and chained_to(space.components, space.connections, number) is not None,
         _rooms(space, component, view) if part == "thread" and found.by_inputs and is_joined(component, view) else (),
         kept_jobs(space, component, part, view),
+        _stated(space, number) if part == "thread" else None,
     )
+
+
+def _stated(space: Space, number: int) -> Stated | None:
+    found = stated_place(space, number)
+    return None if found is None else Stated(*found)
 
 
 def _rooms(space: Space, component: Component, view: View) -> tuple[int | None, ...]:

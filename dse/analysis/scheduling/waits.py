@@ -112,7 +112,7 @@ class Waits(Windows):
             chain = self.chains[part.threads[-1], first[0]]
             members, lowest, sent = chain.members, chain.lowest, Fraction(chain.sent_ns)
             succession = Succession(self.events, resource)
-            window = chains.window_of(resource, chain, self.tasks(resource), self.events.released_as, succession)
+            window = chains.window_of(resource, chain, self.tasks(resource), succession)
         if not isinstance(window, Preempted):
             return None
         if source is not None:

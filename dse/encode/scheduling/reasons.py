@@ -26,7 +26,7 @@ from dse.analysis.views import Noting, View
 from dse.encode.linear import OpenTerm
 from dse.encode.messages.reasons import conditions_of, soonest_conditions
 from dse.encode.scheduling.places import Places, Thread
-from dse.space.architecture.chains import may_succeed
+from dse.space.architecture.chains import may_come_once, may_succeed
 from dse.space.model.space import Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
@@ -314,7 +314,8 @@ def _rivals(case: _Case, thread: Thread, numbers: Iterable[int]) -> Iterator[tup
         work = work_ns(case.space, number, case.view)
         if speed and work and _goes_first(case, other, thread):
             separation = -(-NS_PER_S * speed.denominator // speed.numerator)
-            yield number, Task("", work, (Stream(separation),))
+            is_once = may_come_once(case.space, number, (case.number,))
+            yield number, Task("", work, () if is_once else (Stream(separation),))
 
 
 def _no_later(other: Thread, speed: Fraction, latest: Fraction | None) -> tuple[int, ...]:

@@ -36,7 +36,7 @@ from dse.encode.literals import literal_of
 from dse.encode.scheduling.core_demand import WHOLE, CoreDemand, Rate, few_points_of, points_of, work_of
 from dse.encode.scheduling.core_symmetry import number_cores
 from dse.encode.scheduling.places import Places, Thread, Turn
-from dse.space.architecture.chains import before_in_chain, may_succeed
+from dse.space.architecture.chains import before_in_chain, may_come_once, may_succeed
 from dse.space.model.space import Space
 from dse.support.timelimit import look_at_the_clock
 
@@ -307,8 +307,9 @@ class Rows:
             if may_succeed(self.space, thread.number, other.number):
                 continue
             if thread.priority is not None and other.priority >= thread.priority:
+                is_once = may_come_once(self.space, other.number, (thread.number,))
                 for (_, rate), literals in self.here(other, core).items():
-                    urgent += [(literal, rate, other) for literal in literals]
+                    urgent += [(literal, Fraction(0) if is_once else rate, other) for literal in literals]
         return CoreDemand(latest, urgent, [(thread, pair)], [pair])
 
     def add_demand(self, core: int, demand: CoreDemand) -> None:

@@ -5,7 +5,7 @@ Where a design lets them, such threads have one busy window (docs/semantics.md, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from dse.space.architecture.activation import may_be_event_triggered
@@ -36,6 +36,56 @@ def chained_to(components: Sequence[Component], connections: Sequence[Connection
         return None
     shared = (set(leaves(components[number].processor)) & set(leaves(components[found].processor))) - {None}
     return found if shared else None
+
+
+def stated_place(space: Space, number: int) -> tuple[int, int, int] | None:
+    """The processor, core (from 1) and priority of a thread that only its priority schedules, where all are stated.
+
+    None where one of them is a decision, follows from something else, or is limited by the operating system.
+    """
+    component = space.components[number]
+    if not _may_be_chained(component) or set(leaves(component.executor)) != {None} or component.callback_ns is not None:
+        return None
+    processors, cores = set(leaves(component.processor)), set(leaves(component.core))
+    priorities = set(leaves(component.priority))
+    if len(processors) != 1 or len(cores) != 1 or len(priorities) != 1:
+        return None
+    (processor,), (core,), (priority,) = processors, cores, priorities
+    if processor is None or not isinstance(priority, int):
+        return None
+    if set(leaves(space.processors[processor].priority_levels)) != {None}:
+        return None
+    if core is None:
+        if set(leaves(space.processors[processor].cores)) != {1}:
+            return None
+        core = 1
+    return processor, core, priority
+
+
+def before_on_core(space: Space, number: int) -> list[int]:
+    """The threads before one in its chain in some design that are on its stated core, by number, the nearest first.
+
+    Each with a stated priority, as it has itself; up to the first of which that is not so.
+    """
+    found: list[int] = []
+    place = stated_place(space, number)
+    for before in before_in_chain(space, number) if place is not None else ():
+        other = stated_place(space, before)
+        if place is None or other is None or other[:2] != place[:2]:
+            break
+        found.append(before)
+    return found
+
+
+def may_come_once(space: Space, number: int, others: Iterable[int]) -> bool:
+    """Whether a thread comes once at most in busy windows of the priority of one of some threads, in some design.
+
+    A less urgent thread of its core comes before it in its chain (docs/semantics.md, section 4.9).
+    """
+    before = before_on_core(space, number)
+    priorities = [place[2] for item in others if before and (place := stated_place(space, item)) is not None]
+    lowest = (place[2] for item in before if (place := stated_place(space, item)) is not None)
+    return bool(priorities) and min(lowest) < max(priorities)
 
 
 def _may_be_chained(component: Component) -> bool:

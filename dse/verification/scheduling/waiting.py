@@ -20,7 +20,7 @@ from ortools.sat.python import cp_model
 from dse.analysis.scheduling.chained import chain_wait_ns
 from dse.analysis.scheduling.responses import UNBOUNDED_NS, all_responses, counted_ns, waited_ns
 from dse.analysis.views import View
-from dse.space.architecture.chains import may_succeed
+from dse.space.architecture.chains import may_come_once, may_succeed
 from dse.space.model.space import Design, Space
 from dse.verification.diagrams import leaves
 from dse.verification.sums import Waits
@@ -157,6 +157,8 @@ class WaitVariables:
         known = all_responses(self.space, view)
         fresh = False
         for (number, other), (waits, share) in self._done.items():
+            if may_come_once(self.space, other, (number,)):
+                continue
             response = known.get((number, "thread"), 0)
             separation = self.waits.separation_ns(other, view)
             for job in range(2, MOST_JOBS + 1):

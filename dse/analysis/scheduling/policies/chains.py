@@ -16,10 +16,9 @@ The sum of the threads' own bounds may be less: the least of all ways to cut a c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TypeAlias
 
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.model import ChainKey, Entry, Resource, Stage, System
@@ -28,9 +27,6 @@ from dse.analysis.scheduling.policies.reservations import gaps_and_servers
 from dse.analysis.scheduling.policies.successions import Succession, is_prioritised
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
-
-ReleasedAs: TypeAlias = Callable[[TaskKey, TaskKey], Task | None]
-"""A stage as a job that is released when another stage is; None where that comes without a bound."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +126,7 @@ def _chain(entries: Sequence[Entry], members: tuple[int, ...], links: Sequence[_
 
 
 def window_of(
-    resource: Resource, chain: Chain, tasks: Sequence[Task | None], released_as: ReleasedAs, succession: Succession
+    resource: Resource, chain: Chain, tasks: Sequence[Task | None], succession: Succession
 ) -> Preempted | None:
     """The busy window from the release of the first thread of a chain until the end of the last one.
 
@@ -139,10 +135,15 @@ def window_of(
     """
     entries, lowest = resource.entries, resource.entries[chain.lowest]
     first, last = (entries[chain.members[place]].key for place in (0, -1))
-    own = [item for position in chain.members if (item := released_as(entries[position].key, first)) is not None]
+    tasks = succession.in_window(lowest.key, tasks)
+    head = tasks[chain.members[0]]
+    if head is None:
+        return None
+    stages = (succession.events.stages[entries[position].key] for position in chain.members)
+    own = [Task(one.name, one.cost_ns, head.streams, one.separation_ns, one.key) for one in stages]
     found = [*gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
     rivals = tuple(item for item in found if item is not None)
-    if not own or len(rivals) < len(found):
+    if len(rivals) < len(found):
         return None
     if not succession.are_apart(first, last):
         left_out = [replace(own[0], worst_ns=chain.absent_ns)] if chain.absent_ns else []

@@ -14,6 +14,7 @@ from functools import cached_property, reduce
 from dse.analysis.scheduling.busy_window import Task
 from dse.analysis.scheduling.event_models import EventModels
 from dse.analysis.scheduling.model import Entry, Resource, Stage, System
+from dse.analysis.scheduling.policies.coupled import has_coupled, in_window
 from dse.analysis.scheduling.policies.segments import apart_ns
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.units import Exact
@@ -148,6 +149,15 @@ class Succession:
             inside = (item.key for item in self.resource.entries if item.executor == executor)
             self._chains[executor] = Chains(self.events, [key for key in inside if _is_whole(stages[key])])
         return self._chains[executor]
+
+    @cached_property
+    def has_coupled(self) -> bool:
+        """Whether a thread of the resource is released at once by another one on the same stated core."""
+        return self.resource.wire is None and has_coupled(self.events.stages, self.resource)
+
+    def in_window(self, level: TaskKey, tasks: Sequence[Task | None]) -> Sequence[Task | None]:
+        """The stages of the resource as they come in a busy window of the priority of one of them."""
+        return in_window(self.events, self.resource, level, tasks) if self.has_coupled else tasks
 
     @cached_property
     def relatives_there(self) -> Mapping[int, frozenset[int]]:

@@ -20,6 +20,7 @@ from dse.encode.linear import floor_int
 from dse.encode.scheduling.combined import Combined
 from dse.encode.scheduling.delays.jitters import Jitters
 from dse.encode.scheduling.places import Places, Thread
+from dse.space.architecture.chains import before_on_core, may_come_once
 from dse.support.units import Exact
 
 MOST_JOBS = 32
@@ -62,14 +63,16 @@ class JobRows:
         `end` is an expression of when the wait is over, and `delays` a literal that is true where the other thread
         delays the whole of it on a processor. `view` is a design that does so.
         """
-        fresh = False
+        space, fresh = self.places.space, False
+        if may_come_once(space, other.number, (waiter,) if isinstance(waiter, int) else waiter.threads):
+            return False
         for literal, rate in other.rates or ():
             for job in range(2, MOST_JOBS + 1) if rate else ():
                 if (job - 1) * NS_PER_S >= reach * rate:
                     break
                 fresh |= self._add_job(waiter, end, processor, other, (literal, rate), job, delays)
-        component = self.places.space.components[other.number]
-        if other.number in self.jitters.variables and is_event_triggered(component, view):
+        is_late = other.number in self.jitters.variables and not before_on_core(space, other.number)
+        if is_late and is_event_triggered(space.components[other.number], view):
             fresh |= self._add_late_jobs(waiter, end, processor, other, view, reach, delays)
         return fresh
 
