@@ -2,8 +2,8 @@
 
 Jitter is mostly as long as a period or longer, and busy periods have several jobs: threads take almost no time at
 least, behind devices that do so, too. Chains fork, and meet where any input releases a thread; on their way are cores,
-connections that take time, threads that keep a distance, executors, segments, stated response times, threads without a
-processor, and timers, some of which let data pass at their deadline.
+connections that take time, buses that messages wait for, threads that keep a distance, executors, segments, stated
+response times, threads without a processor, and timers, some of which let data pass at their deadline.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ def draw(seed: int) -> str:
         "processors": {name: {"type": "cpu"} for name in ("p", "q", "o")[: rng.randint(1, 3)]},
         "bus_types": {
             "ipc": {"virtual": "true", "transmission_time": {"fixed": "100 us .. 2 ms"}},
+            "net": {"transmission_time": {"fixed": "100 us .. 400 us"}, "arbitration": "fifo"},
         },
-        "buses": {"ipc": {"type": "ipc"}},
+        "buses": {"ipc": {"type": "ipc"}, "net": {"type": "net"}},
         "devices": {}, "threads": {}, "connections": {}, "flows": {},
     }  # fmt: skip
     for number in range(rng.choice((1, 1, 2))):
@@ -58,11 +59,7 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             before = [rng.choice(list(often)[-2:]) if rng.random() < 0.75 else rng.choice(list(often))]
         if before and rng.random() < 0.1:
             before = list(dict.fromkeys([*before, rng.choice(list(often))]))
-        held = {document["threads"].get(each, {}).get("processor") for each in before if _is_held(document, each)}
-        slots = [slot for slot in document["processors"] if slot not in held]
-        if before and not slots:
-            before = []
-        body: dict[str, Any] = {"processor": rng.choice(slots or list(document["processors"]))}
+        body: dict[str, Any] = {"processor": rng.choice(list(document["processors"]))}
         often[name] = sum(often[each] for each in before)
         if not before or rng.random() < 0.05:
             period = rng.choice(PERIODS)
@@ -70,7 +67,7 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             often[name] = 1 / period
             if before and rng.random() < 0.3:
                 body["communication"] = "let"
-        elif rng.random() < 0.08 and len(document["processors"]) > 1:
+        elif rng.random() < 0.08:
             apart = rng.choice((1, 2, 3, 4, 6, 8))
             body |= {"dispatch_protocol": "sporadic", "period": f"{apart} ms"}
             often[name] = min(often[name], 1 / apart)
@@ -87,17 +84,14 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             document["connections"][f"{each}{name}"] = {"from": each, "to": name, **_way(rng)}
 
 
-def _is_held(document: dict[str, Any], name: str) -> bool:
-    """Whether a thread keeps a distance: what it releases runs on another core, and begins no window with it."""
-    return bool(document["threads"].get(name, {}).get("dispatch_protocol") == "sporadic")
-
-
 def _way(rng: random.Random) -> dict[str, Any]:
     """What a message travels by, if by anything."""
     case = rng.random()
     if case < 0.12:
         return {"bus": "ipc", "data_size": "8 B"}
-    return {"latency": f"0 us .. {rng.randint(1, 3_000)} us"} if case < 0.22 else {}
+    if case < 0.17:
+        return {"bus": "net", "data_size": "8 B"}
+    return {"latency": f"0 us .. {rng.randint(1, 3_000)} us"} if case < 0.27 else {}
 
 
 def _gather(rng: random.Random, document: dict[str, Any]) -> None:
@@ -131,22 +125,12 @@ def _gather(rng: random.Random, document: dict[str, Any]) -> None:
 
 
 def _add_flows(rng: random.Random, document: dict[str, Any]) -> None:
-    """From the first component of each way to each thread, and from one in the middle of a chain."""
+    """From the first component of each way to each thread, and from one in its middle."""
     connections: Bodies = document["connections"]
     for name in document["threads"]:
         path = [name]
         while coming := [each for each in connections.values() if each["to"] == path[0]]:
             path.insert(0, rng.choice(coming)["from"])
         document["flows"][f"to {name}"] = {"path": path}
-        inside = [place for place in range(1, len(path) - 1) if all(_follows(document, each) for each in path[place:])]
-        if inside:
-            document["flows"][f"part to {name}"] = {"path": path[rng.choice(inside) :]}
-
-
-def _follows(document: dict[str, Any], name: str) -> bool:
-    """Whether a thread has another one before it in its chain."""
-    coming = [each for each in document["connections"].values() if each["to"] == name]
-    sources = [document["threads"].get(each["from"], {}) for each in coming]
-    body = document["threads"][name]
-    is_whole = not any("segments" in each for each in (body, *sources))
-    return body.get("dispatch_protocol") == "aperiodic" and len(coming) == 1 and is_whole
+        if len(path) > 2:
+            document["flows"][f"part to {name}"] = {"path": path[rng.randrange(1, len(path) - 1) :]}
