@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains
 
@@ -30,10 +30,10 @@ class Stream(NamedTuple):
         return max(0, (job - 1) * self.period - self.late)
 
 
-def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bool) -> int:
-    """The greatest time from a release of `own` to its end over the jobs of the busy period; `LATE` without a bound.
+def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bool, counted: Stream) -> int:
+    """The greatest time from a release of `counted` to the end of `own` over the jobs of the busy period.
 
-    With `own_over` an earlier job has ended at the release of the next one.
+    It is `LATE` without a bound. With `own_over` an earlier job has ended at the release of the next one.
     """
     every = [own, *rivals]
     load = sum((Fraction(each.work, each.period) for each in every), Fraction(0))
@@ -48,57 +48,68 @@ def longest(own: Stream, rivals: Sequence[Stream], blocked: int, *, own_over: bo
             if end > MOST_MS:
                 return LATE
         ran = (job - 1) * own.work + sum(each.came(end) for each in rivals if each.is_over) if own_over else 0
-        found = max(found, end - max(own.soonest(job), ran))
+        found = max(found, end - max(counted.soonest(job), ran))
         if end <= own.soonest(job + 1):
             return found
     raise AssertionError
 
 
+Row: TypeAlias = tuple[int, ...]
+Rivals: TypeAlias = Callable[[Row], tuple[list[int], list[Stream], int]]
+"""Gives rivals, what else goes first, and blocking."""
+
+
 class OnCore:
     """The threads that priorities alone schedule, and what the chains of them wait for on a core.
 
-    `windows` are the longest times from the release of the first to the end of the last of threads in a row.
+    `windows` are the longest times from the release of the first to the end of the last of threads in a row, `lags`
+    those from the latest release of the first, of rows that something releases, and of single threads, too.
     """
 
     def __init__(self, source: Mapping[int, int], figures: Any, is_alone: Sequence[bool]) -> None:
-        """`figures` are cores, levels, periods and times of all threads, context switches included, and of work."""
+        """`figures` are cores, levels, periods and times of all threads, context switches included, and their least."""
         self.source = source
-        self.cores, self.levels, self.period, self.cost, self.work = figures
+        self.cores, self.levels, self.period, self.cost, self.shortest = figures
         self.is_plain = [alone and cost > 0 for alone, cost in zip(is_alone, self.cost, strict=True)]
-        self.windows = {row: sum(self.cost[item] for item in row) for row in self._rows()}
+        work = {row: sum(self.cost[item] for item in row) for row in self._rows()}
+        self.windows = {row: takes for row, takes in work.items() if len(row) > 1}
+        self.lags = {row: takes for row, takes in work.items() if row[0] in source}
 
     def chain(self, number: int) -> list[int]:
         """All before a thread, the first of all first, and the thread."""
         return [*self.chain(self.source[number]), number] if number in self.source else [number]
 
-    def _rows(self) -> Iterator[tuple[int, ...]]:
+    def _rows(self) -> Iterator[Row]:
         for number in range(len(self.cost)):
             chain = self.chain(number)
-            for first in range(len(chain) - 1):
+            for first in range(len(chain)):
                 row = tuple(chain[first:])
                 if all(self.is_plain[item] for item in row) and len({self.cores[item] for item in row}) == 1:
                     yield row
 
     def least(self, part: Sequence[int], known: Sequence[int]) -> int:
-        """The longest that part of a chain takes: the least over all ways to cut it into windows and threads."""
+        """S of part of a chain, by response times alone: the least over all ways to cut it into windows and threads."""
+        return self._cut(part, known, {})
+
+    def bound(self, part: Sequence[int], known: Sequence[int]) -> int:
+        """The longest that part of a chain takes: as `least`, but that lags count in what begins with a timer."""
+        return self._cut(part, known, self.lags if part[0] not in self.source else {})
+
+    def _cut(self, part: Sequence[int], known: Sequence[int], lags: Mapping[Row, int]) -> int:
         best = [0]
         for end in range(1, len(part) + 1):
-            ways = [best[end - 1] + known[part[end - 1]]]
-            ways += [best[at] + self.windows.get(tuple(part[at:end]), LATE) for at in range(end - 1)]
+            ways = []
+            for at in range(end):
+                row = tuple(part[at:end])
+                takes = known[row[0]] if len(row) == 1 else self.windows.get(row, LATE)
+                ways.append(best[at] + (takes if takes >= LATE // 10 else min(takes, lags.get(row, takes))))
             best.append(min(ways))
         return best[-1]
 
     def jitters(self, known: Sequence[int]) -> list[int]:
-        """How much later than at the earliest each thread is released."""
-        found = [0] * len(self.cost)
-        for number in sorted(range(len(found)), key=lambda item: len(self.chain(item))):
-            before = self.chain(number)[:-1]
-            parts = [before[at:] for at in range(len(before))]
-            found[number] = min(
-                (found[part[0]] + self.least(part, known) - sum(self.work[item] for item in part) for part in parts),
-                default=0,
-            )
-        return found
+        """How much later than at the earliest each thread is released, whose chain begins with a timer."""
+        before = [self.chain(number)[:-1] for number in range(len(self.cost))]
+        return [self.bound(part, known) - sum(self.shortest[item] for item in part) if part else 0 for part in before]
 
     def over(self, number: int, chains: Chains) -> list[int]:
         """What goes before a thread on its core, and never waits while it does."""
@@ -112,26 +123,43 @@ class OnCore:
             and chains.never_together(item, number)
         ]
 
-    def widened(
-        self, chains: Chains, rivals_of: Callable[[tuple[int, ...]], tuple[list[int], list[Stream], int]]
-    ) -> dict[tuple[int, ...], int]:
-        """The windows as they are with what is known; `rivals_of` gives rivals, what else goes first, and blocking."""
-        return {row: self._window(row, chains, *rivals_of(row)) for row in self.windows}
+    def widened(self, chains: Chains, rivals_of: Rivals) -> tuple[dict[Row, int], dict[Row, int]]:
+        """Windows and lags as they are with what is known."""
+        windows = {row: self._window(row, self._stream(row[0], chains), chains, rivals_of(row)) for row in self.windows}
+        lags = {}
+        for row in self.lags:
+            first = self.chain(row[0])[0]
+            counted = Stream(0, self.period[first], 0)
+            given = rivals_of(row)
+            if len(row) > 1:
+                lags[row] = self._window(row, counted, chains, given)
+            else:
+                lags[row] = self.single(row[0], self._stream(row[0], chains), chains, given, counted=counted)
+        return windows, lags
 
-    def _window(
-        self, row: tuple[int, ...], chains: Chains, rivals: Sequence[int], first: Sequence[Stream], blocked: int
+    def single(
+        self, number: int, own: Stream, chains: Chains, given: tuple[list[int], list[Stream], int], *, counted: Stream
     ) -> int:
+        """From a release that is `counted` to the end of a thread, some of whose rivals may be over."""
+        rivals, first, blocked = given
+        over = self.over(number, chains)
+        every = [self._stream(item, chains, is_over=item in over) for item in rivals]
+        return longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted)
+
+    def _window(self, row: Row, counted: Stream, chains: Chains, given: tuple[list[int], list[Stream], int]) -> int:
+        rivals, first, blocked = given
         stream = (self.period[row[0]], chains.jitter[row[0]])
         if chains.has_ended(row[0], row[-1]):
             over = [item for item in rivals if self._is_over(item, row, chains)]
             every = [self._stream(item, chains, is_over=item in over) for item in rivals]
             own = Stream(sum(self.cost[item] for item in row), *stream)
-            return longest(own, [*every, *first], blocked, own_over=True)
+            return longest(own, [*every, *first], blocked, own_over=True, counted=counted)
         every = [self._stream(item, chains) for item in rivals]
         every += [Stream(self.cost[item], *stream) for item in row[:-1]]
-        return longest(Stream(self.cost[row[-1]], *stream), [*every, *first], blocked, own_over=False)
+        own = Stream(self.cost[row[-1]], *stream)
+        return longest(own, [*every, *first], blocked, own_over=False, counted=counted)
 
-    def _is_over(self, item: int, row: tuple[int, ...], chains: Chains) -> bool:
+    def _is_over(self, item: int, row: Row, chains: Chains) -> bool:
         if not self.is_plain[item]:
             return False
         if item in self.chain(row[0]):

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from tests.helpers.thread_chains import OnCore, Stream, longest
+from tests.helpers.thread_chains import OnCore, Stream
 from tests.helpers.thread_executors import LATE, MOST_MS, Chains, InExecutor, supplied
 
 PERIODS = (4, 5, 6, 8, 10, 12, 15, 20)
@@ -51,7 +51,11 @@ class Settled:
         is_alone = [
             alone and not _takes_nothing(self.kind, work) for alone, work in zip(is_alone, self.work, strict=True)
         ]
-        figures = (choice["cores"], self.levels[0], self.period, self.cost, self.work)
+        least = [
+            work if thread["least"] is None else min(thread["least"], work)
+            for thread, work in zip(self.threads, self.work, strict=True)
+        ]
+        figures = (choice["cores"], self.levels[0], self.period, self.cost, least)
         self.chains = OnCore(source, figures, is_alone)
         self.known = self._settle()
 
@@ -62,12 +66,12 @@ class Settled:
             chains = Chains(self.chains.source, partial(self.chains.least, known=known), self.period, jitter)
             self.kind["chains"] = chains
             fresh = [self._response(number, chains) for number in range(len(known))]
-            windows = self.chains.widened(chains, lambda row: self._rivals(row))
+            windows, lags = self.chains.widened(chains, self._rivals)
             if max(fresh) >= 10 * max(PERIODS):
                 fresh = [LATE if item >= 10 * max(PERIODS) else item for item in fresh]
-            if fresh == known and windows == self.chains.windows:
+            if (fresh, windows, lags) == (known, self.chains.windows, self.chains.lags):
                 return known
-            known, self.chains.windows = fresh, windows
+            known, self.chains.windows, self.chains.lags = fresh, windows, lags
         return [LATE] * len(known)
 
     def _rivals(self, row: Sequence[int]) -> tuple[list[int], list[Stream], int]:
@@ -82,14 +86,11 @@ class Settled:
         return rivals, [Stream(*each) for each in _before_all(self.kind, homes, None)], max(sections, default=0)
 
     def _response(self, number: int, chains: Chains) -> int:
-        over = self.chains.over(number, chains)
-        if not over:
+        if not self.chains.over(number, chains):
             given = (self.threads, self.levels)
             return _response(number, given, self.choice["cores"], self.period, chains.jitter, self.work, self.kind)
-        rivals, first, blocked = self._rivals([number])
-        streams = [Stream(self.cost[i], self.period[i], chains.jitter[i], i in over) for i in rivals]
         own = Stream(self.cost[number], self.period[number], chains.jitter[number])
-        return longest(own, [*streams, *first], blocked, own_over=True)
+        return self.chains.single(number, own, chains, self._rivals([number]), counted=own)
 
 
 def _takes_nothing(kind: Any, work: int) -> bool:

@@ -15,7 +15,7 @@ from tests.helpers.thread_executors import draw_executors
 from tests.helpers.thread_responses import PERIODS, Settled, responses, times_of
 
 KINDS = ("plain", "chained", "stated", "fixed", "blocked", "ordered", "best", "grouped", "joined", "reserved",
-         "unequal", "mixed")  # fmt: skip
+         "unequal", "mixed", "late")  # fmt: skip
 ORDERS = (None, 1, 2, (1, 3), (2, 1, 3), "rate_monotonic", "deadline_monotonic", "deadline_monotonic",
           ("rate_monotonic", "deadline_monotonic"))  # fmt: skip
 LATER_JOBS = """
@@ -49,11 +49,12 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     (every way to say priorities, as decisions too, with event-triggered threads and sections, and few priority levels),
     best (the best order is asked for, with some of that), grouped (executors, with some of all that), joined (which
     executor some threads are in is open), reserved (reservations, with executors and some of all that), unequal (a core
-    of the slow computer is slower still), or mixed (all of that together, but the best order).
+    of the slow computer is slower still), mixed (all of that together, but the best order), or late (chains of threads
+    that mostly take a whole job less at least than at most, on one core or two).
     """
     rng = random.Random(f"{kind} {seed}")
     count = rng.randint(2, 3 if kind == "best" else 4)
-    cores = 1 if rng.random() < 0.3 else 2
+    cores = 1 if rng.random() < (0.1 if kind == "late" else 0.3) else 2
     types: dict[str, dict[str, Any]] = {
         "slow": {"cores": cores, "price": 10},
         "fast": {"cores": rng.choice((1, cores)), "price": 30},
@@ -75,6 +76,7 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
             "deadline": None,
             "core": None,
             "section": None,
+            "least": None,
             "executor": None,
             "reservation": None,
             "among": None,
@@ -108,9 +110,31 @@ def draw(seed: int, *, kind: str = "plain") -> dict[str, Any]:
     if kind in ("ordered", "best", "mixed") and rng.random() < (0.4 if kind == "ordered" else 0.2):
         types["slow"]["levels"] = rng.randint(1, 3)
         types["fast"]["levels"] = rng.choice((None, 2))
+    if kind == "late":
+        _chain(rng, threads, min(figures["cores"] for figures in types.values()))
     _share(rng, kind, threads, executors)
     _take_no_time(random.Random(f"no time {kind} {seed}"), threads)  # apart from all else
     return {"types": types, "threads": threads}
+
+
+def _chain(rng: random.Random, threads: list[dict[str, Any]], cores: int) -> None:
+    """A long thread, perhaps alone on its core, releases most others, which jobs that are short make late."""
+    periods = sorted(rng.sample((10, 12, 15, 20), rng.randint(1, 2)))
+    for number, thread in enumerate(threads):
+        tenths = rng.randint(2, 5) if number else rng.randint(5, 9)
+        work = max(1, periods[0] * tenths // 10)
+        thread |= {
+            "periods": periods,
+            "slow": work + rng.randint(0, 1),
+            "fast": work,
+            "least": rng.choice((0, 0, 1, None if number else 0)),
+        }
+        thread["priority"] = rng.choice((None, 1, 2, 3))
+        thread["section"] = rng.choice((None, None, None, 1))
+        if number and rng.random() < 0.75:
+            thread["trigger"] = number - 1 if rng.random() < 0.7 else rng.randrange(number)
+        if rng.random() < 0.8:
+            thread["core"] = cores if number and (number == 1 or rng.random() < 0.75) else 1
 
 
 def _take_no_time(rng: random.Random, threads: list[dict[str, Any]]) -> None:
@@ -288,7 +312,8 @@ def _type_fields(figures: Mapping[str, Any]) -> list[str]:
 
 
 def _ms(thread: Mapping[str, Any], kind: str) -> str:
-    return f"{thread[kind]} ms"
+    most = thread[kind]
+    return f"{most} ms" if thread["least"] is None else f"{min(thread['least'], most)} ms .. {most} ms"
 
 
 def every_choice(system: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -382,7 +407,7 @@ def _takes(row: Sequence[int], settled: Settled, times: Sequence[int], work: Seq
     """How long a part of a flow takes: for each thread how much longer the chain takes with it, or its own time."""
     total = before = 0
     for place, number in enumerate(row):
-        now = settled.chains.least(row[: place + 1], times)
+        now = settled.chains.bound(row[: place + 1], times)
         is_late = max(now, before) >= 10**8
         total += times[number] if is_late else max(now - before, work[number])
         before = now

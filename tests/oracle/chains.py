@@ -38,7 +38,7 @@ class Chains:
             return None
         if reading.segments(name) or reading.segments(sender) or reading.joins.joins(name):
             return None
-        if reading.problem.waiting_buses & reading.problem.ways_of(triggers[0]):
+        if reading.problem.may_wait(triggers[0]):
             return None
         rows = reading.transit_rows(triggers[0])
         least, most = (sum((Fraction(row[end]) for row in rows), Fraction(0)) for end in (2, 3))

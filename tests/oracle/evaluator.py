@@ -82,7 +82,11 @@ Where the documents leave something open, this is how they are read here:
     a latency is longer than its deadline.
 31. A connection between threads of one processor is on no bus where it states ``local``, or offers physical buses
     alone; its own latency counts all the same, unlike within a process. Its ``bus`` is then no decision.
-32. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
+32. Chains end in all designs at a connection whose messages wait for a bus in some. Whether chains have ended (S) is
+    told by response times, not by lags. A stated response time ends windows, but neither chains nor what is over; lags
+    count behind it. They do where a flow leads through the first of a chain, or begins there, whatever releases it.
+    Windows and lags that grow without end have no bound where response times have none, beyond ten periods.
+33. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """
 
 from __future__ import annotations

@@ -108,9 +108,20 @@ class Problem:
         """The buses for which messages wait."""
         return frozenset(counted(self))
 
-    def ways_of(self, connection: str) -> set[str]:
-        """The buses that may carry a connection, in any design."""
-        return may_be_on(self, connection)
+    def may_wait(self, connection: str) -> bool:
+        """Whether messages of a connection wait for a bus, in any design."""
+        body = self.component(connection)
+        ends = [self._slots(body[end]) for end in ("from", "to") if body.get(end) in self.sections["threads"]]
+        if len(ends) == 2 and len(ends[0] | ends[1]) == 1 and self.need_not_travel(body):
+            return False
+        return bool(self.waiting_buses & may_be_on(self, connection))
+
+    def _slots(self, name: str) -> set[str]:
+        """The processors on which something may run, in any design."""
+        homes = self.homes(name)
+        if homes:
+            return {slot for home in homes for slot in self._slots(home)}
+        return set(as_list(self.component(name).get("processor")))
 
     @cached_property
     def chooses_executors(self) -> bool:

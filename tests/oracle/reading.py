@@ -795,8 +795,6 @@ class Reading:
         """Whether what a flow has come by releases a component, so that both count together by the ways to cut them."""
         if not row or self.problem.speaks_of_clocks or not self.problem.counts_responses:
             return False
-        if any(self.get(each, "response_time") is not None for each in (row[-1], name)):
-            return False  # what is stated counts by itself
         return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
 
     def _with_less(self, row: Row, part: Sequence[str]) -> Row:
@@ -804,16 +802,17 @@ class Reading:
         if row[1] not in ("processing time", "specified"):
             return row
         before, now = self.chain_bound(part[:-1]), self.chain_bound(part)
-        if max(before, now) >= NO_BOUND_NS:
+        if max(before, now) >= NO_BOUND_NS or self.get(part[-1], "response_time") is not None:
             return row
         longer = now - before - self.scheduling.chains.way(part[-1])
         return (row[0], row[1], row[2], max(longer, Fraction(self.scheduling.times((part[-1], "timer"))[1])))
 
     def chain_bound(self, part: Sequence[str]) -> Any:
         """The longest that components in a row take which release each other."""
-        bound = self.scheduling.windows.cut(part, {name: Fraction(self.processing(name)[1]) for name in part})
-        assert bound is not None
-        return bound
+        stated = [name for name in part if self.get(name, "response_time") is not None]  # what is stated counts
+        takes = {name: Fraction(self.processing(name)[1]) for name in part}
+        bounded = {name: None if time >= NO_BOUND_NS else time for name, time in takes.items()}
+        return self._counted(self.scheduling.windows.cut(part, bounded, stated))
 
     @in_common
     def flow_figures(self, flow: str) -> dict[str, Any]:

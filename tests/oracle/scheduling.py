@@ -21,7 +21,7 @@ from .chains import Chains
 from .pieces import Pieces, piece_of
 from .problem import as_list
 from .quantities import NS_PER_S
-from .stretches import Releases, has_no_end, play, play_inside
+from .stretches import Releases, has_no_end, kept_apart, play, play_inside
 from .windows import Windows
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ Job: TypeAlias = tuple[str, str]
 
 Of a thread with segments ``piece 0``, ``piece 1`` and so on.
 """
+
+Time: TypeAlias = Fraction | None
 
 
 class Scheduling:
@@ -136,15 +138,24 @@ class Scheduling:
     def _settle(self) -> None:
         """Plays all cores again and again; what grows beyond ten times the longest period has no bound."""
         for number in count():
-            fresh = {job: self._played(job) for job in self.jobs}
-            for job, before in self.response.items():
-                found = fresh[job]
-                grows = number > 0 and found is not None and found != before and found > 10 * self.longest
-                fresh[job] = None if before is None or grows else found
-            spans = self.windows.fresh()
-            if fresh == self.response and spans == self.windows.spans:
+            known = self.windows
+            fresh = self._grown(self.response, {job: self._played(job) for job in self.jobs}, number)
+            spans, lags = (
+                self._grown(before, found, number)
+                for before, found in zip((known.spans, known.lags), known.fresh(), strict=True)
+            )
+            if (fresh, spans, lags) == (self.response, known.spans, known.lags):
                 return
-            self.response, self.windows.spans = fresh, spans
+            self.response, known.spans, known.lags = fresh, spans, lags
+
+    def _grown(self, before: dict[Any, Time], found: dict[Any, Time], number: int) -> dict[Any, Time]:
+        """Times as they are now, None of what grows too far."""
+
+        def is_endless(key: Any) -> bool:
+            time = found[key]
+            return number > 0 and time is not None and time != before[key] and time > 10 * self.longest
+
+        return {key: None if before[key] is None or is_endless(key) else found[key] for key in before}
 
     def _played(self, job: Job) -> Fraction | None:
         """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
@@ -382,27 +393,17 @@ class Scheduling:
         releases, takes = self.releases((name, "timer")), self.response[last]
         if releases is None or takes is None:
             return None
-        return Releases(tuple((period, late + takes - least) for period, late in _kept_apart(releases)))
+        return Releases(tuple((period, late + takes - least) for period, late in kept_apart(releases)))
 
     def leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
         """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
-        found: list[list[tuple[int, Fraction]]] = []
         chain = self.chains.chain(name)
-        for place, first in enumerate(chain):
-            part = chain[place:]
-            releases, takes = self.releases((first, "timer")), self.windows.cut(part, self._singles(part))
-            if releases is None or takes is None:
-                continue
-            takes -= sum(self.times((each, "timer"))[0] for each in part)
-            takes -= sum((self.chains.way(each, least=True) for each in part[1:]), Fraction(0))
-            found.append([(period, late + takes) for period, late in _kept_apart(releases)])
-        if not found:
+        releases, takes = self.releases((chain[0], "timer")), self.windows.cut(chain, self._singles(chain))
+        if releases is None or takes is None:
             return None
-        least = found[-1]
-        for streams in found[:-1]:
-            if len(streams) == len(least):
-                least = [min(one, other) for one, other in zip(least, streams, strict=True)]
-        return least
+        takes -= sum(self.times((each, "timer"))[0] for each in chain)
+        takes -= sum((self.chains.way(each, least=True) for each in chain[1:]), Fraction(0))
+        return [(period, late + takes) for period, late in kept_apart(releases)]
 
     def _singles(self, part: list[str]) -> dict[str, Fraction | None]:
         """What threads take by themselves, each; where nothing waits they end when they say."""
@@ -414,11 +415,3 @@ class Scheduling:
                 takes = max(takes, Fraction(quantities.time_range(stated)[1]))
             found[name] = takes
         return found
-
-
-def _kept_apart(releases: Releases) -> tuple[tuple[int, Fraction], ...]:
-    """The streams of jobs; of those that always come as soon as they may, one stream."""
-    streams = releases.streams
-    if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
-        return ((releases.apart, Fraction(0)),)
-    return streams

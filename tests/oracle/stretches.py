@@ -49,6 +49,14 @@ def _each(period: int, late: Fraction) -> Iterator[Fraction]:
     return (max(Fraction(0), number * period - late) for number in count())
 
 
+def kept_apart(releases: Releases) -> tuple[tuple[int, Fraction], ...]:
+    """The streams of jobs; of those that always come as soon as they may, one stream."""
+    streams = releases.streams
+    if releases.apart and sum(Fraction(1, period) for period, _ in streams) * releases.apart >= 1:
+        return ((releases.apart, Fraction(0)),)
+    return streams
+
+
 def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> bool:
     """Whether there is more work than time, or as much and some of it is early: a stretch never ends then.
 

@@ -1,18 +1,19 @@
-"""Chains of threads on a core: what is over, windows, and the ways to cut a chain (docs/semantics.md, section 4.9).
+"""Chains of threads: what is over, windows, lags, and the ways to cut a chain (docs/semantics.md, section 4.9).
 
-A window is a row of two threads or more of a chain on one core, on which priorities alone schedule them.
+A window is a row of two threads or more of a chain on one core, on which priorities alone schedule them. The lag of a
+thread, or of a window, is how much later it ends than what released it comes at the latest.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
-from .stretches import MOST_PLAYED, Releases, has_no_end
+from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -30,18 +31,27 @@ class Rival(NamedTuple):
 
 
 class Windows:
-    """How long chains of a design take; `spans` are the windows as last found, None without a bound."""
+    """How long chains of a design take, None without a bound.
+
+    `spans` are the windows as last found, `lags` those of windows and of single threads that are not the first of their
+    chain.
+    """
 
     def __init__(self, scheduling: Scheduling) -> None:
         self.known, self.chains = scheduling, scheduling.chains
         self._times: dict[Releases, Dense] = {}
         self.spans: dict[Row, Fraction | None] = {}
+        self.lags: dict[Row, Fraction | None] = {}
         if not scheduling.only_buses:
             here = {job[0] for job in scheduling.jobs if self._is_plain(job)}
             for name in scheduling.threads:
                 for row in self._rows(name, here):
                     work = sum(scheduling.times((each, "timer"))[1] for each in row)
-                    self.spans[row] = work + sum(self._ways(row), Fraction(0))
+                    takes = work + sum(self._ways(row), Fraction(0))
+                    if len(row) > 1:
+                        self.spans[row] = takes
+                    if self.source(row[0]) != row[0]:
+                        self.lags[row] = takes
 
     def _is_plain(self, job: Job) -> bool:
         """Whether priorities alone schedule a thread that takes some time."""
@@ -50,14 +60,19 @@ class Windows:
         return job[1] == "timer" and is_alone and known.order(job) is None and known.times(job)[1] > 0
 
     def _rows(self, name: str, here: set[str]) -> Iterator[Row]:
-        """All windows that end with a thread."""
+        """All windows that end with a thread, and the thread by itself."""
         chain = self.chains.chain(name)
         for first in reversed(range(len(chain))):
             row = tuple(chain[first:])
             if not here.issuperset(row) or len({self.known.core((each, "timer")) for each in row}) > 1:
                 return
-            if len(row) > 1:
-                yield row
+            if len(row) > 1 and any(self.is_stated(each) for each in row):
+                return
+            yield row
+
+    def is_stated(self, name: str) -> bool:
+        """Whether the response time of a thread is stated: a window leads past none."""
+        return self.known.reading.get(name, "response_time") is not None
 
     def _ways(self, row: Sequence[str]) -> list[Fraction]:
         """The longest times of the connections between threads in a row."""
@@ -65,32 +80,61 @@ class Windows:
 
     # Cuts
 
-    def bound(self, part: Sequence[str]) -> Fraction | None:
-        """The longest that part of a chain takes: the least over all ways to cut it; None without a bound."""
-        singles = {name: self.known.of(name) for name in part}
-        return self.cut(part, singles)
+    def source(self, name: str) -> str:
+        """The first of the chain of a thread."""
+        return self.chains.chain(name)[0]
 
-    def cut(self, part: Sequence[str], singles: dict[str, Fraction | None]) -> Fraction | None:
-        """As `bound`, of threads that take so long by themselves."""
+    def bound(self, part: Sequence[str]) -> Fraction | None:
+        """S of part of a chain, by response times alone: the least over all ways to cut it; None without a bound."""
+        return self._cut(part, {name: self.known.of(name) for name in part}, {})
+
+    def cut(
+        self, part: Sequence[str], responses: Mapping[str, Fraction | None], stated: Container[str] = ()
+    ) -> Fraction | None:
+        """The longest that part of a chain takes, of threads that respond so, some of them as `stated`.
+
+        Lags count of what begins with the source of a chain, but while nothing waits.
+        """
+        counts_lags = self.source(part[0]) == part[0] and not self.known.is_alone
+        lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if counts_lags else {}
+        return self._cut(part, responses, lags)
+
+    def _cut(
+        self, part: Sequence[str], responses: Mapping[str, Fraction | None], lags: Mapping[Row, Fraction | None]
+    ) -> Fraction | None:
         ways = [Fraction(0), *self._ways(part)]
         best: list[Fraction | None] = [Fraction(0)]
-        for end, name in enumerate(part, start=1):
-            found = [(best[end - 1], ways[end - 1], singles[name])]
-            for at in range(end - 1):
-                found.append((best[at], ways[at], self.spans.get(tuple(part[at:end]))))
-            sums = [before + way + takes for before, way, takes in found if before is not None and takes is not None]
+        for end in range(1, len(part) + 1):
+            sums = []
+            for at in range(end):
+                row = tuple(part[at:end])
+                takes = responses[row[0]] if len(row) == 1 else self.spans.get(row)
+                before, lag = best[at], lags.get(row)
+                if takes is not None and before is not None:
+                    sums.append(before + ways[at] + (takes if lag is None else min(takes, lag)))
             best.append(min(sums, default=None))
         return best[-1]
+
+    def response(self, row: Row) -> Fraction | None:
+        """R of a single thread or a window."""
+        return self.known.of(row[0]) if len(row) == 1 else self.spans[row]
 
     # What goes first
 
     def single(self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]]) -> Fraction | None:
         """The response time of a thread, some of whose rivals are over; None without a bound."""
+        own = self.known.releases(job)
+        return None if own is None else self._single(job, rivals, shares, own)
+
+    def _single(
+        self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]], counted: Releases
+    ) -> Fraction | None:
         given = self._given([(other, self._is_over(other, job)) for other in rivals])
         own = self.known.releases(job)
         if given is None or own is None:
             return None
-        return self._longest(own, Fraction(self.known.times(job)[1]), [*given, *_others(shares)], ends=True)
+        work, ends = Fraction(self.known.times(job)[1]), any(rival.is_over for rival in given)
+        return self._longest(own, counted, work, [*given, *_others(shares)], ends=ends)
 
     def is_over_somewhere(self, job: Job, rivals: Sequence[Job]) -> bool:
         """Whether some rival of a thread is over when it is released."""
@@ -110,20 +154,40 @@ class Windows:
             found.append(Rival(releases, Fraction(self.known.times(job)[1]), is_over))
         return found
 
-    # Windows
+    # Windows and lags
 
-    def fresh(self) -> dict[Row, Fraction | None]:
-        """All windows anew, by what is known."""
-        return {row: None if span is None else self._window(row) for row, span in self.spans.items()}
+    def fresh(self) -> tuple[dict[Row, Fraction | None], dict[Row, Fraction | None]]:
+        """All windows and all lags anew, by what is known."""
+        spans = {row: span and self._window(row, self._own(row[0])) for row, span in self.spans.items()}
+        return spans, {row: lag and self._lag(row) for row, lag in self.lags.items()}
 
-    def _window(self, row: Row) -> Fraction | None:
+    def _own(self, name: str) -> Releases | None:
+        return self.known.releases((name, "timer"))
+
+    def _lag(self, row: Row) -> Fraction | None:
+        """How long after the latest release of its first thread a row of a chain ends."""
+        begins = self._own(self.source(row[0]))
+        if begins is None:
+            return None
+        begins = Releases(kept_apart(begins))  # whatever their least distance
+        if len(row) > 1:
+            return self._window(row, begins)
+        job: Job = (row[0], "timer")
+        here = [other for other in self.known.beside(job) if self.known.times(other)[1]]
+        shares = self.known.shares(job)
+        if shares is None:
+            return None
+        return self._single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
+
+    def _window(self, row: Row, counted: Releases | None) -> Fraction | None:
+        """The longest to the end of the last of a row; from the release of the first, or as is `counted`."""
         known = self.known
         jobs: list[Job] = [(name, "timer") for name in row]
         own = known.releases(jobs[0])
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
         rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
         level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
-        if own is None:
+        if own is None or counted is None:
             return None
         first = _others(known.shares(level) or ())
         work = Fraction(sum(known.times(job)[1] for job in jobs))
@@ -131,15 +195,16 @@ class Windows:
             given = self._given([(other, self._is_past(other, row)) for other in rivals])
             if given is None:
                 return None
-            sent = sum(self._ways(row), Fraction(0))
-            return self._longest(own, work, [*given, *first], ends=True, sent=sent, tail=self._tail(row, given, first))
+            sent, tail = sum(self._ways(row), Fraction(0)), self._tail(row, given, first)
+            return self._longest(own, counted, work, [*given, *first], ends=True, sent=sent, tail=tail)
         if any(self._ways(row)):
             return None
         given = self._given([(other, False) for other in rivals])
         if given is None:
             return None
-        own_before = [Rival(own, Fraction(known.times(job)[1])) for job in jobs[:-1]]
-        return self._longest(own, Fraction(known.times(jobs[-1])[1]), [*given, *first, *own_before], ends=False)
+        before = [Rival(own, Fraction(known.times(job)[1])) for job in jobs[:-1]]
+        last = Fraction(known.times(jobs[-1])[1])
+        return self._longest(own, counted, last, [*given, *first, *before], ends=False)
 
     def _is_past(self, other: Job, row: Row) -> bool:
         """Whether a rival comes before a window, or after it, and all of that has ended when it begins again."""
@@ -172,12 +237,12 @@ class Windows:
     def _dense(self, releases: Releases) -> Dense:
         return self._times.setdefault(releases, Dense(releases))
 
-    def _least(self, work: Fraction, rivals: Sequence[Rival]) -> Fraction | None:
-        """The first time at which so much work is done, and all of rivals that has come."""
+    def _least(self, work: Fraction, rivals: Sequence[Rival], since: Fraction = Fraction(0)) -> Fraction | None:
+        """The first time, not before `since`, at which so much work is done, and all of rivals that has come."""
         alone = (Releases(()), work)
         if has_no_end([alone, *((each.releases, each.work) for each in rivals)], 0):
             return None
-        now = work
+        now = max(work, since)
         for _ in range(MOST_PLAYED):
             need = work + sum(each.work * self._came(each.releases, now) for each in rivals)
             if need <= now:
@@ -188,6 +253,7 @@ class Windows:
     def _longest(
         self,
         own: Releases,
+        counted: Releases,
         work: Fraction,
         rivals: Sequence[Rival],
         *,
@@ -195,20 +261,24 @@ class Windows:
         sent: Fraction = Fraction(0),
         tail: Fraction = Fraction(0),
     ) -> Fraction | None:
-        """The greatest of w - max(r, ...) over the jobs of the busy period; `ends`: each has when the next comes."""
+        """The greatest of w - max(r, ...) over the jobs of the busy period, with r of the releases that are `counted`.
+
+        With `ends` each job has ended when the next one comes.
+        """
         every = [(own, work), *((each.releases, each.work) for each in rivals)]
         if has_no_end(every, 1 if sent + tail else 0):
             return None
-        found = Fraction(0)
+        found = ended = Fraction(0)
         for job in count(1):
-            now = self._least(sent + tail + job * work, rivals)
+            now = self._least(sent + tail + job * work, rivals, ended)
             if now is None:
                 return None
+            ended = now
             past = Fraction(0)
             if ends:
                 past = tail + (job - 1) * work
                 past += sum(each.work * self._came(each.releases, now) for each in rivals if each.is_over)
-            release = self._dense(own).at(job - 1)
+            release = self._dense(counted).at(job - 1)
             assert release is not None
             found = max(found, now - max(release, past))
             following = self._dense(own).at(job)

@@ -16,6 +16,8 @@ from dse.support.errors import TooLargeError
 from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
+from tests.oracle.reading import Reading
+from tests.properties import chained
 from tests.properties.pair import Pair, exact_value
 
 PROBLEMS = [("tiny", seed) for seed in cases(130)]
@@ -43,6 +45,23 @@ def test_a_random_problem(size: str, seed: int) -> None:
     fronts_agree(pair, found.points)
     if pair.combinations <= MOST_COMBINATIONS:
         assert found.points == pair.own_front()
+
+
+@pytest.mark.parametrize("seed", cases(200))
+def test_random_chains(seed: int) -> None:
+    """Jitter, lags and flows of one design each: docs/semantics.md, section 4.9."""
+    figures_agree(Pair(chained.draw(seed)))
+
+
+def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:
+    """At least two of five problems have a thread or window that ends sooner than a response time after the latest."""
+    pairs = [Pair(chained.draw(seed)) for seed in range(20)]
+    designs = [Reading(pair.oracle, pair.valid[0].named).scheduling.windows for pair in pairs]
+    differ = [
+        any(lag is not None and lag < (found.response(row) or lag) for row, lag in found.lags.items())
+        for found in designs
+    ]
+    assert sum(differ) >= 8
 
 
 def figures_agree(pair: Pair) -> None:

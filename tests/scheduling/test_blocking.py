@@ -87,7 +87,7 @@ def test_a_busy_period_that_begins_with_blocking_and_fills_its_core_has_no_end()
     assert response_time_ns(half, [periodic("b", 5, 10)], 1) is None
 
 
-@pytest.mark.parametrize("kind", ["blocked", "grouped", "joined", "reserved"])
+@pytest.mark.parametrize("kind", ["blocked", "grouped", "joined", "reserved", "late"])
 @pytest.mark.parametrize("seed", cases(20, 4_000))
 def test_no_run_of_the_simulation_is_longer(kind: str, seed: int) -> None:
     """Sections anywhere in their jobs, throttling and reservations by the budget itself, queues of executors."""

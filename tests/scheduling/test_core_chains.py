@@ -165,3 +165,42 @@ def test_what_threads_of_a_flow_wait_for_adds_up_to_its_latency(seed: int) -> No
         longest = {space.components[step.index].name: space.components[step.index].execution_ns[1] for step in steps}
         is_least = all(row.max_ns > longest[row.contributor] for row in rows if row.max_method == "response time")
         assert total == whole[flow.name] if is_least else total <= whole[flow.name]
+
+
+EARLY = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 16 ms}
+  b: {processor: q, dispatch_protocol: aperiodic, compute_execution_time: 8 ms, priority: 1}
+  u: {processor: q, period: 20 ms, compute_execution_time: 4 ms, priority: 2}
+  j: {processor: z, dispatch_protocol: aperiodic, compute_execution_time: 0 ms}
+  k: {processor: z, period: 20 ms, compute_execution_time: 0 ms}
+connections: {ab: {from: a, to: b}, bj: {from: b, to: j}, kj: {from: k, to: j}}
+flows: {f: {path: [a, b]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "takes_ms"),
+    [
+        ("", "", 12),
+        ("16 ms}", "16 ms, response_time: 16 ms}", 12),  # b is still behind its source
+        ("[a, b]", "[b]", 15),
+        ("[a, b]", "[a, b, j]", 12),
+        ("0 ms}\n  k", "0 ms, join: all}\n  k", 12),
+        ("0 ms}\n  k: {processor: z, period: 20 ms", "0 ms, join: all}\n  k: {processor: z, period: 20 ms", 12),
+        ("[a, b]", "[{element: a, latency: 16 ms}, b]", 15),
+        ("p, period: 20 ms", "p, period: 20 ms, offset: 0 ms", 15),
+    ],
+)
+def test_which_flows_count_lags(old: str, new: str, takes_ms: int) -> None:
+    """Of two jobs of b that come 5 ms apart the second responds within 15 ms, and ends within 16 + 12 ms of a's."""
+    space = space_of(HEAD + EARLY.replace(old, new))
+    rows = {row.contributor: row.max_ns for row in flow_rows(space, space.flows[0], View(()))}
+    assert rows["b"] == takes_ms * 10**6
+
+
+def test_what_comes_to_a_join_counts_response_times() -> None:
+    text = EARLY.replace("0 ms}\n  k", "0 ms, join: all}\n  k").replace("[a, b]", "[a, b, bj, j]")
+    space = space_of(HEAD + text)
+    rows = {row.contributor: row.max_ns for row in flow_rows(space, space.flows[0], View(()))}
+    assert rows["b"] == 15 * 10**6

@@ -176,7 +176,9 @@ class EventModels:
         first = self.stages[sender.first]
         released = self._streams[first.key]
         best, worst = sender.elapsed_ns
-        end = self.ends.get((key[0], key[0], "lag"), self.ends.get(key, worst))
+        end = self.ends.get(key, worst)
+        if key[1] == "thread":
+            end = self.ends.get((key[0], key[0], "lag"), end)
         if released is None or end is None:
             return None
         if first.separation_ns is not None:

@@ -187,7 +187,9 @@ class Rounds:
         changed = self._raise(chain.key, None if found is None else found - chain.sent_ns)
         source = self.sources.get((chain.key[1], "thread"))
         if source is not None:
-            lag = None if window is None else self._lag(window, source)
+            lag = None
+            if window is not None and self.ends[chain.key] is not None:
+                lag = self._lag(window, source)
             changed |= self._raise((*chain.key, "lag"), None if lag is None else lag - chain.sent_ns)
         return changed
 

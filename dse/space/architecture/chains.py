@@ -19,6 +19,8 @@ def follows(components: Sequence[Component], connections: Sequence[Connection], 
     component = components[number]
     if len(component.triggers) != 1 or not may_be_event_triggered(component):
         return None
+    if set(leaves(component.protocol)) == {"sporadic"}:  # which holds jobs back
+        return None
     connection = connections[component.triggers[0]]
     return connection.sender if connection.sender != number else None
 

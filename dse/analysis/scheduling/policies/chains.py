@@ -140,7 +140,7 @@ def window_of(
     if head is None:
         return None
     stages = (succession.events.stages[entries[position].key] for position in chain.members)
-    own = [Task(one.name, one.cost_ns, head.streams, one.separation_ns, one.key) for one in stages]
+    own = [Task(one.name, one.cost_ns, head.streams, head.separation_ns, one.key) for one in stages]
     found = [*gaps_and_servers(resource, lowest, tasks), *(tasks[position] for position in chain.rivals)]
     rivals = tuple(item for item in found if item is not None)
     if len(rivals) < len(found):
