@@ -19,7 +19,7 @@ def imported(folder: Path) -> str:
     """The problem that the trace makes, with a flow and limits."""
     found = dse.import_file(put(folder, text()), cores="2").text
     flow = "flows: {look: {path: [front.cam.timer, track.on.image]}}\n"
-    return found + flow + "requirements: [latency of look <= 6 ms, utilisation of computer <= 50 %]\n"
+    return found + flow + "requirements: [latency of look <= 8 ms, utilisation of computer <= 50 %]\n"
 
 
 def test_the_trace_that_made_a_problem_is_as_it_says(tmp_path: Path) -> None:
