@@ -25,7 +25,7 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.answers.forms.registry import mistakes_in
 from tests.helpers.effort import LONG
-from tests.helpers.small import without_waiting
+from tests.helpers.small import quick, without_waiting
 from tests.helpers.support import TOO_MANY
 from tests.oracle import evaluator as oracle
 from tests.properties.pair import PER_UNIT
@@ -50,13 +50,6 @@ def problem_path(name: str) -> Path:
     return HERE.parent / "problems" / f"{name}.yaml"
 
 
-@cache
-def quick(name: str) -> dse.Problem:
-    """A shipped problem, asked without waiting where the file does not say what counts."""
-    problem = dse.load(problem_path(name))
-    return problem if problem.loaded.spec.processing else problem.ask(processing="execution_time")
-
-
 def front_of(name: str, changes: dict[str, Any]) -> str:
     """The front as the command line writes it to a file.
 
@@ -76,7 +69,7 @@ def front_of(name: str, changes: dict[str, Any]) -> str:
 
 def expected_vectors(question: tuple[str, dict[str, str]]) -> set[Vector]:
     """The objective vectors of an expected front, in the oracle's units; maximised ones negated."""
-    problem = quick(question[0])
+    problem = quick(dse.load(problem_path(question[0])))
     objectives, written = problem.space.objectives, (EXPECTED / f"{question_name(question)}.csv")
     is_quick = not problem.loaded.spec.processing and problem.space.profile == "dse"
     text = dse.solve(problem, **question[1]).to_csv() if is_quick else written.read_text(encoding="utf-8")
@@ -101,7 +94,7 @@ def one_unit(text: str) -> Fraction:
 @cache
 def brute_force(name: str) -> tuple[tuple[Vector, tuple[Fraction, ...]], ...]:
     """The vector and the jitters of every design that meets the requirements of the file."""
-    space = quick(name).space
+    space = quick(dse.load(problem_path(name))).space
     found = set()
     if space.profile == "dse" and space.processing == "execution_time":
         path = problem_path(name)

@@ -33,7 +33,9 @@ def robot() -> dse.Result:
 def test_a_warning_that_changes_the_decision_is_the_banner() -> None:
     found = banner(screen_of(dse.solve(example_path("inmark"), max_jitter="12ms", processing="execution_time")))
     assert found.state == "wrong"
-    assert found.title.startswith("Warning: With waiting for the CPU, all 8 designs violate jitter")
+    assert found.title.startswith(
+        "Warning: With waiting for the CPU, none of 8 designs meets every limit on any cores (by first-fit: jitter"
+    )
     assert "No recommendation: no design of this front meets every limit with waiting." in found.lines
     assert (True, "Complete, proved: 8 designs of 2 kinds") in found.facts
     assert (False, "Not counted: waiting for the CPU") in found.facts
