@@ -67,7 +67,7 @@ def front_of(name: str, changes: dict[str, Any]) -> str:
     return result.to_csv()
 
 
-def expected_vectors(question: tuple[str, dict[str, str]]) -> set[Vector]:
+def expected_vectors(question: tuple[str, dict[str, Any]]) -> set[Vector]:
     """The objective vectors of an expected front, in the oracle's units; maximised ones negated."""
     problem = quick(dse.load(problem_path(question[0])))
     objectives, written = problem.space.objectives, (EXPECTED / f"{question_name(question)}.csv")
