@@ -35,6 +35,7 @@ flows: {f: {path: [a, b]}}
 requirements: [output age of f <= 90 ms]
 rules: ["b.period == 40 ms implies b.release_jitter == 3 ms"]
 objectives: [minimise output age of f, minimise price, maximise min latency of f]
+processing: execution_time
 """
 
 
@@ -122,6 +123,7 @@ threads:
 connections: {ab: {from: a, to: b}}
 flows: {f: {path: [a, b]}}
 objectives: [minimise latency of f]
+processing: execution_time
 """
     (changed / "clock.yaml").write_text(text, encoding="utf-8")
     called("solve", "clock.yaml", "-q", "--json", "c.json")

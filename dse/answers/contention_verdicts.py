@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Annotated, Any, Literal
 
@@ -17,7 +18,7 @@ from dse.analysis.diagnosis.front_verdicts import (
 )
 from dse.analysis.terms import PPM
 from dse.space.model.space import Design, Space
-from dse.support.json_fields import Data, Unit
+from dse.support.json_fields import Data, Json, Unit
 
 
 @dataclass(frozen=True)
@@ -48,29 +49,42 @@ class Broken:
 class Contended:
     """The requirements that a design violates when threads wait for the CPU.
 
-    For results whose search counted execution times alone. `broken` is empty where the design meets every requirement.
+    For results whose search counted execution times alone. `broken` is what the design violates on its own cores
+    (stated, decided, else those of first-fit), empty where it meets every requirement there. `decisions` are other
+    cores and best orders with which it meets every requirement. `is_open` says that the time limit came before it was
+    known whether there are any.
     """
 
     JSON_NAME = "Contention"
-    WRITTEN = ("status", "broken")
+    WRITTEN = ("status", "broken", "decisions")
 
-    broken: Annotated[tuple[Broken, ...], "What it misses then."]
+    broken: Annotated[tuple[Broken, ...], "What it misses then on its own cores: stated, decided, else by first-fit."]
+    decisions: Annotated[
+        Mapping[str, str],
+        "Other cores (and best orders) with which it keeps every requirement, by decision.",
+        Json(default={}),
+    ] = field(default_factory=dict)
+    is_open: bool = False
 
     @property
-    def status(self) -> Literal["kept", "broken", "not checked"]:
+    def status(self) -> Literal["kept", "broken", "unknown"]:
         """The verdict on the design with waiting counted: whether it keeps every requirement.
 
-        ``not checked`` stands in files only: a design that was not judged before the time limit.
+        ``kept``: on its own cores, or with the `decisions`; ``broken``: on no cores that may be chosen, which is
+        proved (of `dse analyse`, and of the fronts of a sweep: on its own cores); ``unknown``: the time limit came
+        before.
         """
-        return "broken" if self.broken else "kept"
+        if self.decisions or not self.broken:
+            return "kept"
+        return "unknown" if self.is_open else "broken"
 
 
-NOT_JUDGED = {"status": "not checked", "broken": []}
+NOT_JUDGED = {"status": "unknown", "broken": []}
 """What the JSON of a result says of a design that was not looked at."""
 
 
 def judge(referee: ContentionReferee, design: Design) -> Contended:
-    """Judge one valid design with contention counted.
+    """Judge one valid design with contention counted, on its own cores.
 
     Raises
     ------

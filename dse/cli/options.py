@@ -95,7 +95,8 @@ def question_options(command: F) -> F:
         click.option(
             "--processing",
             type=Words(["execution-time", "response-time"]),
-            help="What a flow counts for a thread: its execution time, or its response time under contention.",
+            help="What a flow counts for a thread: its response time (default under profile dse), or its execution "
+            "time (quick: without waiting for the CPU).",
         ),
         click.option(
             "--deadlines",

@@ -306,15 +306,24 @@ class Board:
         """A form that is `form` wherever that is at most `most`, and beyond it elsewhere, within exact arithmetic.
 
         A literal whose coefficient alone lifts the form beyond `most` cannot be true, whatever its coefficient: such as
-        what stands for a latency without a bound, in units that divide a nanosecond. Other forms stay as they are.
+        what stands for a latency without a bound, in units that divide a nanosecond. In place of another variable there
+        is one that ends where the form is beyond `most` by it alone. Other forms stay as they are.
         """
         if form.high < EXACT_LIMIT or form.low > most:
             return form
         enough, high, held = most + 1 - form.low, form.constant, {}
         for variable, coefficient in form.coefficients.items():
-            domain = self.model.proto.variables[variable].domain
-            held[variable] = min(coefficient, enough) if tuple(domain) == (0, 1) else coefficient
-            high += max(held[variable] * domain[0], held[variable] * domain[-1])
+            low, *_, last = domain = tuple(self.model.proto.variables[variable].domain)
+            end = low - -enough // coefficient if coefficient > 0 else last
+            if domain == (0, 1):
+                coefficient = min(coefficient, enough)
+            elif end < last:
+                last, whole = end, self.model.get_int_var_from_proto_index(variable)
+                ended = self.model.new_int_var(low, last, "")
+                self.model.add_min_equality(ended, [whole, last])
+                variable = ended.index
+            held[variable] = coefficient
+            high += max(coefficient * low, coefficient * last)
         return Form(form.constant, held, form.low, min(form.high, high))
 
     def expression(self, form: Form) -> Any:

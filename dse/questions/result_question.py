@@ -22,8 +22,8 @@ from dse.space.question.settings import (
     ORIGIN,
     OSATE_SETTINGS,
     SETTINGS,
-    default_deadlines,
     settings_of,
+    stated_settings,
     with_settings,
 )
 from dse.spec.language.grammar import ExpressionError, parse_requirement
@@ -155,7 +155,7 @@ def set_up(
             raise UsageError(f"there is no setting {name!r}{arguments.nearest(name, SETTINGS)}")
         if value is not None and value not in SETTINGS[name]:
             arguments.Word(tuple(SETTINGS[name]))(name, value)
-    space = with_settings(space, given, states_deadlines=loaded.spec.deadlines is not None)
+    space = with_settings(space, given, loaded.spec.model_dump(include=set(SETTINGS)))
     _check_file_under(loaded, settings_of(space), replaced)
     return space
 
@@ -163,7 +163,7 @@ def set_up(
 def _check_file_under(loaded: LoadedSpec, settings: Mapping[str, str], replaced: Collection[int]) -> None:
     """Refuse settings that the file is refused with where it states them itself, in the words of that refusal."""
     spec = loaded.spec
-    stated = {**spec.model_dump(include=set(SETTINGS)), "deadlines": spec.deadlines or default_deadlines(spec.profile)}
+    stated = stated_settings(spec.model_dump(include=set(SETTINGS)))
     other = {name: value for name, value in settings.items() if value != stated[name]}
     if not other:
         return

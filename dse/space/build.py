@@ -28,7 +28,7 @@ from dse.space.model.metric_kinds import RESERVED
 from dse.space.model.space import Space
 from dse.space.properties import Ledger, Path, closest
 from dse.space.question.reading import with_questions
-from dse.space.question.settings import default_deadlines
+from dse.space.question.settings import SETTINGS, stated_settings
 from dse.spec.language.scan import CALL
 from dse.spec.loading.load import LoadedSpec, UnreadableError
 from dse.spec.schema import ros2
@@ -48,6 +48,7 @@ def build_space(loaded: LoadedSpec) -> Space:
         with every semantic mistake of the file, in file order.
     """
     spec, ledger = loaded.spec, Ledger(loaded)
+    settings = stated_settings(spec.model_dump(include=set(SETTINGS)))
     _check_names(spec, ledger)
     _check_totals(spec, ledger)
     for path, message in ros2.mistakes(spec):
@@ -97,9 +98,9 @@ def build_space(loaded: LoadedSpec) -> Space:
         currency=_currency(spec, ledger),
         baseline={},
         assumptions=spec.assumptions,
-        processing=spec.processing,
+        processing=settings["processing"],
         catalogue={section: tuple(getattr(spec, section)) for section in CATALOGUES},
-        deadlines=spec.deadlines or default_deadlines(spec.profile),
+        deadlines=settings["deadlines"],
         overload=spec.overload,
         executors=executors,
         reservations=reservations,

@@ -40,6 +40,7 @@ connections: {c1: {from: sensor, to: t1}, c2: {from: sensor, to: t2}, c3: {from:
 flows: {f1: {path: [sensor, t1]}, f2: {path: [sensor, t2]}, f3: {path: [sensor, t3]}}
 requirements: [utilisation <= 100 %]
 objectives: [minimise utilisation, minimise price]
+processing: execution_time
 """
 
 
@@ -194,6 +195,7 @@ flows: {f: {path: [gnss, a, b]}}
 requirements: [utilisation of p <= 2.6707 %]
 objectives: [minimise utilisation of p, maximise most]
 metrics: {most: "max(min(latency of f, latency of f), jitter of f + jitter of f)"}
+processing: execution_time
 """
 
 

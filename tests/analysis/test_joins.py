@@ -40,6 +40,7 @@ connections:
   a: {from: cam_l, to: fusion}
   b: {from: cam_r, to: fusion}
 flows: {lidar_path: {path: [lidar, fusion]}, cam_path: {path: [cam_l, fusion]}}
+processing: execution_time
 """
 ON_ONE_CLOCK = tuple((f"{name}: {{", f"{name}: {{clock: ptp, offset: 0 ms, ") for name in ("lidar", "cam_l", "cam_r"))
 
@@ -143,6 +144,7 @@ connections:
   r: {from: right, to: odometry}
   o: {from: odometry, to: ekf}
 flows: {f: {path: [left, odometry, ekf]}}
+processing: execution_time
 """
 
 

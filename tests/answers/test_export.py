@@ -61,8 +61,8 @@ def assert_same_figures(result: Result, number: int, path: Path) -> None:
     path.write_text(export(result, number, folder=path.parent), encoding="utf-8")
     analysis = dse.analyse(dse.load(path))
     point = next(item for item in result.front if item.id == number)
-    for name, value in analysis.metrics.items():
-        assert (value, analysis.metric_units[name]) == (point.metrics[name], result.metric_units[name]), name
+    for name, value in point.metrics.items():  # stated cores have figures of their own besides
+        assert (analysis.metrics[name], analysis.metric_units[name]) == (value, result.metric_units[name]), name
     assert analysis.is_feasible
     assert dse.check(dse.load(path)).size == 1
 

@@ -38,6 +38,7 @@ flows: {main: {path: [source, worker, sink]}}
 requirements: [jitter of main <= 24 ms, utilisation of cpu <= 50 %]
 objectives: [minimise jitter of main, minimise price]
 baseline: {cpu: {type: slow}, worker: {period: 20 ms}}
+processing: execution_time
 """
 
 

@@ -37,6 +37,10 @@ class Case:
 
     def text(self) -> str:
         """The problem file of a generated case; with `periods`, at most that many options of each period are left."""
+        counted = "response_time" if self.waiting else "execution_time"
+        return self._drawn().replace("\nname:", f"\nprocessing: {counted}\nname:", 1)
+
+    def _drawn(self) -> str:
         if self.cores:
             return nearly_full(self.threads, self.cores, self.load, self.seed)
         if self.family == "long-flows":
@@ -50,8 +54,6 @@ class Case:
         text = random_problem(self.threads, self.seed, self.objectives, self.family)
         if self.deadlines:
             text = text.replace("\nname:", "\ndeadlines: all\nname:", 1)
-        if self.waiting:
-            text = text.replace("\nname:", "\nprocessing: response_time\nname:", 1)
         return _with_fewer_periods(text, self.periods) if self.periods else text
 
 

@@ -32,8 +32,9 @@ def _load(case: Case) -> tuple[Any, float, float]:
     text = "" if case.file else case.text()
     drawn = time.perf_counter()
     problem = loads(text) if text else load(ROOT / case.file)
-    if case.max_jitter:
-        problem = changed(problem, Changes(limits=[("jitter", case.max_jitter)]))
+    if case.file:  # the peers know no waiting
+        limits = [("jitter", case.max_jitter)] if case.max_jitter else []
+        problem = changed(problem, Changes(limits=limits, processing="execution_time"))
     return problem, imported - started, time.perf_counter() - drawn
 
 

@@ -25,6 +25,7 @@ requirements: [latency of f <= 100 ms]
 uncertainty: {threads.t.compute_execution_time: {range: 1 ms .. 2 ms}}
 objectives: [minimise price]
 baseline: {}
+processing: execution_time
 """
 
 

@@ -32,7 +32,7 @@ def start(problem: Problem) -> Evaluation:
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_starting_design_is_feasible_and_the_limits_bind(family: str, threads: int) -> None:
     for seed in (1, 2, 3) if LONG else (1,):
-        problem = loads(random_problem(threads, seed, 3, family))
+        problem = loads(random_problem(threads, seed, 3, family)).ask(processing="execution_time")
         evaluation = start(problem)
         assert evaluation.is_feasible, evaluation
         slack = [item.slack / item.limit for item in evaluation.verdicts if item.requirement.metric.kind == "jitter"]

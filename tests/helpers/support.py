@@ -14,6 +14,7 @@ from dse.space.build import build_space
 from dse.space.model.space import Design, Space
 from dse.spec.loading.load import load_spec, parse_spec
 from tests.helpers.effort import LONG
+from tests.helpers.small import without_waiting
 
 TOO_MANY = ("inmark_clock",)
 """Problems with millions of designs: nothing looks at every one of them, or verifies them over and over."""
@@ -37,8 +38,8 @@ def load_space(path: Path) -> Space:
 
 
 def space_of(text: str) -> Space:
-    """The space of a problem given as text."""
-    return build_space(parse_spec(text))
+    """The space of a problem given as text, `without_waiting`."""
+    return build_space(parse_spec(without_waiting(text)))
 
 
 def raw_designs(space: Space) -> list[Design]:

@@ -122,7 +122,7 @@ def test_who_publishes_is_what_the_trace_shows(form: str, said: str, tmp_path: P
     trace = put(tmp_path, "trace.txt", text(sorted(events(SAMPLE, SEEN, TIMES_MS), key=lambda item: item[0])))
     files = {"beside": [file, trace], "before": [trace, file], "times": [file]}[form]
     found = dse.import_file(files, times=[trace] if form == "times" else ())
-    [flow] = dse.analyse(dse.loads(found.text)).flows
+    [flow] = dse.analyse(dse.loads(found.text), processing="execution_time").flows
     assert flow.max_ns == 378 * MS
     told = [str(item) for item in found.remarks if "by the trace" in str(item)]
     assert len(told) == (3 if said == "c2" else 2)

@@ -69,7 +69,7 @@ class Architecture:
         self.themes = set(rng.sample(THEMES, rng.randint(4, 8 if self.tiny else 11)))
         self.themes |= {"thread_period"} if self.chance(0.5) else set()
         self.totals, self.limited = self.chance(0.3), self.chance(0.3)
-        self.document: dict[str, Any] = {"dse": "1", "name": ""}
+        self.document: dict[str, Any] = {"dse": "1", "name": "", "processing": "execution_time"}
         if self.totals:
             self.document["totals"] = {"mass": random.Random(rng.getstate()[1][0]).choice(["g", "%"])}
         self._add_processor_types()

@@ -44,6 +44,8 @@ def state_deadlines(rng: random.Random, document: dict[str, Any], share: float =
         if not Problem(document).asks_of_cores:
             _settle_cores(rng, document, few=0)  # latencies are asked for, or not, later: all cores are known
         document["processing"] = "response_time"
+        if rng.random() < 0.5:
+            del document["processing"]  # which is the default
 
 
 def _prioritise(rng: random.Random, body: dict[str, Any]) -> None:

@@ -144,7 +144,8 @@ class Problem:
     @cached_property
     def counts_responses(self) -> bool:
         """Whether latencies count how long threads wait for their core."""
-        return self.document.get("processing") == "response_time"
+        default = "response_time" if self.document.get("profile", "dse") == "dse" else "execution_time"
+        return bool(self.document.get("processing", default) == "response_time")
 
     @cached_property
     def _asks_of_responses(self) -> bool:

@@ -8,6 +8,7 @@ from dse.examples.shipped import example_path
 from dse.questions.problem import Problem, load, loads
 from dse.questions.sweep.inputs_of_file import Inputs, copied, effective_text, merged_data, needed_data
 from tests.helpers.effort import LONG, long_test
+from tests.helpers.small import quick, without_waiting
 from tests.helpers.support import ENUMERABLE
 
 __all__ = ["ALL", "LONG", "NAMES", "QUICK", "edited", "example", "long_test", "written"]
@@ -17,14 +18,15 @@ NAMES = ALL if LONG else QUICK
 
 
 def example(name: str) -> Problem:
-    return load(example_path(name))
+    """A shipped problem, `quick`."""
+    return quick(load(example_path(name)))
 
 
 def edited(problem: Problem, **texts: str) -> Problem:
     """The problem with values set by path (given as keyword arguments by ``**{path: text}``), read again from text."""
     data = needed_data(merged_data(problem), problem.space)
     inputs = Inputs(data)
-    changed = copied(data)
+    changed = {**copied(data), "processing": problem.space.processing}
     for path, text in texts.items():
         inputs.set(changed, path, text)
     return loads(effective_text(changed), "edited")
@@ -37,5 +39,7 @@ def written(folder: Path, name: str, more: str = "") -> Path:
     for catalogue in (example_path(name).parent / "catalogues").glob("*.yaml"):
         (folder / "catalogues").mkdir(exist_ok=True)
         (folder / "catalogues" / catalogue.name).write_text(catalogue.read_text(encoding="utf-8"), encoding="utf-8")
-    path.write_text(source + more, encoding="utf-8")
+    path.write_text(without_waiting(source) if "processing:" not in more else source, encoding="utf-8")
+    with path.open("a", encoding="utf-8") as file:
+        file.write(more)
     return path

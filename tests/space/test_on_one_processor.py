@@ -31,6 +31,7 @@ connections:
   m: {from: x, to: y, data_size: 100 B, bus: BUS}
 flows: {f: {path: [s, x, y]}}
 objectives: [minimise latency of f, minimise load of lan]
+processing: execution_time
 """
 MS = 10**6
 FIGURES = {

@@ -13,7 +13,7 @@ import pytest
 from dse.analysis.evaluate import Evaluator
 from dse.questions import result_problem
 from dse.questions.problem import Problem
-from dse.questions.verify import alternatives, completeness, contention, points, verify
+from dse.questions.verify import alternatives, completeness, contention, contention_claims, points, verify
 from dse.questions.verify import verify as verifying
 from dse.questions.verify.verify import RobustWitness
 from dse.space.model.space import Space
@@ -50,10 +50,12 @@ def question_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result_problem, "load_carried", once(result_problem.load_carried))
     monkeypatch.setattr(verifying, "restated", once(verifying.restated))
     evaluator_of = once(Evaluator)
-    for module in (points, alternatives, contention, completeness):
+    for module in (points, alternatives, contention, contention_claims, completeness):
         monkeypatch.setattr(module, "Evaluator", evaluator_of)
-    for name in ("with_contention", "ContentionReferee", "judge"):
+    for name in ("ContentionReferee", "judge"):
         monkeypatch.setattr(contention, name, once(getattr(contention, name)))
+    for name in ("with_contention", "CoreJury"):
+        monkeypatch.setattr(contention_claims, name, once(getattr(contention_claims, name)))
 
 
 MOST = 50

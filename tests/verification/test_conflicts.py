@@ -16,6 +16,7 @@ import dse
 from dse.questions.verbs.solve import Watcher, solve_asked
 from dse.search.front import SearchLimits
 from tests.helpers.effort import LONG, count, few
+from tests.helpers.small import quick
 from tests.helpers.support import ENUMERABLE, SLOW
 from tests.questions.explain.test_random_conflicts import infeasible
 from tests.verification.shared import copied, question_once
@@ -81,7 +82,7 @@ def wrong_give_up(data: dict[str, Any], rng: random.Random) -> Iterator[tuple[st
 @pytest.mark.parametrize("path", [path for path in ENUMERABLE if path.stem not in SLOW], ids=lambda path: path.stem)
 def test_conflicts_of_shipped_problems(path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     question_once(monkeypatch)
-    problem = dse.load(path)
+    problem = quick(dse.load(path))
     flow = problem.space.flows[0].name
     limits = [f"latency of {flow} <= 2 us", f"jitter of {flow} <= 1 us", "price >= 1 EUR"]
     with_responses = problem.space.processing == "response_time"  # where each proof takes seconds

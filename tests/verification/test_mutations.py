@@ -16,6 +16,7 @@ from dse.examples.shipped import example_files
 from dse.questions.problem import Problem
 from dse.support.errors import ProblemError, TooLargeError
 from tests.helpers.effort import LONG, cases
+from tests.helpers.small import quick
 from tests.helpers.support import ENUMERABLE, PARTS
 from tests.oracle.generator import random_problem
 from tests.verification.mutations import mutations
@@ -41,7 +42,7 @@ SLOW = {"inmark_clock": "exhaustion", "perception": "exhaustion"}
 @cache
 def found_in(path: Path) -> str:
     """The result of a problem, or of a part of it."""
-    result = dse.solve(path, fix={} if LONG else PARTS.get(path.stem, {}))
+    result = dse.solve(quick(dse.load(path)), fix={} if LONG else PARTS.get(path.stem, {}))
     assert len(result.front) > 1
     return result.to_json()
 
@@ -68,7 +69,7 @@ def test_true_results_of_shipped_problems_are_accepted(
     "path", [path for path in ENUMERABLE if LONG or path.stem != "perception"], ids=lambda path: path.stem
 )
 def test_wrong_results_of_shipped_problems_are_rejected(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = dse.load(path)
+    problem = quick(dse.load(path))
     all_designs_once(monkeypatch)
     data = solved(problem)
     assert not accepted(data, problem, seed=1, method="exhaustion", most=OF_EACH if path.stem in SMALL else 1)

@@ -12,6 +12,7 @@ from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.space.model.space import EMPTY, Component, Slot, Space
 from dse.space.model.trees import NOT_OFFERED, Choice, Tree, at, leaves
+from dse.space.question.open_cores import tells_cores_apart
 from dse.support.units import format_duration, format_number, format_rate
 
 SHOWN_OPTIONS = 2
@@ -35,6 +36,8 @@ class Texts:
 
     def __init__(self, space: Space, view: View | None, cores: Mapping[int, int]) -> None:
         self.space, self.view, self.cores = space, view, cores
+        self.elsewhere = ELSEWHERE if tells_cores_apart(space) else (*ELSEWHERE, "core")
+        """The fields that a component does not name as open: of alike cores each thread has one chosen anyway."""
         self.open: dict[str, list[str]] = {}
         """The fields with several options, by the component or connection that has them."""
         for number, item in enumerate(space.decisions):
@@ -57,7 +60,7 @@ class Texts:
             runs = f"on {self.space.processors[processor].name}"
             core = f", core {self.cores[number]}" if number in self.cores else ""
             lines.append(Line(f"{shortened(runs, 20)}{core}", "processor" in fields or "core" in fields))
-        elif self.view is None and (further := [field for field in fields if field not in ELSEWHERE]):
+        elif self.view is None and (further := [field for field in fields if field not in self.elsewhere]):
             lines.append(Line(f"open: {', '.join(dict.fromkeys(further))}", is_open=True))
         return lines
 

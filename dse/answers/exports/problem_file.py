@@ -20,7 +20,7 @@ from dse.space.model.space import EMPTY, Decision, Design, Space
 from dse.space.model.trees import at
 from dse.space.options import read_value
 from dse.space.question.metrics import QuestionError
-from dse.space.question.settings import SETTINGS, default_deadlines
+from dse.space.question.settings import SETTINGS, profile_defaults
 from dse.spec.loading.writing import yaml_text
 from dse.support.errors import ProblemError
 from dse.support.units import UnitError
@@ -232,7 +232,7 @@ def _question(draft: YamlDocument, result: Result) -> None:
     asked = result.problem.effective
     reason = "as in the original file; this result was asked otherwise, see the end:"
     defaults = {name: values[0] for name, values in SETTINGS.items()}
-    defaults["deadlines"] = default_deadlines(asked["profile"])
+    defaults |= profile_defaults(asked["profile"])
     for key, default in defaults.items():
         node = draft.find([key])
         stated = {"true": "all", "false": "none"}.get(node.value, node.value) if node is not None else default

@@ -1,7 +1,8 @@
 """A random problem as the text of a problem file.
 
 The system is drawn first, with a starting design that becomes the baseline. Then the analysis itself says what that
-design uses, and the limits are set just above: every problem has at least one design, and its limits bind.
+design uses where no thread waits for the CPU, and the limits are set just above: with `processing: execution_time` every
+problem has at least one design, and its limits bind.
 """
 
 from __future__ import annotations
@@ -85,7 +86,8 @@ def random_problem(threads: int, seed: int = 1, objectives: int = 2, family: str
 def _starting_design(document: dict[str, Any], requirements: list[str]) -> tuple[Space, View]:
     question = {"objectives": ["minimise price"], "requirements": requirements}
     spare = {key: value for key, value in {**question, **document}.items() if value}
-    text = to_yaml({"dse": 1, "name": "draft", "overload": "allowed", **spare})
+    head = {"dse": 1, "name": "draft", "processing": "execution_time", "overload": "allowed"}
+    text = to_yaml({**head, **spare})
     space = build_space(parse_spec(text, "draft"))
     return space, View([space.baseline.get(number, 0) for number in range(len(space.decisions))])
 

@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from dse.analysis.evaluate import Evaluator
 from dse.analysis.limits import HOLDS, Limit, build_limit
+from dse.analysis.messages.stages import counted_buses
 from dse.analysis.terms import Term, extreme_term
 from dse.analysis.views import View
 from dse.answers.robust import Failure
@@ -59,7 +60,8 @@ class RobustQuestion:
         self.box = Box(uncertain)
         self.demands: dict[Demand, Limit] = {}
         self._nominal = Evaluator(self.space)
-        self._is_scheduled = any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
+        waits = any(item.processor is not None for item in self.space.components) or bool(counted_buses(self.space))
+        self._is_scheduled = waits and any(is_scheduled(self.space, item.metric) for item in self.space.requirements)
         self._worsts: dict[Design, list[tuple[OutputComparison, Worst]]] = {}
         self._same_rates = not any(
             _moves_rates(self.space, variable) for item in uncertain for variable in item.variables

@@ -19,11 +19,11 @@ from dse.answers.ranking.order import ranked_by
 from dse.answers.result import Result
 from dse.answers.robust import RobustResult
 from dse.questions.complete_design import baseline_design
+from dse.questions.front_verdicts import with_verdicts
 from dse.questions.problem import Problem, Source, load
 from dse.questions.question import Question
 from dse.questions.robust.corner_demands import RobustQuestion
 from dse.questions.verbs.solve import result_of
-from dse.questions.verify.contention import with_verdicts
 from dse.search.certificate import narrowed
 from dse.search.front import FrontSearch, Progress, SearchLimits, Watch, search_front
 from dse.search.referee import checked

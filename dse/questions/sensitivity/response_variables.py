@@ -218,7 +218,10 @@ def _sign(program: Program, slopes: list[Interval], path: str) -> int:
     moves = [longest for longest, _ in pairs] + [combined("-", *pair) for pair in pairs]
     rises, falls = all(low >= 0 for low, _ in moves), all(high <= 0 for _, high in moves)
     if not rises and not falls:
-        raise NotProvedError(f"response times may rise and fall with {path}; no end of its range is the worst")
+        raise NotProvedError(
+            f"response times may rise and fall with {path}; no end of its range is the worst: state one value, or "
+            "leave response times out (processing: execution_time)"
+        )
     return 0 if rises and falls else 1 if rises else -1
 
 

@@ -11,7 +11,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.answers.designs import FurtherAsked, FurtherDesign, FurtherDesigns, Point
 from dse.answers.ranking.changes import changes_between
 from dse.answers.result import Result, decisions_of
-from dse.questions.verify.contention import with_verdicts
+from dse.questions.front_verdicts import with_verdicts
 from dse.search.alternatives import Finder, Neighbourhood
 from dse.search.workers import stop_on_interrupt
 from dse.support import arguments

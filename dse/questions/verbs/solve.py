@@ -15,9 +15,9 @@ from dse.answers.ranking.order import ranked_by
 from dse.answers.result import Clash, Conflict, ObjectiveInfo, Result, Search, decisions_of, ranked
 from dse.questions.complete_design import baseline_design
 from dse.questions.explain.explain import Explainer, Wishes
+from dse.questions.front_verdicts import with_verdicts
 from dse.questions.problem import Problem, Source, load, origin_of
 from dse.questions.question import Question
-from dse.questions.verify.contention import with_verdicts
 from dse.search.front import ANYTHING, FrontSearch, Progress, SearchLimits, Watch, search_front
 from dse.space.size import space_size
 from dse.support import arguments

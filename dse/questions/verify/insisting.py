@@ -10,6 +10,7 @@ from dse.analysis.evaluate import Evaluator
 from dse.answers.designs import InsistedOption, InsistedPoint, Insisting
 from dse.questions.verify.points import Bench, recomputed
 from dse.space.model.space import INACTIVE, Design, Space
+from dse.space.question.open_cores import rules_on_order, tells_cores_apart
 from dse.verification.diagrams import TooLarge
 from dse.verification.exhaustion import TooMany
 from dse.verification.geometry import Bound, covers, open_parts
@@ -19,12 +20,15 @@ from dse.verification.prover import Method, Prover, make_prover, outer_bound
 def open_options(space: Space) -> list[tuple[int, int]]:
     """Every option of every open decision that is not fixed, by number, in the order of the problem.
 
-    Pairs (decision, option). A decision is open when it has more than one option.
+    Pairs (decision, option). A decision is open when it has more than one option. Cores of threads are left out where
+    nothing tells cores apart, and so are best orders that no rule looks at: they are chosen for each design anew.
     """
+    alike = {item.index for item in (() if tells_cores_apart(space) else space.open_cores)}
+    alike |= {item.index for item in (() if rules_on_order(space) else space.open_priorities)}
     return [
         (number, option)
         for number, decision in enumerate(space.decisions)
-        if decision.is_open and number not in space.fixed
+        if decision.is_open and number not in space.fixed and number not in alike
         for option in range(len(decision.options))
     ]
 

@@ -29,7 +29,7 @@ from dse.questions.sensitivity.design_function import DesignFunction
 from dse.questions.verify.alternatives import check_others
 from dse.questions.verify.completeness import check_claims
 from dse.questions.verify.conflicts import check_conflicts
-from dse.questions.verify.contention import check_contention
+from dse.questions.verify.contention_claims import check_contention
 from dse.questions.verify.insisting import check_insisting
 from dse.questions.verify.points import MOST_FINDINGS, Bench, Witness, check_front, check_statements
 from dse.space.model.space import Design
@@ -110,7 +110,7 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofM
         "the points": lambda: check_front(bench),
         "other designs": lambda: check_others(bench, method, limit.deadline),
         "the fronts with one option each": lambda: check_insisting(bench, method, limit.deadline),
-        "contention": lambda: check_contention(bench, limit.deadline),
+        "contention": lambda: check_contention(bench, method, limit.deadline),
         "what robustness costs": lambda: _check_costs(bench, means),
         "that nothing is missing": lambda: check_claims(bench, method, limit.deadline),
         "conflicts": lambda: check_conflicts(bench, method, limit.deadline),

@@ -7,7 +7,7 @@ from typing import Any
 
 from dse.space.model.space import Space
 from dse.space.model.trees import leaves
-from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, default_deadlines
+from dse.space.question.settings import OSATE_SETTINGS, SETTINGS, profile_defaults
 
 PER_CORE = "Utilisation counts one core as 100 %, n cores as n times that; a limit of 70 % is one of each core."
 
@@ -25,7 +25,7 @@ def basis_parts(settings: Mapping[str, Any]) -> dict[str, str]:
             if name != "worst_case" and settings.get(name, SETTINGS[name][0]) != SETTINGS[name][0]:
                 found[name] = f"{name.replace('_', ' ')}: {settings[name].replace('_', ' ')}"
     found["processing"] = f"processing by {settings['processing'].replace('_', ' ')}"
-    if settings["deadlines"] != default_deadlines(settings["profile"]):
+    if settings["deadlines"] != profile_defaults(settings["profile"])["deadlines"]:
         found["deadlines"] = f"deadlines: {settings['deadlines']}"
     if settings["overload"] != "forbidden":
         found["overload"] = "overload allowed"

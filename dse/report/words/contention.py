@@ -27,7 +27,7 @@ from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import leaves
-from dse.space.question.open_cores import is_scheduled
+from dse.space.question.open_cores import cores_beside, is_scheduled
 
 PROCESSING = {
     "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
@@ -147,41 +147,58 @@ def contention_words(result: Result) -> str:
     if all(item.implied for item in space.requirements):
         return "CPU contention is not in the latencies, and no requirement is stated that it could violate."
     found = {point.id: result.contended.get(str(point.id)) for point in result.front}
-    checked = {number: item for number, item in found.items() if item is not None}
-    kept = [number for number, item in checked.items() if not item.broken]
-    begin = f"{CONTENTION_OUT}, {core_words(space)},"
-    if not checked:
-        return f"{begin} no design was checked in the time that there was."
-    rest = f"; {len(found) - len(checked)} not checked: the time was up" if len(checked) < len(found) else ""
-    if len(checked) == 1:
-        which = "only design" if len(found) == 1 else "one design that was checked"
-        said = f"{begin} the {which} {'keeps' if kept else 'does not keep'} every requirement{rest}."
+    known = {number: item for number, item in found.items() if item is not None and item.status != "unknown"}
+    kept = [number for number, item in known.items() if item.status == "kept"]
+    begin = f"{CONTENTION_OUT}, {chosen_words(space)},"
+    rest = f"; {len(found) - len(known)} unknown: the time was too short" if len(known) < len(found) else ""
+    if not known:
+        return f"{begin} it is unknown which designs keep every requirement: the time was too short." + COUNTED_BY
+    if len(found) == 1:
+        said = f"{begin} the only design {'keeps' if kept else 'does not keep'} every requirement."
         return said if kept else said + COUNTED_BY
-    count = f"{len(kept) or 'none'} of the {len(checked)}"
-    if len(kept) == len(checked):
-        count = "both" if len(kept) == 2 else f"all {len(checked)}"
-    of = "designs" if len(checked) == len(found) else "designs that were checked"
-    who = f" ({_ids(kept)})" if 0 < len(kept) < len(checked) else ""
+    count = f"{len(kept) or 'none'} of the {len(found)}"
+    if len(kept) == len(found):
+        count = "both" if len(kept) == 2 else f"all {len(found)}"
+    who = f" ({_ids(kept)}; the best is #{kept[0]})" if 0 < len(kept) < len(found) else ""
     verb = "keep" if len(kept) > 1 else "keeps"
-    said = f"{begin} {count} {of} {verb} every requirement{who}{rest}."
-    return said if len(kept) == len(checked) else said + COUNTED_BY
+    said = f"{begin} {count} designs {verb} every requirement{who}{rest}."
+    return said if len(kept) == len(found) else said + COUNTED_BY
+
+
+def chosen_words(space: Space) -> str:
+    """The phrase for the cores on which designs of a front are judged: chosen for each, where any core is open.
+
+    Such as ``with cores chosen for each design``; else those of `core_words`.
+    """
+    return "with cores chosen for each design" if cores_beside(space) else core_words(space)
 
 
 def broken_choice_words(result: Result, chosen: Point) -> str:
     """The sentence on violations of the chosen design with response times, and on the first design in rank without any.
 
-    Empty where it breaks nothing, was not checked, or the front was searched with response times. That none keeps
+    Empty where it breaks nothing, it is not known, or the front was searched with response times. That none keeps
     them is said by `contention_words`.
     """
     found = result.contended.get(str(chosen.id)) if result.leaves_out_contention else None
-    if found is None or not found.broken:
+    if found is None or found.status != "broken":
         return ""
     more = len(found.broken) - 1
-    said = f"But with response times it violates {_broken_words(found.broken[0], result.space.currency)}"
-    said += f" and {more} more" if more else ""
+    violated = f"{_broken_words(found.broken[0], result.space.currency)}" + (f" and {more} more" if more > 0 else "")
+    said = f"But with response times it violates {violated}"
+    if cores_beside(result.space):
+        own = own_core_words(result.space)
+        said = f"But with response times it keeps every requirement on no cores ({own}: {violated})"
     verdicts = ((point.id, result.contended.get(str(point.id))) for point in result.front)
-    kept = next((number for number, item in verdicts if item is not None and not item.broken), None)
-    return f"{said}." if kept is None else f"{said}: #{kept} is the first that meets every requirement."
+    kept = next((number for number, item in verdicts if item is not None and item.status == "kept"), None)
+    return f"{said}." if kept is None else f"{said}: #{kept} is the best that meets every requirement."
+
+
+def own_core_words(space: Space) -> str:
+    """The phrase for the cores that a design of a front has without a further choice.
+
+    ``by first-fit`` where that gives some of them, else ``on its own``.
+    """
+    return "by first-fit" if "first-fit" in core_origins(space) else "on its own"
 
 
 def study_contention_words(data: Mapping[str, Any]) -> str:
@@ -215,6 +232,14 @@ def asks_for_responses(space: Space) -> bool:
     True also where response times enter through the latency of a flow.
     """
     return any(is_scheduled(space, metric) for metric in _asked(space))
+
+
+def waits_in_flows(space: Space) -> bool:
+    """Whether a requirement or an objective is about a flow whose latency counts response times.
+
+    Such a question is quicker without them (`processing: execution_time`).
+    """
+    return any(flows_in(space, metric) and is_scheduled(space, metric) for metric in _asked(space))
 
 
 def overhead_words(space: Space, design: Design | None = None) -> str:
@@ -301,18 +326,27 @@ def _ids(numbers: list[int]) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def contended_words(found: Contended | None, currency: str) -> str:
+def contended_words(found: Contended | None, currency: str, *, own: str = "") -> str:
     """The verdict on a design when response times count.
 
-    One sentence with at most `MOST_BROKEN` violated requirements.
+    One sentence with at most `MOST_BROKEN` violated requirements, and `MOST_NAMES` other cores. `own` is what the cores
+    are called on which requirements are violated, where others could have been chosen (`own_core_words`).
     """
     if found is None:
-        return "Not checked: the time was up."
+        return "Unknown: the time was too short."
+    if found.decisions:
+        chosen = _some([f"{name} {option}" for name, option in found.decisions.items()])
+        return f"Meets every requirement with {chosen}."
     if not found.broken:
         return "Meets every requirement."
     shown = "; ".join(_broken_words(item, currency) for item in found.broken[:MOST_BROKEN])
     more = len(found.broken) - MOST_BROKEN
-    return f"Violates {shown}" + (f"; and {more} more" if more > 0 else "") + "."
+    said = f"Violates {shown}" + (f"; and {more} more" if more > 0 else "")
+    if not own:
+        return f"{said}."
+    if found.status == "unknown":
+        return f"{said} ({own}); whether it holds on other cores is unknown: the time was too short."
+    return f"{said} ({own}); no other cores meet every requirement: proved."
 
 
 def _broken_words(item: Broken, currency: str) -> str:

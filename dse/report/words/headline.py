@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cached_property
 
-from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses, uncounted_buses
+from dse.analysis.diagnosis.front_verdicts import leaves_out_buses, uncounted_buses
 from dse.analysis.latency.rows import counts_responses
 from dse.analysis.messages.stages import counted_buses
 from dse.analysis.terms import PPM
@@ -18,17 +18,16 @@ from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Tone
 from dse.report.words.basis import basis_parts
-from dse.report.words.contention import asks_for_responses, core_words, uncounted_words
+from dse.report.words.contention import asks_for_responses, core_words, own_core_words, uncounted_words
 from dse.space.model.criteria import Requirement
 from dse.space.model.metric_kinds import KINDS, flows_in
+from dse.space.question.open_cores import cores_beside
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, is_unbounded
 from dse.support.units.text import count_words, format_count
 
 LINE = 80
 """Letters of the first line."""
-MOST_IDS = 6
-"""The greatest number of designs that a warning lists."""
 
 
 def title_words(result: Result) -> str:
@@ -107,10 +106,10 @@ def counted_parts(result: Result) -> tuple[list[str], list[str]]:
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
         return [], []
-    is_counted = counts_responses(space)
+    is_counted = counts_responses(space) and any(item.processor is not None for item in space.components)
     counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
     counted += ["waiting for the bus"] if counted_buses(space) else []
-    left = [] if is_counted else ["waiting for the CPU"]
+    left = [] if counts_responses(space) else ["waiting for the CPU"]
     if leaves_out_buses(space):
         of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
         left += [f"bus arbitration{of}"]
@@ -135,42 +134,59 @@ def counted_words(result: Result) -> tuple[str, str]:
 class Waiting:
     """The verdicts on the designs of a front with waiting for the CPU, where the search left waiting out.
 
-    Verdicts of designs come from the result; nothing is analysed again.
+    Verdicts of designs come from the result; nothing is analysed again. `known` are those that are no "unknown".
     """
 
     def __init__(self, result: Result) -> None:
         self.result = result
         left = result.leaves_out_contention and any(not item.implied for item in result.space.requirements)
-        self.checked: dict[int, Contended] = {
-            point.id: result.contended[str(point.id)]
-            for point in (result.front if left else ())
-            if str(point.id) in result.contended
+        found = {point.id: result.contended.get(str(point.id)) for point in (result.front if left else ())}
+        self.known: dict[int, Contended] = {
+            number: item for number, item in found.items() if item is not None and item.status != "unknown"
         }
-        self.kept = [number for number, item in self.checked.items() if not item.broken]
+        self.kept = [number for number, item in self.known.items() if item.status == "kept"]
         self.is_asked = left
+        self.chooses = bool(cores_beside(result.space))
+
+    def broken(self, number: int) -> tuple[Broken, ...]:
+        """The requirements that a design misses with waiting, on its own cores, where no other cores hold.
+
+        By the id of the design; empty where it holds, or nothing is known.
+        """
+        item = self.known.get(number)
+        return item.broken if item is not None and item.status == "broken" else ()
 
     @cached_property
     def warning(self) -> str:
-        """The warning that designs violate limits with waiting: all that were checked, or the first; else "".
+        """The warning that designs violate limits with waiting: all that are known, or the first; else "".
 
-        How many of them do, the limit, and the least excess.
+        How many hold, the best of them, the limit, and the least excess.
         """
         first = self.result.front[0].id if self.result.front else 0
-        if not self.checked or (self.kept and first in self.kept) or (self.kept and first not in self.checked):
+        if not self.known or (self.kept and not self.broken(first)):
             return ""
-        cores = f"Threads {core_words(self.result.space)}."
+        own = f"{own_core_words(self.result.space)}: " if self.chooses else ""
+        cores = "" if self.chooses else f" Threads {core_words(self.result.space)}."
         if self.kept:
-            broken = self.checked[first].broken
+            broken = self.broken(first)
             more = f" and {count_words(len(broken) - 1, 'more limit')}" if len(broken) > 1 else ""
-            keeps = f"; #{self.kept[0]} is the first that meets every limit" if is_left_out(self.result.space) else ""
-            said = f"#{first} violates {self._violated(broken[0])}{more}{keeps}"
-            return f"With waiting for the CPU, {said}. {cores}"
-        count, every = len(self.checked), len(self.result.front)
-        rest = "" if count == every else f" ({count_words(every - count, 'design')} not checked)"
+            said = f"#{first} violates {self._violated(broken[0])}{more}"
+            if self.chooses:
+                said = f"#{first} meets every limit on no cores ({own}{self._violated(broken[0])}{more})"
+            return f"With waiting for the CPU, {said}; {self._count()}.{cores}"
+        count, every = len(self.known), len(self.result.front)
+        rest = "" if count == every else f"; {count_words(every - count, 'design')} unknown: the time was too short"
+        if self.chooses:
+            who = f"none of {format_count(count)} designs meets" if count > 1 else "the design does not meet"
+            return f"With waiting for the CPU, {who} every limit on any cores ({own}{self._common()}){rest}."
         who = f"all {format_count(count)} designs violate" if count > 1 else "the only design violates"
-        if count < every:
-            who = f"{'all' if count > 1 else 'the'} {count_words(count, 'design')} checked violate{'s'[count - 1 :]}"
-        return f"With waiting for the CPU, {who} {self._common()}{rest}. {cores}"
+        return f"With waiting for the CPU, {who} {self._common()}{rest}.{cores}"
+
+    def _count(self) -> str:
+        """``12 of 15 meet every limit, the best is #1``."""
+        kept, every, known = len(self.kept), len(self.result.front), len(self.known)
+        rest = f"; {every - known} unknown: the time was too short" if known < every else ""
+        return f"{kept} of {every} meet{'s' if kept == 1 else ''} every limit, the best is #{self.kept[0]}{rest}"
 
     def _violated(self, item: Broken) -> str:
         """``jitter of f <= 20 ms (29.294 ms)``."""
@@ -180,19 +196,19 @@ class Waiting:
     def _common(self) -> str:
         """The limit that most of the designs violate, and its least value; else that it is one or another."""
         found: dict[str, list[tuple[Fraction | None, int, Broken]]] = {}
-        for number, item in self.checked.items():
+        for number, item in self.known.items():
             for broken in item.broken:
                 found.setdefault(broken.requirement, []).append((broken.value, number, broken))
         text, rows = max(found.items(), key=lambda pair: len(pair[1]))
-        if len(rows) < len(self.checked):
+        if len(rows) < len(self.known):
             return "one or more limits"
         bounded = [(value, number, broken) for value, number, broken in rows if value is not None]
         if not bounded:
             return f"{text}: unbounded"
         is_upper = bounded[0][0] >= bounded[0][2].limit  # it is violated
         value, number, broken = (min if is_upper else max)(bounded, key=lambda row: row[0])
-        word = "" if len(self.checked) == 1 else "least " if is_upper else "greatest "
-        who = "" if len(self.checked) == 1 else f" (#{number})"
+        word = "" if len(self.known) == 1 else "least " if is_upper else "greatest "
+        who = "" if len(self.known) == 1 else f" (#{number})"
         return f"{text}; {word}{readable(value, broken.unit, self.result.space.currency)}{who}"
 
     def note(self) -> str:
@@ -204,17 +220,14 @@ class Waiting:
             return ""
         if not self.is_asked:
             return "Nothing is required that waiting for the CPU could violate."
-        if not self.checked:
-            return "With waiting for the CPU no design was checked in the time that there was."
-        count, kept, every = len(self.checked), len(self.kept), len(self.result.front)
-        rest = f"; {count_words(every - count, 'design')} not checked" if count < every else ""
-        if kept == count:
-            who = "the design meets" if count == 1 else f"{'both' if count == 2 else f'all {count}'} meet"
-            return f"With waiting for the CPU {who} every limit{rest}."
-        shown = [f"#{number}" for number in self.kept[:MOST_IDS]]
-        shown += [f"{kept - MOST_IDS} more"] if kept > MOST_IDS else []
-        verb = "meet" if kept > 1 else "meets"
-        return f"With waiting for the CPU {kept} of {count} {verb} every limit ({listed(shown)}){rest}."
+        if not self.known:
+            return "With waiting for the CPU it is unknown which designs meet every limit: the time was too short."
+        every = len(self.result.front)
+        if len(self.kept) == every:
+            who = "the design meets" if every == 1 else f"{'both' if every == 2 else f'all {every}'} meet"
+            return f"With waiting for the CPU {who} every limit."
+        cores = ", cores chosen for each," if self.chooses else ""
+        return f"With waiting for the CPU{cores} {self._count()}."
 
 
 def overload_words(analysis: Analysis) -> list[str]:

@@ -17,9 +17,10 @@ from dse.answers.result import Result
 from dse.answers.tables.display import counted, readable
 from dse.report.amounts import deltas_words, difference_words, listed, margin_words, rate_words
 from dse.report.words.clocks import boundary_words
-from dse.report.words.contention import contended_words, cores_origin, placed_words
+from dse.report.words.contention import contended_words, cores_origin, own_core_words, placed_words
 from dse.space.architecture.activation import exclusions
 from dse.space.model.space import Space
+from dse.space.question.open_cores import cores_beside
 from dse.support.units import format_duration, is_unbounded
 from dse.support.units.text import count_words, format_count
 
@@ -89,7 +90,8 @@ def sentences(result: Result, reasons: Reasons) -> list[Sentence]:
     if placed := placed_words(result.space, reasons.point.design):
         found.append(Sentence(f"Cores{cores_origin(result.space)}", ". ".join(placed) + "."))
     if result.leaves_out_contention:
-        said = contended_words(result.contended.get(str(reasons.point.id)), currency)
+        own = own_core_words(result.space) if cores_beside(result.space) else ""
+        said = contended_words(result.contended.get(str(reasons.point.id)), currency, own=own)
         found.append(Sentence("With response times", said))
     for improvement in reasons.improvements:
         found.append(Sentence(f"To better {improvement.objective}", _improvement_words(improvement, result)))

@@ -335,6 +335,18 @@ def decided_cores(space: Space) -> list[OpenCore]:
     return [item for item in space.open_cores if item.index < len(space.decisions)]
 
 
+def cores_beside(space: Space) -> frozenset[int]:
+    """The decisions on cores and best orders that change no objective of the question, and are not fixed.
+
+    Indices of decisions of `with_all_cores`. A design of a front stays the same point with other options of these.
+    Empty where an objective counts response times or single cores, or execution times depend on the core.
+    """
+    asked = [item.metric for item in space.objectives]
+    if space.unequal_cores or any(is_scheduled(space, item) or _is_of_cores(space, item) for item in asked):
+        return frozenset()
+    return frozenset(item.index for item in (*space.open_cores, *space.open_priorities)) - space.fixed.keys()
+
+
 def tells_cores_apart(space: Space) -> bool:
     """Whether something tells the cores of a processor apart: who speaks of them, execution times, or open groups.
 

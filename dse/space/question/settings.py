@@ -41,12 +41,24 @@ OSATE_SETTINGS = tuple(dict.fromkeys(name for name, _ in OSATE_WORDS.values()))
 ORIGIN = "command line"
 
 
-def default_deadlines(profile: str) -> str:
-    """Which deadlines count where the file does not say: for OSATE a deadline is an input of latency, no limit.
+def profile_defaults(profile: str) -> dict[str, str]:
+    """The settings that follow the profile where the file does not state them, by name.
 
-    ``stated`` under the profile *dse*, ``none`` under the OSATE profiles.
+    Under the profile *dse* threads wait for the CPU (``processing: response_time``), and stated deadlines are limits.
+    For OSATE a deadline is an input of latency, no limit, and no thread waits.
     """
-    return "stated" if profile == "dse" else "none"
+    if profile == "dse":
+        return {"processing": "response_time", "deadlines": "stated"}
+    return {"processing": "execution_time", "deadlines": "none"}
+
+
+def stated_settings(stated: Mapping[str, str | None]) -> dict[str, str]:
+    """The settings of a file, those that it leaves out as they are under its profile.
+
+    `stated` has every setting by name, None where the file does not say.
+    """
+    defaults = profile_defaults(stated["profile"] or "dse")
+    return {name: value if value is not None else defaults[name] for name, value in stated.items()}
 
 
 def osate_settings(text: str) -> dict[str, str]:
@@ -80,14 +92,15 @@ def settings_of(space: Space) -> dict[str, str]:
     return {name: getattr(space, name) for name in SETTINGS}
 
 
-def with_settings(space: Space, given: Mapping[str, str | None], *, states_deadlines: bool) -> Space:
+def with_settings(space: Space, given: Mapping[str, str | None], stated: Mapping[str, str | None]) -> Space:
     """The space under other settings, its deadlines required as these say.
 
-    `states_deadlines` tells whether the file says which deadlines count; else they follow the profile.
+    `stated` are the settings of the file by name: those that are None there follow the profile that is given.
     """
     chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if "profile" in chosen and not states_deadlines:
-        chosen.setdefault("deadlines", default_deadlines(chosen["profile"]))
+    for name, value in profile_defaults(chosen["profile"]).items() if "profile" in chosen else ():
+        if stated[name] is None:
+            chosen.setdefault(name, value)
     changed = replace(space, **chosen)
     if changed.overload != space.overload:
         changed = with_implied(changed)

@@ -348,6 +348,7 @@ class Uncertainty(SpecMapping):
 
 
 Deadlines: TypeAlias = Literal["stated", "all", "none"]
+Processing: TypeAlias = Annotated[Literal["execution_time", "response_time"], Respelt()]
 
 
 class Catalogue(SpecMapping):
@@ -413,7 +414,7 @@ class Spec(Catalogue):
     partition_output: Annotated[Literal["major_frame", "partition_end"], Respelt()] = "major_frame"
     best_case: Annotated[Literal["empty_queue", "full_queue"], Respelt()] = "empty_queue"
     bus_queuing: Annotated[Literal["counted", "not_counted"], Respelt()] = "counted"
-    processing: Annotated[Literal["execution_time", "response_time"], Respelt()] = "execution_time"
+    processing: Processing | None = None
     deadlines: Deadlines | None = None
     priorities: Annotated[Literal["rate_monotonic", "deadline_monotonic", "any"], Respelt()] = "rate_monotonic"
     overload: Literal["forbidden", "allowed"] = "forbidden"

@@ -38,6 +38,7 @@ requirements:
 rules:
   - require control.period != 5 ms
 objectives: [minimise price]
+processing: execution_time
 """
 # latency: 10 ms + period + 4 ms (small) or 2 ms (large). Utilisation of a core by control: 4 ms or 2 ms / period.
 # small: 19 ms, 80 % at 5 ms; 24 ms, 40 % at 10 ms; 34 ms, 20 % at 20 ms.
@@ -151,6 +152,7 @@ threads:
   slow: {processor: one, period: [10 ms, 12 ms], deadline: 7 ms, compute_execution_time: 4 ms}
 requirements: [utilisation of one == 95 %]
 objectives: [minimise response time of slow]
+processing: execution_time
 """
 
 
@@ -208,6 +210,7 @@ threads:
   b: {processor: computer, dispatch_protocol: [periodic, aperiodic], period: 5 ms, compute_execution_time: 1 ms}
 connections: {start: {from: tick, to: a}, ab: {from: a, to: b}, ba: {from: b, to: a}}
 objectives: [minimise utilisation of computer]
+processing: execution_time
 """
 
 

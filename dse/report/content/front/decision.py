@@ -196,8 +196,7 @@ def _design(screen: Screen, item: Alternative, kind: int) -> dict[str, Any]:
         if margin.limit and margin.value and not margin.requirement.implied:
             nearest.setdefault((margin.requirement.metric.name, margin.thread, margin.requirement.is_upper), margin)
     margins = list(nearest.values())
-    contended = screen.waiting.checked.get(item.point.id)
-    broken = [_with_waiting(found, screen.currency) for found in (contended.broken if contended else ())]
+    broken = [_with_waiting(found, screen.currency) for found in screen.waiting.broken(item.point.id)]
     rows = [*broken, *(margin_parts(margin, screen.currency) for margin in margins)]
     return {
         "name": screen.names.design(item.point),

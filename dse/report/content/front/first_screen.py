@@ -25,6 +25,7 @@ from dse.report.words.choice import (
     short_metrics,
     tie_words,
 )
+from dse.report.words.contention import waits_in_flows
 from dse.report.words.headline import (
     Waiting,
     counted_words,
@@ -249,7 +250,7 @@ class Screen:
                 nearest = []
         elif self.warnings:
             kept = self.waiting.kept
-            why = "no design of this front meets every limit with waiting" if self.waiting.checked and not kept else ""
+            why = "no design of this front meets every limit with waiting" if self.waiting.known and not kept else ""
             why = why or f"#{first.id} is ranked first, but see the warning"
             yield Text(f"No recommendation: {why}.", "strong", hang=2)
             nearest = []
@@ -317,7 +318,9 @@ class Screen:
         result = self.result
         if result.status == "incomplete":
             yield "--json r.json", "keeps what was found; `--resume r.json` goes on from it"
-        if result.leaves_out_contention and len(self.waiting.kept) < len(result.front) and self.waiting.checked:
+            if waits_in_flows(result.space):
+                yield "--processing execution-time", "a quick front without waiting, then judged with it"
+        if self.waiting.is_asked and len(self.waiting.kept) < len(result.front):
             yield "--processing response-time", "counts waiting for the CPU, chooses cores"
 
     def _next_steps(self, *, all_listed: bool) -> Iterator[tuple[str, str]]:

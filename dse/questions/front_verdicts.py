@@ -1,0 +1,83 @@
+"""Which designs of a front keep every requirement when threads wait: on their own cores, or on others."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+
+from dse.analysis.diagnosis.front_verdicts import with_contention
+from dse.answers.contention_verdicts import Contended
+from dse.answers.result import Result
+from dse.questions.verify.contention import CoreJury
+from dse.search.feasibility.other_cores import OtherCores
+from dse.space.model.space import Design, Space
+from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
+
+LEAST_TIME_S = 10.0
+"""Without a time limit the referee has as long as the search took, at least this long."""
+LEAST_FOR_CORES_S = 1.0
+SHARE_FOR_CORES = 1 / 3
+"""Other cores are looked for as long as a third of the search took, or this long."""
+MOST_WORK = 0.3
+"""The work (`dse.search.solver.settings`) at other cores for all designs of a front together."""
+GRACE_S = 0.3
+"""A search that took all of its time leaves this much for a first look: most fronts need less."""
+
+
+def with_verdicts(result: Result, *, started: float, limit: TimeLimit) -> Result:
+    """The result with what each of its designs keeps with contention; those that time does not suffice for have none.
+
+    `started` is when the search began, in seconds of the monotonic clock, `limit` its limit. Where the question
+    counts contention already, and no deadline is only told, the result stays as it is; so does one that Ctrl-C ended.
+    """
+    counted = with_contention(result.space)
+    if counted is None or result.interrupted:
+        return result
+    now = time.monotonic()
+    grace_s = min(GRACE_S, limit.for_the_last_steps().left_s)
+    own_s = max(LEAST_TIME_S, now - started) if limit.seconds is None else max(limit.left_s, grace_s)
+    designs = {str(point.id): point.design for point in result.front}
+    designs |= {sibling.id: sibling.design for others in result.others for sibling in others.designs}
+    todo = {number: design for number, design in designs.items() if number not in result.contended}
+    cores_s = min(own_s, max(LEAST_FOR_CORES_S, SHARE_FOR_CORES * (now - started)))
+    found = {**result.contended, **_judged(counted, todo, TimeLimit.after(own_s), cores_s)}
+    return replace(result, contended={number: found[number] for number in designs if number in found})
+
+
+def _judged(counted: Space, designs: Mapping[str, Design], limit: TimeLimit, cores_s: float) -> dict[str, Contended]:
+    """Verdicts for which there is time, in the order of the designs; Ctrl-C ends it, and keeps what was found.
+
+    First of all designs on their own cores; what is left of `cores_s` goes to other cores, in the order of the designs.
+    """
+    found: dict[str, Contended] = {}
+    if not designs:
+        return found
+    try:
+        with until(limit):
+            jury = CoreJury(counted)
+            others = OtherCores(jury.evaluator, jury.free, most_work=MOST_WORK)
+            for number, design in designs.items():
+                found[number] = jury.judged(design)
+            with until(TimeLimit.after(cores_s)):
+                for number, item in found.items():
+                    found[number] = _elsewhere(jury, others, designs[number], item)
+    except (OutOfTime, KeyboardInterrupt):
+        pass
+    return found
+
+
+def _elsewhere(jury: CoreJury, others: OtherCores, design: Design, own: Contended) -> Contended:
+    """The verdict on a design whose own one is open: with the cores that were found, or the proof that none hold.
+
+    `own` itself where it is not open, or the work that all designs may take is done. Raises `OutOfTime` when the limit
+    of time is up.
+    """
+    if own.status != "unknown" or others.is_over:
+        return own
+    try:
+        found = others.holding(jury.whole(design))
+    except OutOfTime:
+        look_at_the_clock()
+        return own
+    return replace(own, is_open=False, decisions={} if found is None else jury.chosen(found))
