@@ -307,3 +307,32 @@ def test_a_thread_without_work_waits_for_nobody() -> None:
     """
     assert found(text) == {(8_000_000,)}
     assert found(text.replace("minimise latency of f", "minimise price")) == {(1000,)}
+
+
+ALONE_LONGER = """
+dse: 1
+name: a thread alone waits longer than its chain
+processing: response_time
+deadlines: none
+processor_types: {s: {cores: 1, price: 5 EUR}}
+processors: {p: {type: s}, q: {type: s}}
+threads:
+  a: {processor: p, period: [20 ms, 30 ms], priority: 7, compute_execution_time: 9100 us}
+  b: {processor: [p, q], dispatch_protocol: aperiodic, priority: 7, compute_execution_time: 1500 us .. 3600 us}
+  c: {processor: p, period: 12 ms, compute_execution_time: 1200 us .. 1300 us}
+  d: {processor: p, dispatch_protocol: aperiodic, priority: 6, compute_execution_time: 1700 us .. 2500 us}
+connections: {ab: {from: a, to: b}, cd: {from: c, to: d}}
+flows: {f: {path: [a, b]}, g: {path: [c, d]}}
+objectives: [minimise latency of f, minimise price, minimise data age of g]
+"""
+
+
+def test_a_flow_counts_more_than_its_chain_where_a_thread_alone_may_take_longer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """C responds within 17.9 ms, and d has ended by then: the flow adds 2.5 ms, in which no second job of a counts."""
+    monkeypatch.setattr(waiting_forms, "SCHEDULE_CASE_LIMIT", 1)
+    monkeypatch.setattr(waiting_forms, "TABULATED_TASKS", 1)
+    evaluator = Evaluator(loads(ALONE_LONGER).space)
+    found, expected = search_front(evaluator, SearchLimits()), brute_front(evaluator)
+    assert found.points == expected and not found.not_first

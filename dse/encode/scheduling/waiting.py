@@ -77,7 +77,7 @@ class WaitRows:
         self._terms = len(board.open_terms)
         for waiter, variable in board.waiting.items():
             if isinstance(waiter, FlowChain):
-                self.chains.adopt(waiter, variable.index)
+                self.chains.add_figure(waiter, variable.index)
         for number in list(self.variables):
             look_at_the_clock()
             if number not in self.jobs.rows:

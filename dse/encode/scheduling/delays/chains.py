@@ -64,27 +64,31 @@ class ChainRows:
     def __init__(self, waiting: Waiting) -> None:
         self.waiting = waiting
         self._variables: dict[FlowChain, int] = {}
+        self._figures: set[int] = set()
         self._throughout: dict[tuple[FlowChain, int, int], int] = {}
 
     def copy(self, waiting: Waiting) -> ChainRows:
         """The waiting of the same chains in a copy of the model, without a change of this one."""
         other = ChainRows(waiting)
         other._variables, other._throughout = dict(self._variables), dict(self._throughout)
+        other._figures = set(self._figures)
         return other
 
-    def adopt(self, chain: FlowChain, index: int) -> None:
-        """Take a variable of the model as the waiting of a chain."""
-        if self._variables.get(chain) == index:
+    def add_figure(self, chain: FlowChain, index: int) -> None:
+        """Add the rows of a variable of the model that stands for what a flow counts for the waiting of a chain.
+
+        A row of a thread in a flow is no less than its longest execution time: so the flow counts no less than any of
+        the chain's beginnings waits, though all of it may wait less.
+        """
+        if index in self._figures:
             return
-        variable = self.waiting.combined.variable(index)
-        if chain in self._variables:
-            self.waiting.model.add(variable >= self.variable(chain))
-            return
-        self._variables[chain] = index
-        self._add_rows(chain, variable)
+        self._figures.add(index)
+        figure = self.waiting.combined.variable(index)
+        for length in range(1, len(chain.threads) + 1):
+            self.waiting.model.add(figure >= self.variable(replace(chain, threads=chain.threads[:length])))
 
     def variable(self, chain: FlowChain) -> cp_model.IntVar:
-        """The variable of how long the threads of a chain wait together, with its rows."""
+        """The variable of how long the threads of a chain wait together, by the least way to cut it, with its rows."""
         if len(chain.threads) == 1 and not (chain.has_source and self._may_lag(chain.threads[0])):
             return self.waiting.waiting(chain.threads[0])
         if chain not in self._variables:
@@ -99,7 +103,6 @@ class ChainRows:
             self._add_lag(threads[0], variable)
             return
         self._add_once(chain, variable)
-        model.add(variable >= self.variable(replace(chain, threads=threads[:-1])))
         for place in range(1, len(threads)):
             parts = [self.variable(replace(chain, threads=part)) for part in (threads[:place], threads[place:])]
             for cut in self._cuts(threads[place - 1], threads[place]):
