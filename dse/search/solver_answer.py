@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import ortools
+
 from dse.space.model.space import Design
+
+SOLVER = f"OR-tools CP-SAT {ortools.__version__}"  # type: ignore[attr-defined]
+"""The solver with its version, as results state it."""
 
 
 @dataclass(frozen=True)

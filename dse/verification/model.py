@@ -20,6 +20,7 @@ from dse.analysis.views import View
 from dse.space.model.space import INACTIVE, Design
 from dse.support.timelimit import OutOfTime, look_at_the_clock
 from dse.verification import solver_calls
+from dse.verification.cases import Cases
 from dse.verification.diagrams import Node, TooLarge, leaves
 from dse.verification.element_constraints import Lookups
 from dse.verification.reduced import ReducedRegion, Reduction
@@ -39,12 +40,10 @@ from dse.verification.scheduling.cores import add_cores
 from dse.verification.scheduling.first_designs import Claim, Earlier, EarlierDesigns, add_earlier, limit_options
 from dse.verification.scheduling.messages import BusRows, message_lessons, soonest_lesson, waits_lesson
 from dse.verification.scheduling.waiting import WaitVariables
-from dse.verification.solver_calls import FIRST_LIMIT, Reply
+from dse.verification.solver_calls import Reply
 from dse.verification.sums import Sum
 from dse.verification.tables import EXACT, Tables
 
-EASY_LIMIT = 0.004
-"""Deterministic time for each claim of a question about all of them, where it is easy."""
 REPRESENTED = 2**62
 """The ends of what the solver adds stay below this."""
 
@@ -109,7 +108,6 @@ class SecondModel:
         self.free_cores |= {item.index for item in tables.space.open_priorities}  # whichever will do
         self.numbering = Numbering(tables, self.model, self.chosen, self.places)
         self._favourite = Favourite()
-        self._unproved: list[Claim] = []  # the last ones that were asked about together
         self._earlier = Earlier(self._reduction, self.free_cores, deadline)
         problem = self.model.validate()
         assert not problem, problem
@@ -199,43 +197,45 @@ class SecondModel:
         places = self._earlier.places(vector, design)
         if not places:
             return Reply("none")
-        ask = partial(self._add_earlier, claims=[(vector, design)], places=[places])
+
+        def ask(model: cp_model.CpModel) -> None:
+            self._add_earlier(model, [(vector, design)], [places])
+
         return self._ask(ask, partial(self._earlier.are_refuted, places), exactly=True, ways=solver_calls.IN_ORDER)
 
     def _add_earlier(
         self, model: cp_model.CpModel, claims: Sequence[Claim], places: Sequence[Sequence[EarlierDesigns]]
-    ) -> None:
+    ) -> Cases:
         chosen, shown, objectives = (
             [self._in(model, variable) for variable in variables]
             for variables in (self.chosen, self.option, self.objectives)
         )
         limit_options(model, chosen, self.tables.allowed, places)
-        add_earlier(model, (objectives, shown), claims, places, self.free_cores)
+        return add_earlier(model, (objectives, shown), claims, places, self.free_cores)
 
-    def none_is_earlier(self, claims: Sequence[Claim]) -> bool:
-        """Whether it is proved that no design comes before any of `claims`: in one question where that is easy.
+    def unproved_regions(self, regions: Sequence[Sequence[int]]) -> list[int]:
+        """The positions of regions that one quick question about all of them does not prove empty.
 
-        Else at each place of each claim by itself, and in one question about the places that stay open. False where
-        that takes long, or a solution has to be looked at.
+        Bounds of objectives, exclusive, as in `in_region`.
         """
-        if not all(map(self._earlier.knows, claims)):
-            is_late = bool(self.tables.late)  # there places say little
-            limit = FIRST_LIMIT * len(claims) if is_late else FIRST_LIMIT / 2 + EASY_LIMIT * len(claims)
-            if self._is_refuted(claims, [self._earlier.anywhere] * len(claims), limit):
-                return True
-        listed = [claim for claim in claims if self._earlier.places(*claim)]
-        if listed and listed != self._unproved:
-            self._unproved = listed
-            places = [self._earlier.places(*claim) for claim in listed]
-            return self._is_refuted(listed, places, FIRST_LIMIT * len(listed))
-        return not listed
-
-    def _is_refuted(self, claims: Sequence[Claim], places: Sequence[Sequence[EarlierDesigns]], limit: float) -> bool:
         model = self.model.clone()
-        self._add_earlier(model, claims, places)
-        self.calls += 1
-        status, _ = solver_calls.attempted(model, self.deadline, limit, ways=solver_calls.IN_ORDER)
-        return bool(status == cp_model.INFEASIBLE)
+        cases = Cases(model, len(regions))
+        for objective, bounds in zip(self.objectives, zip(*regions, strict=True), strict=True):
+            model.add(self._in(model, objective) <= cases.value([bound - 1 for bound in bounds]))
+        self.numbering.add(model)
+        return self._unproved(cases)
+
+    def unproved_claims(self, claims: Sequence[Claim]) -> list[int]:
+        """The positions of claims for which one quick question about all does not prove that no design is earlier."""
+        model = self.model.clone()
+        return self._unproved(self._add_earlier(model, claims, [self._earlier.anywhere] * len(claims)))
+
+    def _unproved(self, cases: Cases) -> list[int]:
+        def attempt(model: cp_model.CpModel, limit: float) -> solver_calls.Outcome:
+            self.calls += 1
+            return solver_calls.attempted(model, self.deadline, limit, ways=solver_calls.BY_ROWS)
+
+        return cases.unproved(attempt)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`.

@@ -56,10 +56,17 @@ class Prover(Protocol):
         """
         ...
 
-    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether one quick proof shows for several claims that `earlier_design` finds no design.
+    def unproved_regions(self, regions: Sequence[Sequence[int]]) -> list[int]:
+        """The positions of regions that a quick proof about all of them does not show to be empty.
 
-        True is a proof for every pair of a vector and a design; False says nothing.
+        Bounds as in `in_region`. For the other regions `in_region` finds no design; of those returned nothing is said.
+        """
+        ...
+
+    def unproved_claims(self, claims: Sequence[tuple[Sequence[int], Design]]) -> list[int]:
+        """The positions of claims for which a quick proof about all does not show that no design is earlier.
+
+        For the other pairs of a vector and a design `earlier_design` finds none; of those returned nothing is said.
         """
         ...
 
@@ -124,12 +131,13 @@ class AllDesigns:
         end = self.compared
         return reply if reply.answer == "design" and reply.design[:end] < design[:end] else Reply("none")
 
-    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether `earlier_design` finds none for each of several claims.
+    def unproved_regions(self, regions: Sequence[Sequence[int]]) -> list[int]:
+        """The positions of regions that hold a design; exact."""
+        return [at for at, region in enumerate(regions) if self.in_region(region).answer != "none"]
 
-        Pairs of an objective vector and a design; exact.
-        """
-        return all(self.earlier_design(vector, design).answer == "none" for vector, design in claims)
+    def unproved_claims(self, claims: Sequence[tuple[Sequence[int], Design]]) -> list[int]:
+        """The positions of pairs of an objective vector and a design with an earlier design; exact."""
+        return [at for at, claim in enumerate(claims) if self.earlier_design(*claim).answer != "none"]
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A design with objectives below `below` that differs from each known one in some of the decisions `among`.

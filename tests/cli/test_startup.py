@@ -44,8 +44,11 @@ NEVER = {
         "matplotlib",
         "dse.examples.random",
         "dse.questions.sweep",
+        "dse.questions.explain",
+        "dse.questions.stopped_search",
         "dse.verification",
     ),
+    "solve quietly": ("importlib.metadata", "dse.answers.explanation", "dse.report", "dse.search.feasibility"),
     "analyse": (*SOLVER, "networkx", "dse.encode", "dse.search"),
 }
 ARGUMENTS = {
@@ -53,6 +56,7 @@ ARGUMENTS = {
     "check": ["check", INMARK],
     "new": ["new", "--list"],
     "solve": ["solve", INMARK, "--max-jitter", "20ms"],
+    "solve quietly": ["solve", INMARK, "--max-jitter", "20ms", "-q"],
     "analyse": ["analyse", INMARK],
 }
 PROGRAM = """

@@ -151,7 +151,6 @@ def command(
     target = folder_of(report, folder)
     from dse.answers.ranking.order import check_ranking, ranked_by
     from dse.questions.complete_design import baseline_design
-    from dse.questions.verbs.alternatives import DEFAULT_COUNT, read_share, with_further_designs
     from dse.questions.verbs.solve import Watcher, solve_asked
     from dse.search.front import SearchLimits
 
@@ -163,6 +162,8 @@ def command(
     if report is not None:
         time_limit = whole.sparing(REPORT_S)
     if within is not None:
+        from dse.questions.verbs.alternatives import read_share
+
         read_share(within)
     check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
     if robust and resume is not None and not asked.robust:
@@ -192,16 +193,17 @@ def command(
         result = solve_asked(asked, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if further is not None or within is not None:
+        from dse.questions.verbs.alternatives import DEFAULT_COUNT, with_further_designs
+
         result = with_further_designs(
             result, further or DEFAULT_COUNT, within, top, seed=seed, time_limit_s=time_limit.rest_s
         )
     if insist and not result.interrupted:
         result = _insisted(result, workers, scheduler, time_limit, quiet=quiet)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv))
-    from dse.report.content.front.document import Document
-
-    document = Document(result)
-    if not quiet and "-" not in (json_path, csv_path):
+    is_shown = not quiet and "-" not in (json_path, csv_path)
+    document = _document(result) if is_shown or report is not None else None
+    if document is not None and is_shown:
         print_front(document, None if every else top, whole, explain=explain)
     in_time = in_what_is_left(whole, lambda: _write_reports(document, target, report, quiet=quiet), failure)
     is_whole = result.insisting is None or result.insisting.is_complete
@@ -227,10 +229,10 @@ def _insisted(result: Result, workers: int | None, scheduler: str | None, limit:
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
     """The problem as it is asked, and the search to go on with."""
-    from dse.questions.question import changes_of
-    from dse.questions.stopped_search import read_search
-
     if resume is not None:
+        from dse.questions.question import changes_of
+        from dse.questions.stopped_search import read_search
+
         if changes_of(question).is_anything:
             raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
         asked, earlier = read_search(resume, file)
@@ -263,9 +265,15 @@ def _claim_report(folder: Path, asked: Problem) -> None:
     check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
 
 
-def _write_reports(document: Document, folder: Path | None, page: str | None, *, quiet: bool) -> OSError | None:
+def _document(result: Result) -> Document:
+    from dse.report.content.front.document import Document
+
+    return Document(result)
+
+
+def _write_reports(document: Document | None, folder: Path | None, page: str | None, *, quiet: bool) -> OSError | None:
     """The page that ``--report PATH`` asks for, the files of ``--report``; returns the failure to write the page."""
-    if folder is None and not page:
+    if document is None:
         return None
     from dse.report.output import front_text, report_files
 

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from typing import Literal, Unpack
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.designs import Point
-from dse.answers.explanation import Explanation, Relaxation
 from dse.answers.ranking.order import ranked_by
-from dse.answers.result import Clash, Conflict, ObjectiveInfo, Result, Search, decisions_of, ranked
+from dse.answers.result import ObjectiveInfo, Result, Search, decisions_of, ranked
 from dse.questions.complete_design import baseline_design
-from dse.questions.explain.explain import Explainer, Wishes
 from dse.questions.front_verdicts import with_verdicts
 from dse.questions.problem import Problem, Source, load, origin_of
 from dse.questions.question import Question
 from dse.search.front import ANYTHING, FrontSearch, Progress, SearchLimits, Watch, search_front
+from dse.search.solver_answer import SOLVER
 from dse.space.size import space_size
 from dse.support import arguments
 from dse.support.errors import UsageError
-from dse.support.timelimit import OutOfTime, until
+from dse.support.timelimit import until
 
 EXPLANATION_TIME_S = 30.0
 
@@ -122,6 +120,9 @@ def solve_asked(asked: Problem, budget: SearchLimits, watcher: Watcher, earlier:
     search = search_front(evaluator, searched, watch, earlier, baseline_design(space))
     result = result_of(asked, evaluator, search, budget)
     if result.status == "infeasible":
+        from dse.questions.explain.brief import conflicts_of  # few results need it
+        from dse.questions.explain.explain import Wishes
+
         left_s = EXPLANATION_TIME_S if budget.limit.seconds is None else budget.limit.left_s
         wishes = Wishes(time_limit_s=left_s, seed=budget.seed)
         conflicts, give_up = conflicts_of(asked, wishes)
@@ -161,7 +162,7 @@ def result_of(
             solver_calls=search.calls,
             wall_s=round(search.elapsed_s, 3),
             space_size=space_size(space),
-            solver=f"OR-tools CP-SAT {version('ortools')}",
+            solver=SOLVER,
             workers=budget.workers,
             seed=budget.seed,
         ),
@@ -213,59 +214,3 @@ def _region(evaluator: Evaluator, bound: tuple[int, ...]) -> Mapping[str, int]:
     names = [measure.metric.name for measure in evaluator.objectives]
     signed = zip(names, bound, senses, strict=True)
     return {name: -value if sense == "maximise" else value for name, value, sense in signed if value < ANYTHING}
-
-
-# The conflicts of an infeasible problem as a result lists them.
-
-
-def conflicts_of(asked: Problem, wishes: Wishes) -> tuple[tuple[Conflict, ...], tuple[Clash, ...]]:
-    """The minimal conflicts of an infeasible problem as a result has them: each member with its closest limit.
-
-    Where no member alone mends the problem, also the fewest statements that do together: a limit of every flow is one.
-    Figures for which there was no
-    time are left out.
-    """
-    explainer = Explainer.of(asked, wishes, time.monotonic(), is_brief=True)
-    found = explainer.explanation()
-    alone = {(item.demand.text, item.demand.origin): item for item in _alone(explainer, found)}
-    conflicts = []
-    for conflict in found.conflicts:
-        clashes = []
-        for demand, _ in conflict.members:
-            item = alone.get((demand.text, demand.origin))
-            clashes.append(_clash(item) if item is not None else Clash(demand.text, demand.origin, is_sought=False))
-        conflicts.append(Conflict(tuple(clashes), conflict.by_waiting))
-    together = found.give_up.members if found.give_up and not any(item.helps for item in alone.values()) else ()
-    return tuple(conflicts), tuple(_clash(item) for item in together)
-
-
-def _alone(explainer: Explainer, found: Explanation) -> Iterator[Relaxation]:
-    """What it takes of each member of a conflict by itself, also where one statement demands it with others."""
-    members = explainer.oracle.members
-    named = {demand for conflict in found.conflicts for demand, _ in conflict.members}
-    for item in found.relaxations:
-        if not item.together:
-            yield item
-            continue
-        for number, member in enumerate(members):
-            if member.text in item.together and explainer.designs.demand(number) in named:
-                try:
-                    yield explainer.relaxation((number,), frozenset({number}))
-                except OutOfTime:
-                    return
-
-
-def _clash(item: Relaxation) -> Clash:
-    if item.demand.kind != "requirement":
-        return Clash(item.demand.text, item.demand.origin)
-    return Clash(
-        item.demand.text,
-        item.demand.origin,
-        item.unit,
-        item.limit,
-        item.closest,
-        item.thread,
-        item.unbounded,
-        item.is_sought,
-        item.overload,
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from dse.analysis.evaluate import Evaluator
 from dse.answers.result import decisions_of
@@ -18,6 +19,9 @@ from dse.verification.solver_calls import Reply
 
 MOST_NAMED = 6
 """Maximum number of points that a remark names."""
+MOST_TOGETHER = 32
+"""Maximum number of regions or points that are proved together."""
+Item = TypeVar("Item")
 
 
 def check_claims(bench: Bench, method: Method, deadline: float | None) -> None:
@@ -120,9 +124,13 @@ class _Refining:
         """A confirmed design with these objectives that comes earlier in the order of the file, or a proof of none."""
         return self._true(lambda: self.prover.earlier_design(vector, design))
 
-    def none_is_earlier(self, claims: Sequence[tuple[Sequence[int], Design]]) -> bool:
-        """Whether a quick proof shows that no design comes earlier than any of the claimed ones."""
-        return self.prover.none_is_earlier(claims)
+    def unproved_regions(self, regions: Sequence[Sequence[int]]) -> list[int]:
+        """The positions of regions that a quick proof about all of them does not show to be empty."""
+        return self.prover.unproved_regions(regions)
+
+    def unproved_claims(self, claims: Sequence[tuple[Sequence[int], Design]]) -> list[int]:
+        """The positions of claims for which a quick proof about all does not show that no design is earlier."""
+        return self.prover.unproved_claims(claims)
 
     def another_design(self, below: Sequence[int], known: Sequence[Design], among: Sequence[int]) -> Reply:
         """A confirmed design below `below` that differs from each known one in `among`, or a proof of none."""
@@ -182,10 +190,35 @@ def _edge(prover: Prover, listed: Sequence[Bound], axis: int, bound: int, count:
 
 
 def _check_emptiness(bench: Bench, prover: Prover, refuted: Sequence[Bound]) -> None:
-    for at, region in enumerate(refuted):
-        with bench.in_time(f"{at} of {len(refuted)} refuted regions were proved again to hold no design"):
-            reply = prover.in_region(region)
-        _holds(bench, f"refuted[{at}]", reply, "is said to be empty, but holds a design")
+    order = sorted(range(len(refuted)), key=lambda at: refuted[at])
+    said = f"{{}} of {len(refuted)} refuted regions were proved again to hold no design"
+
+    def ask(at: int) -> None:
+        place, reply = f"refuted[{order[at]}]", prover.in_region(refuted[order[at]])
+        _holds(bench, place, reply, "is said to be empty, but holds a design")
+
+    _prove(bench, [refuted[at] for at in order], (prover.unproved_regions, ask), said)
+
+
+def _prove(
+    bench: Bench,
+    items: Sequence[Item],
+    means: tuple[Callable[[Sequence[Item]], list[int]], Callable[[int], None]],
+    said: str,
+) -> None:
+    """Prove items, neighbours together where that is quick.
+
+    The first of the `means` returns the positions that it leaves unproved, the second proves the item at a position
+    by itself. Where the time is up, `said` tells how many were proved until then.
+    """
+    together, alone = means
+    for first in range(0, len(items), MOST_TOGETHER):
+        group = items[first : first + MOST_TOGETHER]
+        with bench.in_time(said.format(first)):
+            left = together(group)
+        for number, at in enumerate(left):
+            with bench.in_time(said.format(first + len(group) - len(left) + number)):
+                alone(first + at)
 
 
 def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> None:
@@ -216,7 +249,15 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
     """Of the designs with the same objectives a point shows the first, unless it says that it may not be."""
     points = [bench.data["front"][position] for position in bench.positions]
     silent = [point["id"] for point in points if point.get("is_first") is False]
-    _prove_first(bench, prover, [at for at, point in enumerate(points) if point.get("is_first") is not False])
+    places = [at for at, point in enumerate(points) if point.get("is_first") is not False]
+    claims = [(bench.vectors[at], bench.designs[at]) for at in places]
+    said = f"{{}} of {len(places)} points were proved again to have the first of their designs"
+
+    def ask(at: int) -> None:
+        place, reply = f"front[{bench.positions[places[at]]}].decisions", prover.earlier_design(*claims[at])
+        _holds(bench, place, reply, "is not the first design with these objectives; that is")
+
+    _prove(bench, claims, (prover.unproved_claims, ask), said)
     if count := len(bench.vectors) - len(silent):
         shown = "shows the first of the designs with its" if count == 1 else "show the first of the designs with their"
         aside = f", {prover.left_aside} left aside" if prover.left_aside else ""
@@ -228,20 +269,3 @@ def _check_first_designs(bench: Bench, prover: Prover) -> None:
             f"not claimed (`is_first: false`), and not looked at: that the design shown is the first of those with the "
             f"objectives of {named}{more}"
         )
-
-
-def _prove_first(bench: Bench, prover: Prover, places: Sequence[int]) -> None:
-    """The points at these places show the first of their designs: asked at once, else in halves, in the end each."""
-    groups, done = [places] if places else [], 0
-    while groups:
-        group = groups.pop()
-        claims = [(bench.vectors[at], bench.designs[at]) for at in group]
-        with bench.in_time(f"{done} of {len(places)} points were proved again to have the first of their designs"):
-            if len(group) == 1:
-                place, reply = f"front[{bench.positions[group[0]]}].decisions", prover.earlier_design(*claims[0])
-                _holds(bench, place, reply, "is not the first design with these objectives; that is")
-            elif not prover.none_is_earlier(claims):
-                middle = len(group) // 2
-                groups += [group[middle:], group[:middle]]
-                continue
-        done += len(group)

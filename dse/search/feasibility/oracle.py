@@ -21,7 +21,7 @@ from dse.analysis.views import View
 from dse.encode.model import encode
 from dse.search.feasibility.guarded_model import Switchboard, TimeLeft
 from dse.search.referee import accepted
-from dse.search.solver.strategy import Strategy
+from dse.search.solver.strategy import Portfolios, Strategy
 from dse.search.solver_answer import Found, Unfinished
 from dse.search.workers import heard
 from dse.space.model.criteria import Objective, Requirement, Rule
@@ -90,10 +90,12 @@ def find_design(
     seed: int = 0,
     time_left: TimeLeft | None = None,
     reading: Reading = build_limit,
+    portfolios: Portfolios | None = None,
 ) -> Design | None:
     """A design of the space, or None where there is none; with `measure` one in which it is small.
 
-    The least is found exactly unless the measure is `rounded`. Requirements are made limits by `reading`.
+    The least is found exactly unless the measure is `rounded`. Requirements are made limits by `reading`. The
+    `portfolios` tell which settings answered earlier questions.
 
     Raises
     ------
@@ -107,7 +109,7 @@ def find_design(
     objectives = tuple(Objective(item.metric.name, "minimise", item.metric) for item in measures)
     evaluator = Evaluator(replace(space, objectives=objectives), measures, reading=reading)
     encoded = encode(evaluator)
-    strategy = Strategy(encoded, seed=seed, deadline=time_left.at)
+    strategy = Strategy(encoded, seed=seed, deadline=time_left.at, portfolios=portfolios)
     with time_left.worked(strategy):
         while True:
             answer = heard(strategy, lambda: strategy.minimise([1] * len(measures), [encoded.everywhere]))
@@ -151,6 +153,7 @@ class Oracle:
         self._limits = Evaluator(replace(space, objectives=()), reading=reading).limits
         self._switchboard: Switchboard | None = None
         self._is_hard = False
+        self._portfolios: Portfolios = {}
         self._witnesses: dict[Design, frozenset[int]] = {}
         self._refuted: list[frozenset[int]] = []
         self._met: dict[Design, frozenset[int]] = {}
@@ -249,7 +252,13 @@ class Oracle:
 
     def _apart(self, kept: frozenset[int], seed: int) -> Design | None:
         """A design that meets these members, or None, by a model of them alone."""
-        return find_design(self.space_of(kept), seed=seed, time_left=self.time_left, reading=self.reading)
+        return find_design(
+            self.space_of(kept),
+            seed=seed,
+            time_left=self.time_left,
+            reading=self.reading,
+            portfolios=self._portfolios,
+        )
 
     @contextmanager
     def _spent(self) -> Iterator[None]:

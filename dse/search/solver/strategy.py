@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from ortools.sat.python import cp_model
 
@@ -27,12 +27,16 @@ from dse.search.solver_answer import Answer, Found, NoSuchDesign, Unfinished, we
 from dse.search.tuning import Tuning
 from dse.space.model.space import Design
 
+Portfolios: TypeAlias = dict[tuple[tuple[SolverSettings, ...], bool], Portfolio]
+"""The portfolios of questions as a whole, by the settings that they know, and whether the space has one part only."""
+
 
 class Strategy(Call):
     """A call of one model, with the heuristics that decide its settings and what earlier questions have shown.
 
-    `calls` counts the questions asked. Several strategies share what is known of the `parts` of the space. Between
-    questions the model may only become stricter, by `exclude`.
+    `calls` counts the questions asked. Several strategies share what is known of the `parts` of the space, and
+    strategies of different models the `portfolios`: which settings answered. Between questions the model may only
+    become stricter, by `exclude`.
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class Strategy(Call):
         deadline: float | None = None,
         parts: AllSubspaces | None = None,
         tuning: Tuning | None = None,
+        portfolios: Portfolios | None = None,
     ) -> None:
         super().__init__(encoded, seed=seed, deadline=deadline, tuning=tuning)
         tuning = self.tuning
@@ -54,6 +59,8 @@ class Strategy(Call):
         self._whole = Portfolio(
             expected if len(self.parts) == 1 else [first / tuning.portfolio.patience, first], tuning.portfolio
         )
+        if portfolios is not None:
+            self._whole = portfolios.setdefault((tuple(self._ways), len(self.parts) == 1), self._whole)
         self._asked = Portfolio([settings.least_work(encoded.model) for settings in WAYS], tuning.portfolio)
         self.relaxed_first: set[int] = set()  # numbers of parts
         self.missed_briefly: Counter[int] = Counter()  # how often in a row, by number of part, or `WHOLE`

@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 from ortools.sat.python import cp_model
 
 from dse.space.model.space import INACTIVE, Design
+from dse.verification.cases import Cases
 from dse.verification.diagrams import reached
 from dse.verification.reduced import ReducedRegion, Reduction, Row, by_decision, fails, holds, may_break, narrow
 from dse.verification.scheduling.cores import may_fit
@@ -46,10 +47,6 @@ class Earlier:
         self.anywhere = [EarlierDesigns(decision, reduction.left) for decision in range(len(self.tables.allowed))]
         """Every place, as long as nothing is known of a claim."""
         self._known: dict[Claim, list[EarlierDesigns]] = {}
-
-    def knows(self, claim: Claim) -> bool:
-        """Whether the places of a claim are known."""
-        return (tuple(claim[0]), tuple(claim[1])) in self._known
 
     def places(self, vector: Sequence[int], design: Design) -> list[EarlierDesigns]:
         """Those at which a design with these objectives may come before `design`; none where it is the first."""
@@ -157,30 +154,22 @@ def add_earlier(
     claims: Sequence[Claim],
     places: Sequence[Sequence[EarlierDesigns]],
     aside: Collection[int],
-) -> None:
-    """The design comes before that of some claim, at one of its places; branched on in the order of decisions.
+) -> Cases:
+    """The design comes before that of some claim, at one of its places; the claims are the cases that are returned.
 
-    Which claim that is is a variable, the first that is branched on: each is refuted as it would be by itself.
-    `variables` are those of objectives and of options, `aside` the decisions that are no part of the order.
+    A fixed search branches on the case, then in the order of decisions. `variables` are those of objectives and of
+    options, `aside` the decisions that are no part of the order.
     """
-    which = model.new_int_var(0, len(claims) - 1, "")
-
-    def of_claim(values: Sequence[int]) -> Any:
-        if len(set(values)) == 1:
-            return values[0]
-        said = model.new_int_var(min(values), max(values), "")
-        model.add_element(which, list(values), said)
-        return said
-
+    cases = Cases(model, len(claims))
     vectors, designs = zip(*claims, strict=True)
     for objective, values in zip(variables[0], zip(*vectors, strict=True), strict=True):
-        model.add(objective == of_claim(values))
+        model.add(objective == cases.value(values))
     same: Any = model.new_constant(1)
-    found, order = [], [which]
+    found, order = [], [cases.which]
     for index, (variable, options) in enumerate(zip(variables[1], zip(*designs, strict=True), strict=True)):
         if index in aside:
             continue
-        option, alike = of_claim(options), model.new_bool_var("")
+        option, alike = cases.value(options), model.new_bool_var("")
         order.append(variable)
         model.add(variable == option).only_enforce_if(alike)
         model.add_implication(alike, same)
@@ -192,7 +181,8 @@ def add_earlier(
             found.append(smaller)
         if 0 < len(open_here) < len(claims):
             domain = cp_model.Domain.from_values(open_here)
-            model.add_linear_expression_in_domain(which, domain).only_enforce_if(smaller)
+            model.add_linear_expression_in_domain(cases.which, domain).only_enforce_if(smaller)
         same = alike
     model.add_bool_or(found)
     model.add_decision_strategy(order, cp_model.CHOOSE_FIRST, cp_model.SELECT_MIN_VALUE)
+    return cases

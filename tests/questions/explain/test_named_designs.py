@@ -20,10 +20,10 @@ from dse.answers.forms.codec import written
 from dse.answers.result import Clash, decisions_of
 from dse.cli.main import run
 from dse.examples.shipped import example_path
+from dse.questions.explain.brief import conflicts_of
 from dse.questions.explain.explain import Explainer, Wishes, explain_asked
 from dse.questions.problem import Problem
 from dse.questions.result_question import named_design
-from dse.questions.verbs.solve import conflicts_of
 from dse.search.feasibility.oracle import Oracle
 from dse.space.model.space import INACTIVE, Design
 from dse.support.timelimit import OutOfTime
