@@ -100,7 +100,8 @@ class PlanFigures:
     """Everything, by index.
 
     `placed` gives each thread on a processor its core and its place there; `shares` the use of one core by each
-    component; `reserved` those that are in a reservation.
+    component; `reserved` those that are in a reservation; `queues` names what queues the messages of each component as
+    they come.
     """
 
     space: Space
@@ -114,6 +115,11 @@ class PlanFigures:
     kinds: Sequence[ExecutorKind]
     executors: Sequence[int | None]
     reserved: Mapping[int, Reserved]
+    queues: Sequence[str]
+
+    def transmit_queue(self, source: int | None) -> str:
+        """What queues the messages of a component as they come: its name, empty where nothing does."""
+        return "" if source is None else self.queues[source]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
@@ -157,6 +163,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Plan
         [at(item.kind, design) for item in space.executors],
         [at(item.executor, design) for item in space.components],
         _reserved(space, design, components),
+        [reader.queue(number) for number in range(len(space.components))],
     )
 
 
@@ -176,6 +183,16 @@ class _DesignReader:
 
     def at(self, tree: Any) -> Any:
         return at(tree, self.design)
+
+    def queue(self, number: int) -> str:
+        """What sends the messages of a component as they come, a computer or component; empty: by identifier."""
+        item = self.space.components[number]
+        own = self.at(item.transmit_queue)
+        if own is not None:
+            return item.stated_as if own == "fifo" else ""
+        place = self.at(at_home(self.space.components, number).processor)
+        computer = None if place is None else self.space.processors[place]
+        return computer.name if computer is not None and self.at(computer.transmit_queue) == "fifo" else ""
 
     def component(self, number: int) -> ComponentFigures:
         item = self.space.components[number]

@@ -25,7 +25,9 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     anys = rng.choice((0, 0, 0.5, 0.9)) if kind == "priority" else 0
     counts = rng.random() < 0.5 if responses is None else responses
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
-    lines += ["processor_types: {c: {cores: 2, price: 10 EUR}}", "bus_types:"]
+    queues = Random(f"queues {seed}")  # drawn apart from all else
+    way = _transmit_queue(queues, left, 0.3)
+    lines += [f"processor_types: {{c: {{cores: 2, price: 10 EUR{way}}}}}", "bus_types:"]
     arbitration = "" if kind == "priority" else f", arbitration: {kind}"
     broadcast = ", broadcast: true" if rng.random() < 0.2 else ""
     for name, rate, price in (("slow", "125 kbit/s", 1), ("fast", "500 kbit/s", 5), ("odd", "333 kbit/s", 3)):
@@ -43,6 +45,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     lines.append("devices:")
     for name in devices:
         job = rng.choice(("", ", compute_execution_time: 100 us .. 900 us", ", latency: 200 us .. 400 us"))
+        job += _transmit_queue(queues, left, 0.3)
         lines.append(f"  {name}: {{period: {options(['4 ms', '5 ms', '8 ms', '10 ms'])}{job}}}")
     lines.append("  sink: {}")
     eager = [name for name in threads if rng.random() < 0.5]
@@ -52,6 +55,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         cost = options(["100 us .. 300 us", "1 ms .. 2 ms", "500 us"])
         core = f", core: {rng.randint(1, 2)}"
         period = "dispatch_protocol: aperiodic" if name in eager else f"period: {options(['5 ms', '10 ms', '20 ms'])}"
+        period += _transmit_queue(queues, left, 0.2)
         lines.append(f"  {name}: {{processor: p{core}, {period}, compute_execution_time: {cost}}}")
     lines.append("connections:")
     flows: dict[str, list[str]] = {}
@@ -98,6 +102,16 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     first = next(iter(flows))
     lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
     return "\n".join(lines)
+
+
+def _transmit_queue(rng: Random, left: list[int], share: float) -> str:
+    """Perhaps how a sender queues its messages, while some decisions are left perhaps both ways."""
+    if rng.random() >= share:
+        return ""
+    if left[0] and rng.random() < 0.3:
+        left[0] -= 1
+        return ", transmit_queue: [priority, fifo]"
+    return f", transmit_queue: {rng.choice(('fifo', 'fifo', 'priority'))}"
 
 
 def _perhaps_any(rng: Random, left: list[int], share: float, own: str) -> str:

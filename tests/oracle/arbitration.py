@@ -36,8 +36,12 @@ def arbitration(body: Any) -> str | None:
 
 
 def may_be_on(problem: Any, connection: str) -> set[str]:
-    """The buses that may carry a connection."""
+    """The buses that may carry a connection; none where its ends have one processor in every design."""
     found: set[str] = set()
+    body = problem.component(connection)
+    homes = [_listed(problem.sections["threads"].get(body.get(end), {}).get("processor")) for end in ("from", "to")]
+    if homes[0] == homes[1] and len(homes[0]) == 1 and problem.need_not_travel(body):
+        return found
     todo = _listed(problem.component(connection).get("bus"))
     while todo:
         slot = todo.pop()

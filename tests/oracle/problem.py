@@ -29,12 +29,13 @@ _TASK_FIELDS = (
     "deadline",
     "response_time",
     "queue_size",
+    "transmit_queue",
     "price",
     "power",
 )
 _CLOCKED = ("offset", "communication")
 FIELDS = {
-    "processors": ("type", "cores", "price", "power"),
+    "processors": ("type", "cores", "transmit_queue", "price", "power"),
     "buses": (
         "type",
         "bus",

@@ -14,7 +14,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
-from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
+from dse.analysis.messages.stages import (
+    bus_of,
+    candidate_of,
+    candidates_of,
+    carried_by,
+    identifier_range,
+    may_queue,
+    may_wait_for,
+)
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.scheduling.tasks import TaskKey
@@ -98,10 +106,11 @@ class Conflict:
 def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     """A conflict among the messages of a bus in a design, with few messages; nothing where there is none.
 
-    Nor where messages go by other ways than their identifiers, or are several connections.
+    Nor where messages go by other ways than their identifiers (senders that queue as messages come among them), or are
+    several connections.
     """
     slot = space.buses[bus]
-    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority":
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or may_queue(space):
         return
     carried = carried_by(space, bus, view)
     released: list[TaskKey] = [(number, "message") for number in carried]
@@ -122,10 +131,10 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
     """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
 
     It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
-    where it has no bound, or there is no such order, or messages are several connections.
+    where it has no bound, or there is no such order, or messages are several connections or queue as they come.
     """
     bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False}:
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or may_queue(space):
         return None
     carried = carried_by(space, bus, view)
     keys: list[TaskKey] = [(one, "message") for one in carried]

@@ -62,7 +62,7 @@ def _place_for(
     solution = messages_of(space, view)
     resource = next(item for item in solution.system.resources if (item.processor, item.core) == (NO_PROCESSOR, bus))
     wire = resource.wire
-    if wire is None or not wire.identifiers:
+    if wire is None or not wire.identifiers or wire.lines:  # in a queue no place is one by itself
         return None, None, ()
     tasks = {entry.key: solution.windows.events.task(entry.key) for entry in resource.entries}
     known = dict(zip(carried_by(space, bus, view), candidates_of(space, bus, view, lambda _: tasks), strict=True))

@@ -25,8 +25,8 @@ from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import Connection, Space
-from dse.space.model.trees import at
+from dse.space.model.space import Connection, Space, at_home
+from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 
@@ -252,18 +252,61 @@ def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, in
 def _by_identifier(space: Space, bus: int, carried: Sequence[int], identifiers: Sequence[int], view: View) -> Resource:
     frames = [_frames_ns(space, bus, number, view) for number in carried]
     last, sections = [one for one, _ in frames], [longest for _, longest in frames]
-    entries: list[Entry] = []
-    longest_later: list[tuple[TaskKey, int]] = []  # of the less urgent ones the message with the longest frame
+    lines = _lines(space, carried, view)
+    longest_later: list[tuple[tuple[TaskKey, int], ...]] = [()]  # the message with the longest frame behind each place
     for position in reversed(range(len(carried))):
-        key: TaskKey = (carried[position], "message")
-        blocked = longest_later[0][1] if longest_later else 0
-        entries.append(Entry(key, position, tuple(range(position)), tuple(longest_later), blocked))
-        if not longest_later or sections[position] >= blocked:
-            longest_later = [(key, picked("max", sections[position], blocked))]
-    entries.reverse()
+        before = longest_later[-1]
+        blocked = before[0][1] if before else 0
+        if not before or sections[position] >= blocked:
+            before = (((carried[position], "message"), picked("max", sections[position], blocked)),)
+        longest_later.append(before)
+    longest_later.reverse()
+    entries: list[Entry] = []
+    for position, number in enumerate(carried):
+        end = lines[position][-1] if lines and lines[position] else position
+        blockers = longest_later[end + 1]
+        rivals = tuple(other for other in range(end + 1) if other != position)
+        blocked = blockers[0][1] if blockers else 0
+        entries.append(Entry((number, "message"), position, rivals, blockers, blocked))
     bit = identifier_range(space, bus, view)[0]
-    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers))
+    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines)
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
+
+
+def _lines(space: Space, carried: Sequence[int], view: View) -> tuple[tuple[int, ...], ...]:
+    """For each message the positions of those that its sender queues with it as they come; none where none does."""
+    queues = [transmit_queue(space, number, view) for number in carried]
+    places: dict[str, list[int]] = {}
+    for position, queue in enumerate(queues):
+        if queue:
+            places.setdefault(queue, []).append(position)
+    found = [tuple(places[queue]) if queue and len(places[queue]) > 1 else () for queue in queues]
+    return tuple(found) if any(found) else ()
+
+
+def transmit_queue(space: Space, number: int, view: View) -> str:
+    """The name of the processor, thread or device that queues a message as it comes; empty where nothing does.
+
+    A thread or device queues its own messages where it states `transmit_queue`, else its processor does, with those of
+    all its threads.
+    """
+    source = space.connections[number].source
+    if source is None:
+        return ""
+    component = space.components[source]
+    own = at(component.transmit_queue, view)
+    if own is not None:
+        return str(component.stated_as) if own == "fifo" else ""
+    slot = at(at_home(space.components, source).processor, view)
+    processor = None if slot is None else space.processors[slot]
+    is_queue = processor is not None and at(processor.transmit_queue, view) == "fifo"
+    return processor.name if processor is not None and is_queue else ""
+
+
+def may_queue(space: Space) -> bool:
+    """Whether some sender queues messages as they come in some design (`transmit_queue`)."""
+    trees = [item.transmit_queue for item in space.processors] + [item.transmit_queue for item in space.components]
+    return any("fifo" in set(leaves(tree)) for tree in trees if tree is not None)
 
 
 def _sender(space: Space, number: int) -> int:

@@ -121,6 +121,7 @@ def build_component(
         deadline_ns=read("deadline", "duration", format_duration),
         response_ns=read("response_time", "time range", format_time_range),
         queue_size=read("queue_size", "count", str),
+        transmit_queue=read("transmit_queue", "transmit queue", str),
         figures=read_figures(ledger, owner, spec.totals),
         priority=priority,
         core=core,
