@@ -118,7 +118,7 @@ class PlanFigures:
     queues: Sequence[str]
 
     def transmit_queue(self, source: int | None) -> str:
-        """What queues the messages of a component as they come: its name, empty where nothing does."""
+        """The name of what queues the messages of a component as they come; empty where nothing does."""
         return "" if source is None else self.queues[source]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
@@ -185,7 +185,7 @@ class _DesignReader:
         return at(tree, self.design)
 
     def queue(self, number: int) -> str:
-        """What sends the messages of a component as they come, a computer or component; empty: by identifier."""
+        """The computer or component that sends messages of a component as they come; empty: by identifier."""
         item = self.space.components[number]
         own = self.at(item.transmit_queue)
         if own is not None:

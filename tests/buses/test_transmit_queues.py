@@ -122,3 +122,15 @@ def test_what_waits_in_a_queue_comes_later_for_others() -> None:
     assert found["of_q1"].response_ns == found["of_q2"].response_ns == 4 * 1_080_000
     assert found["of_p"].response_ns == 4 * 1_080_000 + 1_080_000
     assert [(item.name, item.jobs) for item in found["of_p"].interference] == [("of_q1", 2), ("of_r", 1)]
+
+
+def test_explain_names_the_identifier_that_would_do_for_a_queue() -> None:
+    """`text` and its queue behind both others; in 810 us (540 of the queue, one frame that has begun) before them."""
+    text = GATEWAY.replace("[small, large]", "small").replace("stop <= 540 us", "text <= 0.9 ms")
+    text = text.replace("sink: {}", "other: {period: 9 ms}, sink: {}")
+    text = text.replace(
+        "  text: {from", "  far: {from: other, to: sink, data_size: 8 B, bus: can0, identifier: 0x25}\n  text: {from"
+    )
+    (late,) = dse.explain(dse.loads(text)).conflicts[0].members[0][1].late_messages
+    assert (late.message.name, late.message.response_ns, late.late_ns) == ("text", 1_080_000, 180_000)
+    assert (late.before, late.identifier, late.makes_late) == ("near", 0x1F, ())

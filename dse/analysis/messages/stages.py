@@ -170,9 +170,9 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
         if ANY_IDENTIFIER in identifiers:
             made = assigned(candidates_of(space, bus, view, released), *identifier_range(space, bus, view))
             order = [carried[place] for place in made.order]
-            return _by_identifier(space, bus, order, made.identifiers, view)
+            return in_order(space, bus, order, view, made.identifiers)
         pairs = sorted(zip(identifiers, carried, strict=True))
-        return _by_identifier(space, bus, [number for _, number in pairs], [number for number, _ in pairs], view)
+        return in_order(space, bus, [number for _, number in pairs], view, [number for number, _ in pairs])
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
     entries, turns = [], []
@@ -249,7 +249,11 @@ def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, in
     return _number(final), _number(longest)
 
 
-def _by_identifier(space: Space, bus: int, carried: Sequence[int], identifiers: Sequence[int], view: View) -> Resource:
+def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identifiers: Sequence[int] = ()) -> Resource:
+    """A bus with its messages in this order, the most urgent first, as if they had such identifiers.
+
+    A `Resource`; `carried` are the messages by their connections.
+    """
     frames = [_frames_ns(space, bus, number, view) for number in carried]
     last, sections = [one for one, _ in frames], [longest for _, longest in frames]
     lines = _lines(space, carried, view)
