@@ -26,6 +26,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     counts = rng.random() < 0.5 if responses is None else responses
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
     queues = Random(f"queues {seed}")  # drawn apart from all else
+    words = Random(f"functions {seed}")
     way = _transmit_queue(queues, left, 0.3)
     lines += [f"processor_types: {{c: {{cores: 2, price: 10 EUR{way}}}}}", "bus_types:"]
     arbitration = "" if kind == "priority" else f", arbitration: {kind}"
@@ -77,7 +78,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
             left[0] -= 1
             other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
             own = f"[{own}, {other:#x}]"
-        own = _perhaps_any(rng, left, anys, own)
+        own = _perhaps_canopen(words, _perhaps_any(rng, left, anys, own))
         shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
         lines.append(f"  {name}: {{{shown}{extra}{deadline}}}")
         made += 1
@@ -102,6 +103,13 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     first = next(iter(flows))
     lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
     return "\n".join(lines)
+
+
+def _perhaps_canopen(rng: Random, own: str) -> str:
+    """An identifier that is stated alone, perhaps of CANopen: a number above all others."""
+    if not own.startswith("0x") or rng.random() < 0.7:
+        return own
+    return f"{rng.choice(['TPDO1', 'RPDO2', 'TSDO'])} of node {int(own, 16)}"
 
 
 def _transmit_queue(rng: Random, left: list[int], share: float) -> str:

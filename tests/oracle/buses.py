@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
 from .arbitration import arbitration, counted
-from .identifiers import order_of
+from .identifiers import number_of, order_of
 from .quantities import NS_PER_S
 from .queues import Queues
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
@@ -57,7 +57,7 @@ class Buses:
     def identifier(self, name: str) -> int | None:
         """Its identifier in this design, -1 of a message without one; None where it may have any."""
         text = self.reading.get(name, "identifier") or "-1"
-        return None if text == "any" else int(text, 0)
+        return None if text == "any" else number_of(text)
 
     def choose(self) -> None:
         """The places of messages on buses on which some may have any identifier, with releases as they are now."""

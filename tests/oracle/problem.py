@@ -12,6 +12,7 @@ import yaml
 
 from . import grammar, quantities
 from .arbitration import counted, may_be_on
+from .identifiers import number_of
 
 SECTIONS = ("processors", "buses", "reservations", "executors", "devices", "threads", "connections")
 CATALOGUES = {
@@ -458,7 +459,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "queue_size": int,
     "cores": int,
     "core": int,
-    "identifier": lambda text: text if text == "any" else int(text, 0),
+    "identifier": lambda text: text if text == "any" else number_of(text),
     "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (

@@ -11,6 +11,7 @@ from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
+from .identifiers import number_of
 from .joins import Joins
 from .packing import Peak
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
@@ -1024,7 +1025,7 @@ class Reading:
         named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
         for one, other in combinations(named, 2):
             texts = [self.get(each, "identifier") for each in (one, other)]
-            if "any" in texts or int(texts[0], 0) != int(texts[1], 0):
+            if "any" in texts or number_of(texts[0]) != number_of(texts[1]):
                 continue
             for bus in set(self.stack(one)) & set(self.stack(other)):
                 named_type = self.type_of(bus) if bus in self.problem.section_of else bus
