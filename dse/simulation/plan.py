@@ -474,6 +474,7 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
         other
         for other, item in enumerate(space.connections)
         if other == number
+        or (other in part.frame and figures.connections[other].bus == part.bus)
         or (
             part.is_shared
             and connection.from_port is not None

@@ -40,6 +40,9 @@ class Buses:
     def sent_as(self, name: str) -> str:
         """The connection whose message it is: of those that leave one port onto a broadcast bus the first."""
         own, bus = self.reading.problem.component(name), self.bus_of[name]
+        frame = self.reading.frame(name)
+        if len(frame) > 1:
+            return next(each for each in frame if self.bus_of.get(each) == bus)
         if not self._is_broadcast(bus) or "from_port" not in own or self.reading.stack(name)[0] != bus:
             return name
         for other in self.bus_of:
@@ -56,7 +59,7 @@ class Buses:
 
     def identifier(self, name: str) -> int | None:
         """Its identifier in this design, -1 of a message without one; None where it may have any."""
-        text = self.reading.get(name, "identifier") or "-1"
+        text = self.reading.get(self.reading.head(name), "identifier") or "-1"
         return None if text == "any" else number_of(text)
 
     def choose(self) -> None:

@@ -94,7 +94,7 @@ reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 
 connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
       queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
-      deadline: 1 s, source: s}
+      carried_in: x, deadline: 1 s, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}, reply: {data_size: 1 B}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
@@ -142,7 +142,7 @@ WORDS = frozenset(
         "require", "disparity",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
-        "let", "unknown", "implicit", "ros", "int", "fps", "detect",
+        "let", "unknown", "implicit", "ros", "int", "fps", "detect", "alone",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""

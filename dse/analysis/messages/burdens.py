@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dse.analysis.messages.stages import counted_buses, may_queue, may_wait_for
+from dse.analysis.messages.stages import counted_buses, is_each_alone, may_wait_for
 from dse.analysis.views import View
 from dse.space.architecture.clocks import is_always_timed
 from dse.space.architecture.frames import Frame
@@ -63,7 +63,7 @@ def goes_first(space: Space, decision: Decision, message: int, view: View) -> Se
 
     None where that is not so: of a message without one, or where senders queue messages as they come.
     """
-    if may_queue(space):
+    if not is_each_alone(space):
         return None
     own = at(space.connections[message].identifier, view)
     return None if own is None else [int(value < own) for value in decision.values]

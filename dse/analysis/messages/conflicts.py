@@ -20,7 +20,7 @@ from dse.analysis.messages.stages import (
     candidates_of,
     carried_by,
     identifier_range,
-    may_queue,
+    is_each_alone,
     may_wait_for,
 )
 from dse.analysis.scheduling.policies.buses import Arbitrated
@@ -110,7 +110,7 @@ def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     several connections.
     """
     slot = space.buses[bus]
-    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or may_queue(space):
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_each_alone(space):
         return
     carried = carried_by(space, bus, view)
     released: list[TaskKey] = [(number, "message") for number in carried]
@@ -134,7 +134,7 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
     where it has no bound, or there is no such order, or messages are several connections or queue as they come.
     """
     bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or may_queue(space):
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_each_alone(space):
         return None
     carried = carried_by(space, bus, view)
     keys: list[TaskKey] = [(one, "message") for one in carried]

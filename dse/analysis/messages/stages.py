@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import ceil
 from typing import TypeAlias, cast
 
-from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
+from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes, sent_before
 from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
@@ -71,13 +71,16 @@ def bus_of(space: Space, number: int, view: View) -> int | None:
 
 
 def message_key(space: Space, number: int, view: View) -> TaskKey:
-    """The stage of a connection's message on its bus: on a broadcast bus that of the first one from its port.
+    """The stage of a connection's message on its bus: that of the first of its frame; if broadcast, of its port.
 
-    Such connections are one message where both are bound to the bus itself, at one rate, of one size and identifier.
+    Those of a port are one message where both are bound to the bus itself, at one rate, of one size and identifier.
     """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
     assert bus is not None
+    first = sent_before(space, number, bus, view)
+    if first is not None:
+        return first, "message"
     if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
         return number, "message"
     for other, item in enumerate(space.connections[:number]):
@@ -305,6 +308,14 @@ def transmit_queue(space: Space, number: int, view: View) -> str:
     processor = None if slot is None else space.processors[slot]
     is_queue = processor is not None and at(processor.transmit_queue, view) == "fifo"
     return processor.name if processor is not None and is_queue else ""
+
+
+def is_each_alone(space: Space) -> bool:
+    """Whether in every design each message competes by its own identifier, for one connection.
+
+    So it is not where senders queue messages as they come, or a frame has several connections.
+    """
+    return not may_queue(space) and all(item.carried_in is None for item in space.connections)
 
 
 def may_queue(space: Space) -> bool:

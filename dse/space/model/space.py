@@ -14,11 +14,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
-from dse.space.model.budgets import Resources
+from dse.space.model.budgets import Partition, Resources
 from dse.space.model.criteria import Derived, Objective, Requirement, Rule
 from dse.space.model.flows import Flow, UnreadFlow
 from dse.space.model.trees import DesignView, Tree, at, leaves
-from dse.support.units import Exact
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
@@ -219,7 +218,9 @@ class Connection:
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
     OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file:
     it leads from a piece of a thread to the next. Of the messages that wait for a bus the one of the lowest
-    `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from sending to receipt.
+    `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from sending to receipt. Leaves
+    of `carried_in` are the connection whose message carries its data, None where it has one of its own; `riders` are
+    the connections that may be carried in its own.
     """
 
     name: str
@@ -242,6 +243,8 @@ class Connection:
     type_bytes: Tree = None
     identifier: Tree = None
     deadline_ns: Tree = None
+    carried_in: Tree = None
+    riders: tuple[int, ...] = ()
 
     @property
     def states_rate(self) -> bool:
@@ -488,13 +491,3 @@ class Interference:
     worst_ns: int
     period_ns: int
     is_throttling: bool = False
-
-
-@dataclass(frozen=True)
-class Partition:
-    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
-
-    name: str
-    period_ns: Exact
-    offset_ns: Exact
-    duration_ns: Exact | None

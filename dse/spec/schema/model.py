@@ -248,6 +248,7 @@ class Connection(SpecMapping):
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
     identifier: Options[Identifier] | None = None
+    carried_in: Options[Name] | None = None
     deadline: Options[Duration] | None = None
     reply: Reply | None = None
     source: Line | None = None
