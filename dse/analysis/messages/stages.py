@@ -25,7 +25,7 @@ from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import Connection, Space, at_home
+from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
 from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
@@ -62,12 +62,17 @@ def may_wait_for(space: Space, number: int) -> frozenset[int]:
 def bus_of(space: Space, number: int, view: View) -> int | None:
     """The bus that the message of a connection waits for in a design; None where it waits for none.
 
-    The first counted bus on the way of the message.
+    The first counted bus on the way of the message; in an empty slot there is none.
     """
     counted = may_wait_for(space, number)
     if not counted:
         return None
-    return next((bus for bus in bus_stack(space, space.connections[number], view) if bus in counted), None)
+    found = (bus for bus in bus_stack(space, space.connections[number], view) if bus in counted)
+    return next((bus for bus in found if _is_there(space.buses[bus], view)), None)
+
+
+def _is_there(slot: Bus, view: View) -> bool:
+    return EMPTY not in slot.types or at(slot.arbitration, view) is not None
 
 
 def message_key(space: Space, number: int, view: View) -> TaskKey:
