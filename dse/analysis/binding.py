@@ -119,13 +119,46 @@ def message_sizes(space: Space, connection: Connection, bus: int, view: View) ->
 
 
 def way_bytes(space: Space, connection: Connection, way: Sequence[int], view: View) -> Exact:
-    """The data size of a connection plus the overhead of every bus on a way, in bytes.
+    """The data size of the frame of a connection plus the overhead of every bus on a way, in bytes.
 
     Each is a whole number of bytes, but under OSATE's profiles, where sizes in bits count as they are.
     """
-    parts = [at(connection.size_bytes, view) or 0, *(at(space.buses[number].overhead_bytes, view) for number in way)]
+    data = [at(item.size_bytes, view) or 0 for item in frame_of(space, connection, view)]
+    parts = [*data, *(at(space.buses[number].overhead_bytes, view) for number in way)]
     total: Exact = sum(parts if space.profile == "dse" else map(unrounded, parts))
     return total
+
+
+def frame_of(space: Space, connection: Connection, view: View) -> list[Connection]:
+    """The connections whose data go in one message in a design, in the order of the file; mostly the connection alone.
+
+    Whether they travel or not: a frame has one layout (docs/semantics.md, section 5.6).
+    """
+    if connection.carried_in is None and not connection.riders:
+        return [connection]
+    head = _head_of(space, connection, view)
+    involved = (item for item in space.connections if item.carried_in is not None or item.riders)
+    return [item for item in involved if _head_of(space, item, view) == head]
+
+
+def _head_of(space: Space, connection: Connection, view: View) -> str:
+    """The name of the connection that has the message; in a design that lets them carry each other in a circle one."""
+    names = [connection.name]
+    while (number := at(connection.carried_in, view)) is not None:
+        connection = space.connections[number]
+        if connection.name in names:
+            return min(names[names.index(connection.name) :])
+        names.append(connection.name)
+    return connection.name
+
+
+def sent_before(space: Space, number: int, bus: int, view: View) -> int | None:
+    """The first connection of the frame of a connection that a bus carries, if that is another one; None otherwise."""
+    frame = frame_of(space, space.connections[number], view)
+    if len(frame) == 1:
+        return None
+    names = [item.name for item in frame if bus in bus_stack(space, item, view)]
+    return next((other for other, item in enumerate(space.connections[:number]) if item.name in names), None)
 
 
 def _is_local(space: Space, connection: Connection, view: View) -> bool:

@@ -14,6 +14,7 @@ from dse.analysis.binding import (
     carrying_ns,
     message_sizes,
     own_core,
+    sent_before,
     way_bytes,
     ways_over,
 )
@@ -147,8 +148,10 @@ def _ways(space: Space, bus: int, number: int, view: View) -> list[tuple[int, ..
 
 
 def _is_repeated(space: Space, head: int, number: int, view: View) -> bool:
-    """Whether a bus that a connection is bound to carries an earlier one of its port: broadcast, it is sent once."""
+    """Whether a bus that a connection is bound to carries an earlier one of its port, or of its frame: sent once."""
     connection = space.connections[number]
+    if sent_before(space, number, head, view) is not None:
+        return True
     if connection.from_port is None:
         return False
     port = (connection.source, connection.from_port)
@@ -194,6 +197,8 @@ def _busy_term(space: Space, bus: int, number: int) -> Term:
     def coefficient(view: View) -> Fraction:
         """Longest time on the bus in microseconds: times a rate in Hz, that is ppm."""
         total = ZERO
+        if sent_before(space, number, bus, view) is not None:
+            return total
         for size in message_sizes(space, connection, bus, view):
             times = carrying_ns(space, space.buses[bus], connection, size, view)
             total = total + times[1] if times is not None else total
@@ -278,7 +283,8 @@ def _sizes(space: Space, connection: Connection) -> set[Fraction]:
     }
     stated = {Fraction(leaf if space.profile == "dse" else unrounded(leaf)) for leaf in data | extra}
     whole = lcm(*(size.denominator for size in stated))
-    return {Fraction(1, whole)} if extra else stated
+    is_shared = bool(connection.riders) or connection.carried_in is not None
+    return {Fraction(1, whole)} if extra or is_shared else stated
 
 
 def _scale(space: Space, terms: Sequence[Term], coefficients: Callable[[Term], set[Fraction]]) -> int:

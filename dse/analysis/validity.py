@@ -12,12 +12,13 @@ from functools import partial
 from itertools import combinations
 from typing import Any
 
-from dse.analysis.binding import bus_figure, bus_stack
+from dse.analysis.binding import bus_figure, bus_stack, frame_of, message_sizes
 from dse.analysis.limits import HOLDS
 from dse.analysis.usage import all_reachable_buses
 from dse.analysis.views import View, is_met
 from dse.space.architecture.arbitration import is_one_message
-from dse.space.architecture.carriers import counted, wrapping
+from dse.space.architecture.carriers import carriers, counted, wrapping
+from dse.space.architecture.frames import MOST_BYTES, Frame, frame_at
 from dse.space.model.criteria import Atom, MultipleTest, PairTest, ResolvedCondition, Rule, UsedTest, ValueTest
 from dse.space.model.space import EMPTY, INACTIVE, Component, Connection, Decision, Design, Slot, Space
 from dse.space.model.trees import NOT_OFFERED, Choice, NotOffered, PerProcessorType, Tree, at, consulted, leaves
@@ -91,6 +92,7 @@ def _structural_predicates(space: Space) -> Iterator[Predicate]:
     yield from _shared_processes(space)
     yield from _existing_cores(space)
     yield from _different_identifiers(space)
+    yield from _whole_frames(space)
 
 
 def _different_identifiers(space: Space) -> Iterator[Predicate]:
@@ -106,10 +108,43 @@ def _different_identifiers(space: Space) -> Iterator[Predicate]:
             yield Predicate(text, partial(_are_apart, space, first, second))
 
 
+def _whole_frames(space: Space) -> Iterator[Predicate]:
+    """What has the message of another connection carries none itself, and the data of a frame fit into it."""
+    for number, item in enumerate(space.connections):
+        heads = {leaf for leaf in leaves(item.carried_in) if leaf is not None}
+        for head in sorted(heads):
+            other = space.connections[head]
+            if other.carried_in is not None:
+                text = f"{other.name} is not carried itself where it carries {item.name}"
+                yield Predicate(text, partial(_is_own_message, item, head, other))
+        for bus in sorted(carriers(space.buses, item)) if item.riders else ():
+            if any(
+                leaf.protocol in MOST_BYTES for leaf in leaves(space.buses[bus].fixed_ns) if isinstance(leaf, Frame)
+            ):
+                text = f"all data that {item.name} carries fit into a frame of {space.buses[bus].name}"
+                yield Predicate(text, partial(_fits, space, number, bus))
+
+
+def _is_own_message(rider: Connection, head: int, other: Connection, view: View) -> bool:
+    return at(rider.carried_in, view) != head or at(other.carried_in, view) is None
+
+
+def _fits(space: Space, number: int, bus: int, view: View) -> bool:
+    item = space.connections[number]
+    frame = frame_of(space, item, view)
+    leaf = frame_at(space.buses[bus].fixed_ns, view)
+    if len(frame) == 1 or leaf is None or leaf.protocol not in MOST_BYTES:
+        return True
+    sizes = (size for one in frame for size in message_sizes(space, one, bus, view))
+    return max(sizes, default=0) <= MOST_BYTES[leaf.protocol]
+
+
 def _are_apart(space: Space, first: Connection, second: Connection, view: View) -> bool:
     """Whether two messages have different identifiers, are on different buses, or are one message."""
     identifier = at(first.identifier, view)
     if identifier == ANY_IDENTIFIER or identifier != at(second.identifier, view):
+        return True
+    if second in frame_of(space, first, view):
         return True
     stacks = [bus_stack(space, item, view) for item in (first, second)]
     shared = [bus for bus in stacks[0] if bus in stacks[1] and not space.buses[bus].virtual]

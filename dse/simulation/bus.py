@@ -41,12 +41,17 @@ class Bus:
     def next(self, senders: Sequence[int]) -> QueuedMessage:
         """The message whose frame goes next.
 
-        By its identifier; as it came; or the oldest one of the sender that follows the last one, in the order of
-        `senders`.
+        By its identifier (of a queue only the oldest competes); as it came; or the oldest one of the sender that
+        follows the last one, in the order of `senders`.
         """
         kind = self.waiting[0].turn.arbitration
         if kind == "priority":
-            return min(self.waiting, key=lambda item: (item.turn.identifier, item.number))
+            oldest: dict[str, QueuedMessage] = {}
+            for item in self.waiting:
+                if item.turn.queue and item.number < oldest.setdefault(item.turn.queue, item).number:
+                    oldest[item.turn.queue] = item
+            competing = [item for item in self.waiting if oldest.get(item.turn.queue, item) is item]
+            return min(competing, key=lambda item: (item.turn.identifier, item.number))
         if kind != "round_robin":
             return min(self.waiting, key=lambda item: item.number)
         last = senders.index(self.last_sender) if self.last_sender in senders else -1

@@ -96,7 +96,8 @@ class BusTurn:
     """How a message takes its turn on its bus: what decides, its identifier, and the ranges of its frames' times.
 
     `line` tells on which of the lines of a bus it waits: with ``none`` each sender has one. With `rides_on` it is the
-    message of that connection, by its number: a broadcast bus carries both at once.
+    message of that connection, by its number: a broadcast bus carries both at once. Where a sender queues messages as
+    they come only the oldest in its `queue` competes; it is empty of others.
     """
 
     arbitration: Arbitration
@@ -105,6 +106,7 @@ class BusTurn:
     frames: tuple[Range, ...]
     line: tuple[int, int]
     rides_on: int | None = None
+    queue: str = ""
 
 
 @dataclass(frozen=True)
@@ -472,6 +474,7 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
         other
         for other, item in enumerate(space.connections)
         if other == number
+        or (other in part.frame and figures.connections[other].bus == part.bus)
         or (
             part.is_shared
             and connection.from_port is not None
@@ -481,5 +484,11 @@ def _turn(space: Space, figures: PlanFigures, number: int) -> BusTurn | None:
     )
     line = (part.bus, sender if part.arbitration == "none" else 0)
     return BusTurn(
-        part.arbitration, part.identifier or 0, sender, part.frames, line, None if first == number else first
+        part.arbitration,
+        part.identifier or 0,
+        sender,
+        part.frames,
+        line,
+        None if first == number else first,
+        figures.transmit_queue(connection.source),
     )

@@ -57,7 +57,7 @@ class ConnectionFigures:
     """A connection in a design: what virtual carriers take, and the physical bus under them.
 
     `frames` are the times of its frames where messages wait for that bus, in the order of `arbitration`. One that
-    `is_shared` is one message with the others of its port that are as long.
+    `is_shared` is one message with the others of its port that are as long; so are those of a `frame`.
     """
 
     soft_ns: Range
@@ -69,6 +69,7 @@ class ConnectionFigures:
     frames: tuple[Range, ...] = ()
     is_shared: bool = False
     identifier: int | None = None
+    frame: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ class PlanFigures:
     """Everything, by index.
 
     `placed` gives each thread on a processor its core and its place there; `shares` the use of one core by each
-    component; `reserved` those that are in a reservation.
+    component; `reserved` those that are in a reservation; `queues` names what queues the messages of each component as
+    they come.
     """
 
     space: Space
@@ -114,6 +116,11 @@ class PlanFigures:
     kinds: Sequence[ExecutorKind]
     executors: Sequence[int | None]
     reserved: Mapping[int, Reserved]
+    queues: Sequence[str]
+
+    def transmit_queue(self, source: int | None) -> str:
+        """The name of what queues the messages of a component as they come; empty where nothing does."""
+        return "" if source is None else self.queues[source]
 
     def stimulus_ns(self, number: int) -> Fraction | None:
         """The period of what nothing dispatches: its fastest outgoing stated rate, or the longest period there is.
@@ -138,7 +145,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Plan
     """
     reader = _DesignReader(space, design)
     components = [reader.component(number) for number in range(len(space.components))]
-    connections = [reader.connection(item) for item in space.connections]
+    connections = [reader.connection(number, item) for number, item in enumerate(space.connections)]
     periods = [int(item.period_ns) for item in components if item.period_ns is not None]
     shares = {
         item.name: _share(figures)
@@ -157,6 +164,7 @@ def read_figures(space: Space, design: Design, cores: Mapping[int, int]) -> Plan
         [at(item.kind, design) for item in space.executors],
         [at(item.executor, design) for item in space.components],
         _reserved(space, design, components),
+        [reader.queue(number) for number in range(len(space.components))],
     )
 
 
@@ -176,6 +184,16 @@ class _DesignReader:
 
     def at(self, tree: Any) -> Any:
         return at(tree, self.design)
+
+    def queue(self, number: int) -> str:
+        """The computer or component that sends messages of a component as they come; empty: by identifier."""
+        item = self.space.components[number]
+        own = self.at(item.transmit_queue)
+        if own is not None:
+            return item.stated_as if own == "fifo" else ""
+        place = self.at(at_home(self.space.components, number).processor)
+        computer = None if place is None else self.space.processors[place]
+        return computer.name if computer is not None and self.at(computer.transmit_queue) == "fifo" else ""
 
     def component(self, number: int) -> ComponentFigures:
         item = self.space.components[number]
@@ -261,11 +279,19 @@ class _DesignReader:
             return None
         return Fraction(data_rate) / size if size else Fraction(0)  # of messages without a size nothing is known
 
-    def connection(self, item: Connection) -> ConnectionFigures:
+    def frame_of(self, number: int) -> list[int]:
+        """The connections whose data are in one message with those of a connection."""
+        leaders = [self.at(item.carried_in) for item in self.space.connections]
+        leader = number if leaders[number] is None else leaders[number]
+        return [other for other, found in enumerate(leaders) if leader in (other, found)]
+
+    def connection(self, number: int, item: Connection) -> ConnectionFigures:
         first = None if self.is_local(item) else self.at(item.bus)
+        frame = self.frame_of(number)
+        data = sum(self.at(self.space.connections[one].size_bytes) or 0 for one in frame)
         sizes: dict[tuple[int, ...], int] = {}
         for bus in () if first is None else (first, *item.further):
-            self.wrap(bus, [], self.at(item.size_bytes) or 0, sizes)
+            self.wrap(bus, [], data, sizes)
         buses = list(dict.fromkeys(way[-1] for way in sizes))
         times: dict[int, Range | None] = dict.fromkeys(buses)
         for way, size in sizes.items():
@@ -289,7 +315,12 @@ class _DesignReader:
         frames = self.frames(hard, size, on_bus) if arbitration == "priority" else (on_bus,)
         is_shared = bool(self.at(self.space.buses[hard].broadcast)) and first == hard and found.stated_hz is None
         return replace(
-            found, arbitration=arbitration, frames=frames, is_shared=is_shared, identifier=self.at(item.identifier)
+            found,
+            arbitration=arbitration,
+            frames=frames,
+            is_shared=is_shared,
+            identifier=self.at(item.identifier),
+            frame=tuple(frame),
         )
 
     def frames(self, number: int, size: int, whole: Range) -> tuple[Range, ...]:

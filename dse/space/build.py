@@ -11,6 +11,7 @@ from dse.space.architecture.arbitration import check_arbitration, with_arbitrati
 from dse.space.architecture.budgets import build_resources
 from dse.space.architecture.buses import build_buses, check_bus_types
 from dse.space.architecture.calls import with_calls
+from dse.space.architecture.carriers import with_shared_buses
 from dse.space.architecture.clocks import check_clocks, grid_in_use
 from dse.space.architecture.components import (
     build_component,
@@ -47,7 +48,8 @@ def build_space(loaded: LoadedSpec) -> Space:
     ProblemError
         with every semantic mistake of the file, in file order.
     """
-    spec, ledger = loaded.spec, Ledger(loaded)
+    ledger = Ledger(loaded)
+    spec = with_shared_buses(ledger, loaded.spec)
     settings = stated_settings(spec.model_dump(include=set(SETTINGS)))
     _check_names(spec, ledger)
     _check_totals(spec, ledger)

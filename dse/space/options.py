@@ -15,6 +15,7 @@ from dse.space.question.metrics import (
     QuestionError,
 )
 from dse.spec.quantities.totals import in_unit_of
+from dse.spec.schema.canopen import connection_set
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.errors import Suggestion, did_you_mean
 from dse.support.units import (
@@ -44,6 +45,14 @@ def _offset_ns(text: str) -> int | None:
     return None if text == "unknown" else parse_duration_ns(text, Rounding.EXACT)
 
 
+def _identifier(text: str) -> int | str:
+    """An identifier of CAN as a number; ``any`` as it is."""
+    if text == ANY_IDENTIFIER:
+        return ANY_IDENTIFIER
+    found = connection_set(text)
+    return int(text, 0) if found is None else found
+
+
 PARSERS: Mapping[str, Callable[[str], Any]] = {
     "duration": parse_period_ns,
     "offset": _offset_ns,
@@ -58,7 +67,7 @@ PARSERS: Mapping[str, Callable[[str], Any]] = {
     "total": parse_total,
     "parameter": parse_parameter,
     "count": int,
-    "identifier": lambda text: text if text == ANY_IDENTIFIER else int(text, 0),
+    "identifier": _identifier,
 }
 
 ROUNDED = {"deadline": Rounding.DOWN, "non_preemptive": Rounding.UP, "context_switch": Rounding.UP}

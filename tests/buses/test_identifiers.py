@@ -95,6 +95,18 @@ def by(text: str, *identifiers: object) -> dict[str, tuple[int | None, object]]:
     return {item.name: (item.identifier, item.response_ns) for item in dse.analyse(dse.loads(text)).messages["b"]}
 
 
+def test_canopens_default_connection_set() -> None:
+    """A function code and a node are a number, also in rules and in what is fixed."""
+    words = ("SYNC", "EMCY of node 1", "[TPDO1 of node 127, 0x182]", "RSDO of node 5")
+    text = DAVIS
+    for place, word in enumerate(words):
+        text = text.replace(f"ANY{place}", word)
+    rule = text + 'rules: ["m2.identifier = TPDO1 of node 127"]\n'
+    fixed = dse.analyse(dse.loads(text), {"m2.identifier": "TPDO1 of node 2"})
+    assert [item.identifier for item in dse.analyse(dse.loads(rule)).messages["b"]] == [0x80, 0x81, 0x1FF, 0x605]
+    assert [item.identifier for item in fixed.messages["b"]] == [0x80, 0x81, 0x182, 0x605]
+
+
 def test_deadlines_alone_do_not_tell_the_order() -> None:
     """By deadline the third one ends 20 us late; it goes before the second one."""
     assert [response for _, response in by(DAVIS, 1, 2, 3, 4).values()] == [230_000, 365_000, 650_000, 420_000]

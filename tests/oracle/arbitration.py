@@ -22,7 +22,7 @@ def _is_counted(problem: Any, slot: str) -> bool:
     if not here or None in ways:
         return False
     stated = [problem.component(name) for name in here]
-    named = "priority" not in ways or all("identifier" in body for body in stated)
+    named = "priority" not in ways or all("identifier" in body or "alone" not in _ways(body) for body in stated)
     return named and all("data_size" in body and not body.get("further_buses") for body in stated)
 
 
@@ -36,8 +36,12 @@ def arbitration(body: Any) -> str | None:
 
 
 def may_be_on(problem: Any, connection: str) -> set[str]:
-    """The buses that may carry a connection."""
+    """The buses that may carry a connection; none where its ends have one processor in every design."""
     found: set[str] = set()
+    body = problem.component(connection)
+    homes = [_listed(problem.sections["threads"].get(body.get(end), {}).get("processor")) for end in ("from", "to")]
+    if homes[0] == homes[1] and len(homes[0]) == 1 and problem.need_not_travel(body):
+        return found
     todo = _listed(problem.component(connection).get("bus"))
     while todo:
         slot = todo.pop()
@@ -45,6 +49,11 @@ def may_be_on(problem: Any, connection: str) -> set[str]:
             found.add(slot)
             todo += _listed(problem.component(slot).get("bus")) if slot in problem.sections["buses"] else []
     return found
+
+
+def _ways(body: Any) -> list[Any]:
+    """Whose messages may carry a connection, its own (``alone``) among them."""
+    return _listed(body.get("carried_in")) or ["alone"]
 
 
 def _listed(given: Any) -> list[Any]:

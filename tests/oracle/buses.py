@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from . import quantities, wire
 from .arbitration import arbitration, counted
-from .identifiers import order_of
+from .identifiers import number_of, order_of
 from .quantities import NS_PER_S
+from .queues import Queues
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play_inside
 
 if TYPE_CHECKING:
@@ -33,11 +34,15 @@ class Buses:
             if bus is not None:
                 self.bus_of[name] = bus
         self.order: dict[str, list[str]] = {}
+        self._found: dict[Any, Any] = {}
         self.jobs: list[Job] = [(name, "message") for name in self.bus_of if self.sent_as(name) == name]
 
     def sent_as(self, name: str) -> str:
         """The connection whose message it is: of those that leave one port onto a broadcast bus the first."""
         own, bus = self.reading.problem.component(name), self.bus_of[name]
+        frame = self.reading.frame(name)
+        if len(frame) > 1:
+            return next(each for each in frame if self.bus_of.get(each) == bus)
         if not self._is_broadcast(bus) or "from_port" not in own or self.reading.stack(name)[0] != bus:
             return name
         for other in self.bus_of:
@@ -54,8 +59,8 @@ class Buses:
 
     def identifier(self, name: str) -> int | None:
         """Its identifier in this design, -1 of a message without one; None where it may have any."""
-        text = self.reading.get(name, "identifier") or "-1"
-        return None if text == "any" else int(text, 0)
+        text = self.reading.get(self.reading.head(name), "identifier") or "-1"
+        return None if text == "any" else number_of(text)
 
     def choose(self) -> None:
         """The places of messages on buses on which some may have any identifier, with releases as they are now."""
@@ -168,7 +173,26 @@ class Buses:
     def _by_identifier(self, name: str, here: Sequence[str], bus: str) -> Fraction | None:
         order = self.order.get(bus) or sorted([name, *here], key=lambda each: self.identifier(each) or 0)
         place = order.index(name)
-        return self._between(name, order[:place], order[place + 1 :], bus)
+        queues = Queues({each: self.queue(each) for each in order})
+        if not queues.lines:
+            return self._between(name, order[:place], order[place + 1 :], bus)
+        bit = Fraction(NS_PER_S) / quantities.bandwidth(self.reading.bus_field(bus, "bandwidth")) / 8
+        frames = {each: (self.releases(each), self.times(each)[1], *self._last(each)) for each in order}
+        key = bus, bit, tuple(frames.items())
+        if key not in self._found:
+            self._found[key] = queues.responses(frames, bit)
+        return self._found[key][name]
+
+    def queue(self, name: str) -> str | None:
+        """Which thread, device or computer queues a message as it comes."""
+        sender = self.reading.problem.component(name).get("from")
+        if sender is None:
+            return None
+        own = self.reading.get(sender, "transmit_queue")
+        if own is not None:
+            return str(sender) if own == "fifo" else None
+        computer = self.reading.processor_of(sender)
+        return computer if computer and self.reading.get(computer, "transmit_queue") == "fifo" else None
 
     def _between(self, name: str, urgent: Sequence[str], behind: Sequence[str], bus: str) -> Fraction | None:
         begun = max((self._last(other)[1] for other in behind), default=Fraction(0))

@@ -77,9 +77,9 @@ Where the documents leave something open, this is how they are read here:
 29. Not judged: `priority: any`, priority levels, non-preemptive sections, context switches, interrupts, throttling,
     groups of cores (``tests/helpers/thread_systems.py`` has an own reading of each of these).
 30. Messages wait for a bus (`arbitration`, `buses`) where its types say how it arbitrates and all that may be on it has
-    sizes, and identifiers where these decide. Where latencies count no response times senders end within what these
-    count of them; else threads and messages are found together. A message is late where all that its connection adds to
-    a latency is longer than its deadline.
+    sizes, and identifiers where these decide; senders may queue them as they come (`queues`). Where latencies count no
+    response times senders end within what these count of them; else threads and messages are found together. A message
+    is late where all that its connection adds to a latency is longer than its deadline.
 31. A connection between threads of one processor is on no bus where it states ``local``, or offers physical buses
     alone; its own latency counts all the same, unlike within a process. Its ``bus`` is then no decision.
 32. Chains end in all designs at a connection whose messages wait for a bus in some. Whether chains have ended (S) is

@@ -11,6 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 NEVER = Fraction(10**18)
+WORDS = {"EMCY": 1, "TPDO1": 3, "RPDO1": 4, "TPDO2": 5, "RPDO2": 6, "TSDO": 11, "RSDO": 12, "HEARTBEAT": 14}
+
+
+def number_of(text: str) -> int:
+    """An identifier that is stated: a number, or four bits of a function before seven of a node.
+
+    >>> number_of("0x10"), number_of("TPDO2 of node 9") == 0x289
+    (16, True)
+    """
+    word, _, node = text.partition(" of node ")
+    return (WORDS[word] << 7) + int(node) if node else int(text, 0)
 
 
 def order_of(

@@ -12,6 +12,7 @@ import yaml
 
 from . import grammar, quantities
 from .arbitration import counted, may_be_on
+from .identifiers import number_of
 
 SECTIONS = ("processors", "buses", "reservations", "executors", "devices", "threads", "connections")
 CATALOGUES = {
@@ -29,12 +30,13 @@ _TASK_FIELDS = (
     "deadline",
     "response_time",
     "queue_size",
+    "transmit_queue",
     "price",
     "power",
 )
 _CLOCKED = ("offset", "communication")
 FIELDS = {
-    "processors": ("type", "cores", "price", "power"),
+    "processors": ("type", "cores", "transmit_queue", "price", "power"),
     "buses": (
         "type",
         "bus",
@@ -50,7 +52,10 @@ FIELDS = {
     "executors": ("kind", "processor"),
     "devices": ("type", *_TASK_FIELDS, *_CLOCKED),
     "threads": ("type", "process", "processor", "executor", *_TASK_FIELDS, *_CLOCKED, "priority", "join", "pairing"),
-    "connections": ("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "identifier"),
+    "connections": (
+        *("data_size", "bus", "rate", "data_rate", "port", "queue_size", "latency", "deadline", "carried_in"),
+        "identifier",
+    ),
 }
 
 
@@ -91,12 +96,24 @@ class Problem:
                 }
         self.in_common: dict[tuple[str, Any], dict[tuple[str, ...], dict[tuple[str | None, ...], Any]]] = {}
         """What was worked out for one design and holds for others, by the decisions that were looked at (`reading`)."""
+        wires = self.sections["connections"]
+        for name, body in wires.items():  # what is in the frame of another one is on its bus
+            heads = [head for head in as_list(body.get("carried_in")) if head != "alone"]
+            if heads and "bus" in wires[heads[0]]:
+                wires[name] = {**body, "bus": wires[heads[0]]["bus"]}
+                if "rate" in wires[heads[0]]:
+                    wires[name]["rate"] = wires[heads[0]]["rate"]
         self.section_of = {name: section for section in SECTIONS for name in self.sections[section]}
         self.totals: dict[str, str] = document.get("totals") or {}
         self.requirements = [grammar.requirement(text) for text in document.get("requirements") or []]
         self.objectives = [grammar.objective(text) for text in document.get("objectives") or []]
         self.rules = [grammar.rule(text) for text in document.get("rules") or []]
         self.metrics = {name: grammar.derived(text) for name, text in (document.get("metrics") or {}).items()}
+
+    @cached_property
+    def has_frames(self) -> bool:
+        """Whether some connection may be in the message of another one."""
+        return any("carried_in" in body for body in self.sections["connections"].values())
 
     @cached_property
     def asks_of_cores(self) -> bool:
@@ -469,7 +486,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "queue_size": int,
     "cores": int,
     "core": int,
-    "identifier": lambda text: text if text == "any" else int(text, 0),
+    "identifier": lambda text: text if text == "any" else number_of(text),
     "priority": lambda text: int(text) if text.isdigit() else text,
     **dict.fromkeys(
         (

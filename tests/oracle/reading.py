@@ -11,6 +11,7 @@ from math import ceil, gcd
 from typing import Any, TypeAlias, TypeVar, cast
 
 from . import quantities, wire
+from .identifiers import number_of
 from .joins import Joins
 from .packing import Peak
 from .problem import FIELDS, FOLLOWS, NONE, Problem, Unstated, as_list, looked_up, option_value
@@ -169,11 +170,31 @@ class Reading:
             return False
         if field == "join" and self.protocol(name) == "periodic":
             return False
+        if field == "identifier" and section == "connections" and self.head(name) != name:
+            return False
         if field == "pairing" and not self.joins.joins(name):
             return False
         if self.offered(name, field) in ([word] for word in FOLLOWS) or self.has_default(name, field):
             return False
         return bool(self.offered(name, field)) and not (field == "period" and self.protocol(name) == "aperiodic")
+
+    def head(self, connection: str) -> str:
+        """The connection whose message has the data of another one, or of itself."""
+        body = self.problem.component(connection)
+        found = self.get(connection, "carried_in") if "carried_in" in body else None
+        return connection if found in (None, "alone") else str(found)
+
+    def frame(self, connection: str) -> list[str]:
+        """The connections in one message with another one, in the order of the file."""
+        if not self.problem.has_frames:
+            return [connection]
+        head = self.head(connection)
+        return [name for name in self.problem.sections["connections"] if self.head(name) == head]
+
+    def is_sent_before(self, connection: str, bus: str) -> bool:
+        """Whether a bus carries the message of a connection for one before it in the file."""
+        frame = self.frame(connection)
+        return any(bus in self.stack(name) for name in frame[: frame.index(connection)])
 
     def has_default(self, name: str, field: str) -> bool:
         """Whether the chosen type does not state the field, which counts all the same."""
@@ -645,10 +666,10 @@ class Reading:
 
     @in_common
     def message_bytes(self, connection: str) -> int:
-        """Data size and the overheads of all buses that carry the connection."""
-        size = self.get(connection, "data_size")
+        """Data size of all in one message and the overheads of all buses that carry the connection."""
+        sizes = [self.get(name, "data_size") for name in self.frame(connection)]
         overheads = [self.bus_field(bus, "overhead") for bus in self.stack(connection)]
-        return sum(quantities.size(text) for text in (size, *overheads) if text is not None)
+        return sum(quantities.size(text) for text in (*sizes, *overheads) if text is not None)
 
     @property
     def messages(self) -> Scheduling:
@@ -936,7 +957,7 @@ class Reading:
         found = {bus: Fraction(0) for bus in self.problem.buses}
         for connection in self.problem.sections["connections"]:
             for bus in self.stack(connection):
-                found[bus] += self._load(connection, bus)
+                found[bus] += 0 if self.is_sent_before(connection, bus) else self._load(connection, bus)
         return found
 
     @in_common
@@ -956,7 +977,7 @@ class Reading:
         found = {bus: Fraction(0) for bus in self.problem.timed_buses}
         for connection in self.problem.sections["connections"]:
             for bus in found.keys() & set(self.stack(connection)):
-                found[bus] += self._busy(connection, bus)
+                found[bus] += 0 if self.is_sent_before(connection, bus) else self._busy(connection, bus)
         return found
 
     @in_common
@@ -1011,6 +1032,7 @@ class Reading:
         """What other decisions have a say in."""
         self.check_cores()
         self.check_identifiers()
+        self.check_frames()
         for name, section in self.problem.section_of.items():
             if section in ("devices", "threads"):
                 self.rate(name)
@@ -1022,8 +1044,10 @@ class Reading:
         """Two messages on one wire have different identifiers, but for those of a port that a broadcast bus carries."""
         named = [name for name, body in self.problem.sections["connections"].items() if "identifier" in body]
         for one, other in combinations(named, 2):
-            texts = [self.get(each, "identifier") for each in (one, other)]
-            if "any" in texts or int(texts[0], 0) != int(texts[1], 0):
+            if other in self.frame(one):
+                continue
+            texts = [self.get(self.head(each), "identifier") for each in (one, other)]
+            if "any" in texts or number_of(texts[0]) != number_of(texts[1]):
                 continue
             for bus in set(self.stack(one)) & set(self.stack(other)):
                 named_type = self.type_of(bus) if bus in self.problem.section_of else bus
@@ -1033,6 +1057,19 @@ class Reading:
                 is_one = ports[0] == ports[1] and ports[0][1] is not None and kind.get("broadcast") == "true"
                 if kind.get("virtual") != "true" and not is_one:
                     raise InvalidDesign(f"{one} and {other} have one identifier")
+
+    def check_frames(self) -> None:
+        """A message that carries another one's data is carried in none, and has a frame that holds it all."""
+        for name in self.problem.sections["connections"]:
+            if self.head(self.head(name)) != self.head(name):
+                raise InvalidDesign(f"{self.head(name)} is carried itself")
+            if len(self.frame(name)) > 1:
+                kinds = [self.problem.sections["bus_types"][str(self.type_of(bus))] for bus in self.stack(name)]
+                frames = [kind.get("frame") for kind in kinds if kind.get("frame") is not None]
+                names = [frame["protocol"] if isinstance(frame, dict) else frame for frame in frames]
+                most = min(({"can": 8, "can_fd": 64}.get(str(each), 10**9) for each in names), default=10**9)
+                if self.message_bytes(name) > most:
+                    raise InvalidDesign(f"the frame of {name} is too long")
 
     def check_cores(self) -> None:
         """A stated core is one that the processor has, of all in which something runs."""

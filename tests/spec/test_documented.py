@@ -44,7 +44,8 @@ bus_queuing: not_counted
 cost_of_change: {p: {type: 2}}
 totals: {mass: g}
 processor_types:
-  c: {cores: 2, priority_levels: 2, serves: fifo, speed: 1 MIPS, price: 1 EUR, power: 1 W, totals: {mass: 1 kg},
+  c: {cores: 2, priority_levels: 2, serves: fifo, transmit_queue: fifo, speed: 1 MIPS, price: 1 EUR, power: 1 W,
+      totals: {mass: 1 kg},
       source: s,
       context_switch: 1 us,
       interrupts: {i: {compute_execution_time: 1 us, period: 1 ms, source: s}},
@@ -59,12 +60,12 @@ bus_types:
 device_types:
   d: {period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
-      offset: 1 ms}
+      offset: 1 ms, transmit_queue: fifo}
 thread_types:
   t: {period: 1 ms, category: thread, dispatch_protocol: periodic, compute_execution_time: 1 us,
       callback_execution_time: 1 us, latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR,
       power: 1 W, totals: {mass: 1 g}, source: s, offset: 1 ms, communication: let,
-      non_preemptive: 1 us}
+      non_preemptive: 1 us, transmit_queue: fifo}
 clocks: {k: {synchronisation_error: 1 us, source: s}}
 partitions: {o: {period: 1 ms, offset: 1 us, duration: 1 us, speed: 1 MIPS, source: s}}
 memories: {mm: {size: 1 B, ram: 1 B, rom: 1 B, source: s}}
@@ -77,13 +78,14 @@ buses: {x: {type: b, optional: true, overload: allowed, source: s}, y: {type: v,
 devices:
   e: {type: d, period: 1 ms, category: device, dispatch_protocol: periodic, compute_execution_time: 1 us, latency: 1 us,
       deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g}, source: s,
-      clock: k, offset: 1 ms, partition: o}
+      clock: k, offset: 1 ms, partition: o, transmit_queue: fifo}
 threads:
   f: {type: t, processor: p, figures_of: p, partition: o, process: q, priority: 1, core: 1, period: 1 ms,
       category: thread,
       dispatch_protocol: periodic, dispatch_trigger: [w], compute_execution_time: 1 us, callback_execution_time: 1 us,
       latency: 1 us, deadline: 1 ms, response_time: 1 us, queue_size: 1, price: 1 EUR, power: 1 W, totals: {mass: 1 g},
       source: s, offset: 1 ms, communication: let, non_preemptive: 1 us, join: all, pairing: latest,
+      transmit_queue: fifo,
       parameters: {u: {value: 1 m}}}
   h: {executor: n, period: 1 ms, segments: [{compute_execution_time: 1 us, processor: p, source: s}]}
   i: {reservation: l, period: 1 ms, compute_execution_time: 1 us}
@@ -92,7 +94,7 @@ reservations: {l: {processor: p, budget: 1 us, period: 1 ms, priority: 1, core: 
 connections:
   w: {from: e, to: f, data_size: 1 B, type_size: 2 B, bus: x, rate: 1 Hz, data_rate: 1 B/s, port: data, timing: delayed,
       queue_size: 1, further_buses: [z], protocols: [v], from_port: o, budget: 1 B/s, latency: 1 us, identifier: 1,
-      deadline: 1 s, source: s}
+      carried_in: x, deadline: 1 s, source: s}
   x: {from: e, to: f, message: parts/Pose, lengths: {id: 1}, reply: {data_size: 1 B}}
 flows:
   g: {path: [{element: e, latency: 1 us, compute_execution_time: 1 us, response_time: 1 us}, f], latency: 1 us .. 1 s,
@@ -140,7 +142,7 @@ WORDS = frozenset(
         "require", "disparity",
         "forbid", "true", "false", "none", "any", "first_fit", "big", "little", "rate_monotonic",
         "deadline_monotonic", "all", "execution_time", "ppm",
-        "let", "unknown", "implicit", "ros", "int", "fps", "detect",
+        "let", "unknown", "implicit", "ros", "int", "fps", "detect", "alone",
     }
 )  # fmt: skip
 """Words in code spans of the document that are no fields: metrics, rules, units, values, and what is not ours."""

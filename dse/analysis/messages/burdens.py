@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dse.analysis.messages.stages import counted_buses, may_wait_for
+from dse.analysis.messages.stages import counted_buses, is_each_alone, may_wait_for
 from dse.analysis.views import View
 from dse.space.architecture.clocks import is_always_timed
 from dse.space.architecture.frames import Frame
@@ -59,6 +59,11 @@ def is_settled(space: Space) -> bool:
 
 
 def goes_first(space: Space, decision: Decision, message: int, view: View) -> Sequence[int] | None:
-    """Whether each identifier goes before that of a message: among those that do, and those that do not, all is one."""
+    """Whether each identifier goes before that of a message: among those that do, and those that do not, all is one.
+
+    None where that is not so: of a message without one, or where senders queue messages as they come.
+    """
+    if not is_each_alone(space):
+        return None
     own = at(space.connections[message].identifier, view)
     return None if own is None else [int(value < own) for value in decision.values]

@@ -10,14 +10,21 @@ often, take as long, and are as urgent as here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
+from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned, is_in_time
-from dse.analysis.messages.stages import bus_of, candidate_of, candidates_of, carried_by, identifier_range, may_wait_for
+from dse.analysis.messages.stages import (
+    bus_of,
+    candidate_of,
+    carried_by,
+    identifier_range,
+    is_each_alone,
+    may_wait_for,
+)
 from dse.analysis.scheduling.policies.buses import Arbitrated
 from dse.analysis.scheduling.resolve import released_undelayed
-from dse.analysis.scheduling.tasks import TaskKey
 from dse.analysis.views import View, tabulate
 from dse.space.model.space import Space
 from dse.space.model.trees import at, leaves
@@ -53,10 +60,7 @@ class Conflict:
         """The messages as they are in a design; None where one is not on the bus there."""
         if any(bus_of(space, number, view) != self.bus for number in self.members):
             return None
-        tasks = released_undelayed(space, view, [(number, "message") for number in self.members])
-        return {
-            number: candidate_of(space, self.bus, number, view, tasks[number, "message"]) for number in self.members
-        }
+        return {number: _CANDIDATES.recall(space, (self.bus, number), view, _candidate) for number in self.members}
 
     def kept_from_last(self, space: Space, view: View) -> frozenset[int] | None:
         """The messages in time as the last whose number is lower than that of another; None where one can be last."""
@@ -95,18 +99,34 @@ class Conflict:
             yield number, self.numbers[number], True
 
 
+_CARRIED: Recall[list[int]] = Recall()
+_CANDIDATES: Recall[Candidate] = Recall()
+
+
+def _candidates(space: Space, bus: int, view: View) -> tuple[list[int], list[Candidate]]:
+    """The messages of a bus on which each is one connection, and each in search of its place."""
+    carried = _CARRIED.recall(space, bus, view, carried_by)
+    return carried, [_CANDIDATES.recall(space, (bus, number), view, _candidate) for number in carried]
+
+
+def _candidate(space: Space, key: tuple[int, int], view: View) -> Candidate:
+    bus, number = key
+    (task,) = released_undelayed(space, view, [(number, "message")]).values()
+    identifier = at(space.connections[number].identifier, view)
+    made = candidate_of(space, bus, number, view, task)
+    return replace(made, identifier=None if identifier == ANY_IDENTIFIER else identifier)
+
+
 def conflicts(space: Space, bus: int, view: View) -> Iterator[Conflict]:
     """A conflict among the messages of a bus in a design, with few messages; nothing where there is none.
 
-    Nor where messages go by other ways than their identifiers, or are several connections.
+    Nor where messages go by other ways than their identifiers (senders that queue as messages come among them), or are
+    several connections.
     """
     slot = space.buses[bus]
-    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority":
+    if set(leaves(slot.broadcast)) != {False} or at(slot.arbitration, view) != "priority" or not is_each_alone(space):
         return
-    carried = carried_by(space, bus, view)
-    released: list[TaskKey] = [(number, "message") for number in carried]
-    tasks = released_undelayed(space, view, released)
-    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    carried, candidates = _candidates(space, bus, view)
     made = assigned(candidates, *identifier_range(space, bus, view))
     if not made.stuck:
         return
@@ -122,15 +142,12 @@ def soonest_ns(space: Space, number: int, view: View) -> Exact | None:
     """The least that a message waits for its bus in any order in which all meet their deadlines, in ns.
 
     It waits no less in the order that is chosen (`dse.analysis.messages.assignment`), nor where its bus is busier. None
-    where it has no bound, or there is no such order, or messages are several connections.
+    where it has no bound, or there is no such order, or messages are several connections or queue as they come.
     """
     bus = bus_of(space, number, view)
-    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False}:
+    if bus is None or set(leaves(space.buses[bus].broadcast)) != {False} or not is_each_alone(space):
         return None
-    carried = carried_by(space, bus, view)
-    keys: list[TaskKey] = [(one, "message") for one in carried]
-    tasks = released_undelayed(space, view, keys)
-    candidates = candidates_of(space, bus, view, lambda _: tasks)
+    carried, candidates = _candidates(space, bus, view)
     bit, most = identifier_range(space, bus, view)
     made = assigned(candidates, bit, most, carried.index(number))
     place = made.order.index(carried.index(number))

@@ -9,9 +9,10 @@ from typing import Annotated
 
 from dse.analysis.limits import Verdict
 from dse.analysis.messages.assignment import Candidate, is_in_time
-from dse.analysis.messages.stages import bus_of, candidates_of, carried_by, message_key, wrapping_ns
+from dse.analysis.messages.stages import bus_of, candidates_of, carried_by, in_order, message_key, wrapping_ns
 from dse.analysis.messages.waits import MessageResponse, message_responses
 from dse.analysis.scheduling.model import NO_PROCESSOR
+from dse.analysis.scheduling.policies import buses
 from dse.analysis.scheduling.responses import messages_of
 from dse.analysis.views import View
 from dse.space.model.space import Space
@@ -69,20 +70,26 @@ def _place_for(
     order = [entry.key[0] for entry in resource.entries]
     own = order.index(number)
 
-    def is_kept(message: int, urgent: Sequence[int], limit_ns: Exact | None) -> bool:
-        behind = [item.section_ns for other, item in known.items() if other != message and other not in urgent]
-        mine = known[message]
+    def is_kept(message: int, order: Sequence[int], limit_ns: Exact | None) -> bool:
+        place = order.index(message)
+        if wire.lines:  # of a queue each message counts where the last one is
+            jobs = [tasks[one, "message"] for one in order]
+            window = buses.window_of(in_order(space, bus, order, view), place, jobs)
+            response = None if window is None else window.response_ns()
+            return limit_ns is None or (response is not None and response <= limit_ns)
+        mine, behind = known[message], max((known[other].section_ns for other in order[place + 1 :]), default=0)
         made = Candidate(mine.task, mine.last_ns, mine.section_ns, limit_ns, None, mine.is_on_flow)
-        return is_in_time(made, [known[other] for other in urgent], max(behind, default=0), wire.bit_ns)
+        return is_in_time(made, [known[other] for other in order[:place]], behind, wire.bit_ns)
 
     for place in reversed(range(own)):
-        if not is_kept(number, order[:place], limit):
+        moved = [*order[:place], number, *order[place:own], *order[own + 1 :]]
+        if not is_kept(number, moved, limit):
             continue
+        others = order[place:own] if not wire.lines else [other for other in order if other != number]
         late = [
             other
-            for at, other in enumerate(order[place:own], place)
-            if is_kept(other, order[:at], known[other].limit_ns)
-            and not is_kept(other, [*order[:at], number], known[other].limit_ns)
+            for other in others
+            if is_kept(other, order, known[other].limit_ns) and not is_kept(other, moved, known[other].limit_ns)
         ]
         least = wire.identifiers[place - 1] + 1 if place else 0
         free = wire.identifiers[place] - 1

@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import ceil
 from typing import TypeAlias, cast
 
-from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes
+from dse.analysis.binding import bus_figure, bus_stack, carrying_ns, message_sizes, sent_before
 from dse.analysis.memo import Recall
 from dse.analysis.messages.assignment import Candidate, assigned
 from dse.analysis.rates import NS_PER_S, rate_hz
@@ -25,8 +25,8 @@ from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
 from dse.space.architecture.carriers import carriers
 from dse.space.architecture.frames import frame_at, last_frame_ns
-from dse.space.model.space import Connection, Space
-from dse.space.model.trees import at
+from dse.space.model.space import EMPTY, Bus, Connection, Space, at_home
+from dse.space.model.trees import at, leaves
 from dse.spec.schema.fields import ANY_IDENTIFIER
 from dse.support.units import Exact
 
@@ -62,22 +62,30 @@ def may_wait_for(space: Space, number: int) -> frozenset[int]:
 def bus_of(space: Space, number: int, view: View) -> int | None:
     """The bus that the message of a connection waits for in a design; None where it waits for none.
 
-    The first counted bus on the way of the message.
+    The first counted bus on the way of the message; in an empty slot there is none.
     """
     counted = may_wait_for(space, number)
     if not counted:
         return None
-    return next((bus for bus in bus_stack(space, space.connections[number], view) if bus in counted), None)
+    found = (bus for bus in bus_stack(space, space.connections[number], view) if bus in counted)
+    return next((bus for bus in found if _is_there(space.buses[bus], view)), None)
+
+
+def _is_there(slot: Bus, view: View) -> bool:
+    return EMPTY not in slot.types or at(slot.arbitration, view) is not None
 
 
 def message_key(space: Space, number: int, view: View) -> TaskKey:
-    """The stage of a connection's message on its bus: on a broadcast bus that of the first one from its port.
+    """The stage of a connection's message on its bus: that of the first of its frame; if broadcast, of its port.
 
-    Such connections are one message where both are bound to the bus itself, at one rate, of one size and identifier.
+    Those of a port are one message where both are bound to the bus itself, at one rate, of one size and identifier.
     """
     connection = space.connections[number]
     bus = bus_of(space, number, view)
     assert bus is not None
+    first = sent_before(space, number, bus, view)
+    if first is not None:
+        return first, "message"
     if connection.from_port is None or not at(space.buses[bus].broadcast, view) or at(connection.bus, view) != bus:
         return number, "message"
     for other, item in enumerate(space.connections[:number]):
@@ -170,9 +178,9 @@ def bus_resource(space: Space, bus: int, view: View, released: Released) -> Reso
         if ANY_IDENTIFIER in identifiers:
             made = assigned(candidates_of(space, bus, view, released), *identifier_range(space, bus, view))
             order = [carried[place] for place in made.order]
-            return _by_identifier(space, bus, order, made.identifiers, view)
+            return in_order(space, bus, order, view, made.identifiers)
         pairs = sorted(zip(identifiers, carried, strict=True))
-        return _by_identifier(space, bus, [number for _, number in pairs], [number for number, _ in pairs], view)
+        return in_order(space, bus, [number for _, number in pairs], view, [number for number, _ in pairs])
     senders = [_sender(space, number) for number in carried]
     alike = [set(carried) if arbitration == "fifo" else _alike(carried, senders, one) for one in senders]
     entries, turns = [], []
@@ -249,21 +257,76 @@ def _frames_ns(space: Space, bus: int, number: int, view: View) -> tuple[int, in
     return _number(final), _number(longest)
 
 
-def _by_identifier(space: Space, bus: int, carried: Sequence[int], identifiers: Sequence[int], view: View) -> Resource:
+def in_order(space: Space, bus: int, carried: Sequence[int], view: View, identifiers: Sequence[int] = ()) -> Resource:
+    """A bus with its messages in this order, the most urgent first, as if they had such identifiers.
+
+    A `Resource`; `carried` are the messages by their connections.
+    """
     frames = [_frames_ns(space, bus, number, view) for number in carried]
     last, sections = [one for one, _ in frames], [longest for _, longest in frames]
-    entries: list[Entry] = []
-    longest_later: list[tuple[TaskKey, int]] = []  # of the less urgent ones the message with the longest frame
+    lines = _lines(space, carried, view)
+    longest_later: list[tuple[tuple[TaskKey, int], ...]] = [()]  # the message with the longest frame behind each place
     for position in reversed(range(len(carried))):
-        key: TaskKey = (carried[position], "message")
-        blocked = longest_later[0][1] if longest_later else 0
-        entries.append(Entry(key, position, tuple(range(position)), tuple(longest_later), blocked))
-        if not longest_later or sections[position] >= blocked:
-            longest_later = [(key, picked("max", sections[position], blocked))]
-    entries.reverse()
+        before = longest_later[-1]
+        blocked = before[0][1] if before else 0
+        if not before or sections[position] >= blocked:
+            before = (((carried[position], "message"), picked("max", sections[position], blocked)),)
+        longest_later.append(before)
+    longest_later.reverse()
+    entries: list[Entry] = []
+    for position, number in enumerate(carried):
+        end = lines[position][-1] if lines and lines[position] else position
+        blockers = longest_later[end + 1]
+        rivals = tuple(other for other in range(end + 1) if other != position)
+        blocked = blockers[0][1] if blockers else 0
+        entries.append(Entry((number, "message"), position, rivals, blockers, blocked))
     bit = identifier_range(space, bus, view)[0]
-    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers))
+    wire = Wire("priority", bit, tuple(last), ((),) * len(carried), tuple(identifiers), lines)
     return Resource(NO_PROCESSOR, bus, tuple(entries), wire=wire)
+
+
+def _lines(space: Space, carried: Sequence[int], view: View) -> tuple[tuple[int, ...], ...]:
+    """For each message the positions of those that its sender queues with it as they come; none where none does."""
+    queues = [transmit_queue(space, number, view) for number in carried]
+    places: dict[str, list[int]] = {}
+    for position, queue in enumerate(queues):
+        if queue:
+            places.setdefault(queue, []).append(position)
+    found = [tuple(places[queue]) if queue and len(places[queue]) > 1 else () for queue in queues]
+    return tuple(found) if any(found) else ()
+
+
+def transmit_queue(space: Space, number: int, view: View) -> str:
+    """The name of the processor, thread or device that queues a message as it comes; empty where nothing does.
+
+    A thread or device queues its own messages where it states `transmit_queue`, else its processor does, with those of
+    all its threads.
+    """
+    source = space.connections[number].source
+    if source is None:
+        return ""
+    component = space.components[source]
+    own = at(component.transmit_queue, view)
+    if own is not None:
+        return str(component.stated_as) if own == "fifo" else ""
+    slot = at(at_home(space.components, source).processor, view)
+    processor = None if slot is None else space.processors[slot]
+    is_queue = processor is not None and at(processor.transmit_queue, view) == "fifo"
+    return processor.name if processor is not None and is_queue else ""
+
+
+def is_each_alone(space: Space) -> bool:
+    """Whether in every design each message competes by its own identifier, for one connection.
+
+    So it is not where senders queue messages as they come, or a frame has several connections.
+    """
+    return not may_queue(space) and all(item.carried_in is None for item in space.connections)
+
+
+def may_queue(space: Space) -> bool:
+    """Whether some sender queues messages as they come in some design (`transmit_queue`)."""
+    trees = [item.transmit_queue for item in space.processors] + [item.transmit_queue for item in space.components]
+    return any("fifo" in set(leaves(tree)) for tree in trees if tree is not None)
 
 
 def _sender(space: Space, number: int) -> int:

@@ -15,8 +15,9 @@ from dse.analysis.memo import Recall
 from dse.analysis.osate.components import OLD, is_sampling, later_rows, period_ns
 from dse.analysis.osate.media import Medium, media, medium_ends, medium_ns
 from dse.analysis.views import View
+from dse.space.model.budgets import Partition
 from dse.space.model.flows import Flow, Step
-from dse.space.model.space import Component, Connection, Partition, Space
+from dse.space.model.space import Component, Connection, Space
 from dse.space.model.trees import at
 from dse.support.units import Exact
 

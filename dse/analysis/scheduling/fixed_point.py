@@ -26,6 +26,7 @@ from dse.analysis.scheduling.policies.chains import Chain, chains_in
 from dse.analysis.scheduling.policies.preemptive import Preempted
 from dse.analysis.scheduling.policies.segments import Segments, Spans
 from dse.analysis.scheduling.policies.successions import Succession, sources_in
+from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage
 from dse.analysis.scheduling.tasks import TaskKey
 from dse.support.timelimit import look_at_the_clock
 from dse.support.units import Exact
@@ -39,7 +40,7 @@ WORTH = 16
 MOST_ALIKE = 4
 """After so many rounds at most growth may repeat: jitter goes from core to core."""
 
-Window: TypeAlias = Preempted | Served | Arbitrated | InTurn
+Window: TypeAlias = Preempted | Served | Arbitrated | InTurn | QueuedMessage
 """What decides how long a stage takes on its resource: `response_ns()`, and `parts()` of it."""
 
 

@@ -198,6 +198,9 @@ class Wire:
         the messages of which one may go before each message of its sender, one for each other sender.
     identifiers
         those of the messages where these decide, chosen ones among them; else none.
+    lines
+        for each message the positions of those that its sender queues with it as they come, itself among them; none of
+        one whose sender queues by identifier.
     """
 
     arbitration: Arbitration
@@ -205,6 +208,7 @@ class Wire:
     last_ns: tuple[Exact, ...]
     turns: tuple[tuple[Task, ...], ...]
     identifiers: tuple[int, ...] = ()
+    lines: tuple[tuple[int, ...], ...] = ()
 
 
 NO_PROCESSOR = -1

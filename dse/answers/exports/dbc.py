@@ -7,19 +7,18 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import ceil
 
-from dse.analysis.binding import bus_stack, message_sizes
+from dse.analysis.binding import bus_stack, frame_of, message_sizes
 from dse.analysis.messages.waits import chosen_identifiers
 from dse.analysis.rates import rate_hz
 from dse.analysis.views import View
 from dse.space.architecture.arbitration import is_one_message
-from dse.space.architecture.frames import Frame, frame_at
+from dse.space.architecture.frames import MOST_BYTES, Frame, frame_at
 from dse.space.model.space import EMPTY, Design, Space
 from dse.space.model.trees import at
 from dse.support.errors import UsageError
 from dse.support.extras import needed_for
 from dse.support.units import shown
 
-MOST_BYTES = {"can": 8, "can_fd": 64}
 LONGEST_NAME = 32
 MS_PER_S = 1000
 
@@ -95,7 +94,9 @@ def _rows(space: Space, bus: int, frame: Frame, view: View) -> Iterator[_Row]:
             missing = "`data_size`" if isinstance(stated, int) else "`identifier`"
             raise UsageError(f"{shown(wire.name)} has no {missing}: a DBC file needs it")
         other = seen.setdefault(stated, number)
-        if other != number and is_one_message(space.connections[other], wire):
+        if other != number and (
+            is_one_message(space.connections[other], wire) or wire in frame_of(space, space.connections[other], view)
+        ):
             continue
         length = ceil(sizes[0])
         if length > MOST_BYTES[frame.protocol]:

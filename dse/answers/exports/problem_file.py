@@ -14,6 +14,7 @@ from dse.analysis.diagnosis.front_verdicts import core_by, cores_of
 from dse.analysis.views import View
 from dse.answers.exports.yaml_editing import YamlDocument, flow_mapping
 from dse.answers.result import Result
+from dse.space.architecture.carriers import ALONE
 from dse.space.architecture.joins import may_join
 from dse.space.model.criteria import Metric, Requirement
 from dse.space.model.space import EMPTY, Decision, Design, Space
@@ -134,6 +135,8 @@ def _fix_in_place(draft: YamlDocument, space: Space, decision: Decision, design:
     chosen = _chosen(space, decision, design)
     if space.profile != "dse" and _would_count(space, decision, design):
         return False  # it stays open, and what a design does not use unused
+    if decision.field == "carried_in" and chosen != ALONE:
+        return False  # so that it may still have an identifier
     for place in places:
         sequence = draft.find(place)
         texts = [_canonical(space, decision, item.value) for item in sequence.value]

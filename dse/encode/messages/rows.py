@@ -9,7 +9,9 @@ A message k that is due later has no part in that unless it goes before the last
 than some message of S. Then it adds C u, with u true where both have these numbers. (A literal for each E and number
 says whether some message of S has a greater one: numbers that are kept form a chain.) The times up to E are cut into
 intervals, of which one is chosen; jobs count as at its beginning, so that no design is lost. Messages whose bus is a
-decision, or that have too many cases, are left out. The referee decides (`dse.encode.messages.limits`).
+decision, or that have too many cases, are left out; where a sender queues messages as they come there are none (those
+of a queue may wait for less than their identifiers say), nor where frames have several connections. The referee decides
+(`dse.encode.messages.limits`).
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from math import floor
 from typing import Any
 
 from dse.analysis.messages.assignment import Candidate
-from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, may_wait_for
+from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_each_alone, may_wait_for
 from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, allowed_options, tabulate
@@ -64,7 +66,7 @@ def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
     """Rows for each bus and each of its types; `limits` are messages with a deadline and the guards of these."""
     space = board.space
     guards = dict(limits)
-    for bus in counted_buses(space):
+    for bus in counted_buses(space) if is_each_alone(space) else ():
         slot = space.buses[bus]
         if set(leaves(slot.broadcast)) != {False}:
             continue

@@ -12,7 +12,7 @@ from dse.analysis.diagnosis.front_verdicts import (
     placements_of,
     uncounted_buses,
 )
-from dse.analysis.messages.stages import counted_buses
+from dse.analysis.messages.stages import counted_buses, may_queue
 from dse.analysis.placement.first_fit import core_room
 from dse.analysis.placement.partition import Spread
 from dse.analysis.scheduling.overheads import safe_bounds, stated_overheads
@@ -97,7 +97,7 @@ def _left_out_words(space: Space) -> str:
 KINDS = {
     "priority": "by identifier",
     "fifo": "as they come",
-    "round_robin": "in turns",
+    "round_robin": "in turns, as a safe bound",
     "none": "each sender by itself",
 }
 
@@ -108,9 +108,11 @@ def arbitration_words(space: Space) -> str:
     One sentence with the kind of arbitration of each bus.
     """
     said = []
+    queue = ", senders that queue messages as they come as safe bounds" if may_queue(space) else ""
     for bus in (space.buses[number] for number in counted_buses(space)):
-        kinds = dict.fromkeys(KINDS[leaf] for leaf in leaves(bus.arbitration) if leaf is not None)
-        said.append(f"{bus.name} ({' or '.join(kinds)})")
+        kinds = dict.fromkeys(leaf for leaf in leaves(bus.arbitration) if leaf is not None)
+        more = queue if "priority" in kinds else ""
+        said.append(f"{bus.name} ({' or '.join(KINDS[kind] for kind in kinds)}{more})")
     return f"Waiting for {listed(said)} is counted." if said else ""
 
 

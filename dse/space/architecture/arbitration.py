@@ -84,6 +84,7 @@ def with_arbitration(ledger: Ledger, spec: Spec, buses: Sequence[Bus], wires: Se
 
 
 def _check_identifiers(ledger: Ledger, models: Mapping[str, BusType], wires: Sequence[Connection]) -> None:
+    wires = [wire for wire in wires if wire.carried_in is None]
     first: dict[int, Connection] = {}
     frames = [model.frame for model in models.values()]
     bits = min((item.identifier_bits for item in frames if isinstance(item, CanFrame | CanFdFrame)), default=29)
@@ -131,7 +132,7 @@ def _missing(
     """What keeps the waiting for a bus with these `wires` from being counted, the first first."""
     yield from (f"{name} states no `arbitration`" for name, kind in kinds.items() if kind is None)
     if "priority" in kinds.values():
-        yield from _said("no `identifier`", [wire for wire in wires if wire.identifier is None])
+        yield from _said("no `identifier`", [wire for wire in wires if None in set(leaves(wire.identifier))])
     yield from _said("no `data_size`", [wire for wire in wires if None in set(leaves(wire.size_bytes))])
     yield from _said("several buses at once", [wire for wire in wires if _is_on_several(buses, wire)])
 

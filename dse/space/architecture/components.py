@@ -9,14 +9,15 @@ from typing import Any
 from dse.space.architecture.arbitration import identifier_text
 from dse.space.architecture.buses import read_further, read_protocols
 from dse.space.architecture.calls import Calls, connections_of_calls
-from dse.space.architecture.carriers import counted
+from dse.space.architecture.carriers import counted, read_carried, with_frames
 from dse.space.architecture.clocks import clock_of, read_communication, read_offset
 from dse.space.architecture.executors import Homes, home_of, served_by
 from dse.space.architecture.joins import read_join
 from dse.space.architecture.processors import decision_of, groups_of, known_types, read_figures, read_named
 from dse.space.architecture.segments import ends_by_name, inner_connections
 from dse.space.model.arrivals import PROTOCOLS
-from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Partition, Processor, at_home
+from dse.space.model.budgets import Partition
+from dse.space.model.space import EMPTY, UNKNOWN_TYPE, Bus, Component, Connection, Processor, at_home
 from dse.space.model.trees import Choice, PerProcessorType, Tree, graft, leaves
 from dse.space.parameters import read_parameters
 from dse.space.properties import FieldReader, Ledger, Owner, Path, by_machine, closest
@@ -121,6 +122,7 @@ def build_component(
         deadline_ns=read("deadline", "duration", format_duration),
         response_ns=read("response_time", "time range", format_time_range),
         queue_size=read("queue_size", "count", str),
+        transmit_queue=read("transmit_queue", "transmit queue", str),
         figures=read_figures(ledger, owner, spec.totals),
         priority=priority,
         core=core,
@@ -233,7 +235,8 @@ def build_connections(
     for name in spec.connections:
         ends = requests.get(name) or _ends(ledger, spec, senders, receivers, name)
         found[name] = _build_connection(ledger, spec, buses, wires, components, name, ends)
-    return (*found.values(), *connections_of_calls(spec, calls, found), *inner_connections(components))
+    stated = with_frames(ledger, buses, tuple(found.values()))
+    return (*stated, *connections_of_calls(spec, calls, found), *inner_connections(components))
 
 
 def _build_connection(
@@ -286,6 +289,7 @@ def _build_connection(
         protocols=read_protocols(ledger, spec, path, given, wires),
         identifier=read("identifier", "identifier", identifier_text),
         deadline_ns=deadline,
+        carried_in=read_carried(ledger, spec, name),
     )
 
 

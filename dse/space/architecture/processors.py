@@ -128,6 +128,9 @@ def build_processor(ledger: Ledger, spec: Spec, name: str) -> Processor:
         switch_ns=graft(switch.read(lambda model: model.context_switch), lambda found: 0 if found is None else found),
         interference=type_choice(decision, [_interference(model) for _, model in owner.types]),
         serves=_service(ledger, path, owner),
+        transmit_queue=FieldReader(ledger, owner, "transmit_queue", "transmit queue", str).read(
+            lambda model: model.transmit_queue
+        ),
     )
 
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from dse.support.units import Exact
+
 
 @dataclass(frozen=True, slots=True)
 class Budgeted:
@@ -52,3 +54,13 @@ class Resources:
     memories: Mapping[str, MemorySizes] = field(default_factory=dict)
     types: Mapping[str, Fraction] = field(default_factory=dict)
     partitions: Mapping[str, Fraction] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Partition:
+    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
+
+    name: str
+    period_ns: Exact
+    offset_ns: Exact
+    duration_ns: Exact | None

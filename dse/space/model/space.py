@@ -14,11 +14,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
-from dse.space.model.budgets import Resources
+from dse.space.model.budgets import Partition, Resources
 from dse.space.model.criteria import Derived, Objective, Requirement, Rule
 from dse.space.model.flows import Flow, UnreadFlow
 from dse.space.model.trees import DesignView, Tree, at, leaves
-from dse.support.units import Exact
 
 EMPTY = "none"
 UNKNOWN_TYPE = "?\n"
@@ -83,8 +82,8 @@ class Processor(Slot):
 
     Leaves of `switch_ns` say what a context switch takes, those of `interference` are tuples of `Interference`.
     `groups` are the kinds of cores of each type (by its name) that has several, each with the number of its cores.
-    `priority_levels` has how many priorities its operating system has, None where nothing limits them. Leaves of
-    `serves` are ``fifo`` or ``priority`` where it is an accelerator, which runs one job at a time, without preemption.
+    `priority_levels` are those of its operating system, None where nothing limits them. Leaves of `serves` are ``fifo``
+    or ``priority`` of an accelerator, which runs one job at a time; those of `transmit_queue` are as of a `Component`.
     """
 
     cores: Tree
@@ -94,6 +93,7 @@ class Processor(Slot):
     priority_levels: Tree = None
     groups: Mapping[str, tuple[tuple[str, int], ...]] = field(default_factory=dict)
     serves: Tree = None
+    transmit_queue: Tree = None
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,8 @@ class Component:
     counts from 1. Leaves of `executor` are the index of what runs its jobs beside those of others; its priority then
     orders it among these. `reservation` is the index of the share of a core that it, or its executor, runs in: its
     priority, or the executor's, then orders it in there.
-    `section_ns`: the longest part of a job during which no other thread of its core gets the CPU.
+    `section_ns`: the longest part of a job during which no other thread of its core gets the CPU. `transmit_queue`:
+    ``fifo`` where of its messages the oldest competes for a bus, ``priority`` the most urgent; None as its processor.
     `clock` leaves are `ClockReading`; `offset_ns` is when on it the first release is, None where that is not known;
     `communication` says when data pass: ``let`` at release and release + deadline, ``at_dispatch`` at release and when
     the job ends, else (``implicit``) when it begins and ends.
@@ -195,6 +196,7 @@ class Component:
     partition: Partition | None = None
     pieces: Pieces | None = None
     part_of: str = ""
+    transmit_queue: Tree = None
 
     @property
     def is_lone(self) -> bool:
@@ -214,10 +216,11 @@ class Connection:
     `bus` leaves are bus indices, or None where the connection is unbound or inside one process; `stated_bus` is the
     same wherever its ends are (unless it was to be decided), `timing` AADL's and `protocols` what wraps its messages
     without being bound, `type_bytes` the size of the port's data type where that is not the size of the port, all for
-    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one
-    is no connection of the file: it leads from a piece of a thread to the next. Of the messages that wait for a bus the
-    one of the lowest `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from when it
-    is sent to its receipt.
+    OSATE alone. `further` buses carry it as well as `bus`, all at once. An `is_inner` one is no connection of the file:
+    it leads from a piece of a thread to the next. Of the messages that wait for a bus the one of the lowest
+    `identifier` goes first (``any``: a chosen one); `deadline_ns` is that of a message, from sending to receipt. Leaves
+    of `carried_in` are the connection whose message carries its data, None where it has one of its own; `riders` are
+    the connections that may be carried in its own.
     """
 
     name: str
@@ -240,6 +243,8 @@ class Connection:
     type_bytes: Tree = None
     identifier: Tree = None
     deadline_ns: Tree = None
+    carried_in: Tree = None
+    riders: tuple[int, ...] = ()
 
     @property
     def states_rate(self) -> bool:
@@ -486,13 +491,3 @@ class Interference:
     worst_ns: int
     period_ns: int
     is_throttling: bool = False
-
-
-@dataclass(frozen=True)
-class Partition:
-    """A partition of a processor: `period_ns` is the major frame, `duration_ns` None where no window is known."""
-
-    name: str
-    period_ns: Exact
-    offset_ns: Exact
-    duration_ns: Exact | None

@@ -7,6 +7,7 @@ Read `model.py` first. CONTRIBUTING.md ("Add a decision") adds a key.
   and budgets.
 * `ros2.py`, `uncertainty.py`: names in ROS 2; stated uncertainties.
 * `fields.py`, `quantity_fields.py`: the field types: reading, checking, writing, description for editors.
+* `canopen.py`: identifiers by function code and node.
 * `parts.py`: the base class of all sections.
 * `json_schema.py`, `descriptions.yaml`: the JSON Schema, and the texts of its properties.
 

@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from dse.importers.ros2.messages import LONGEST
+from dse.spec.schema.canopen import BROADCASTS, FUNCTIONS, PATTERN, connection_set
 from dse.spec.schema.parts import ReadBy
 from dse.support import units
 from dse.support.arguments import respelt
@@ -236,9 +237,17 @@ ANY_IDENTIFIER = "any"
 
 
 def _identifier(value: Any) -> int | str:
-    """An identifier of CAN as a number; as text where it is hexadecimal, or may be `any`."""
+    """An identifier of CAN as a number; as text where it is hexadecimal, of CANopen, or may be `any`."""
     if value == ANY_IDENTIFIER:
         return ANY_IDENTIFIER
+    if isinstance(value, str):
+        try:
+            found = connection_set(value)
+        except ValueError as error:
+            known = f"{', '.join(FUNCTIONS)}, each of a node; {', '.join(BROADCASTS)}"
+            raise field_error(str(error), f"known: {known}") from None
+        if found is not None:
+            return found
     is_text = isinstance(value, str) and _HEXADECIMAL.fullmatch(value)
     return _count(0, MOST_IDENTIFIER)(int(value, 16) if is_text else value)
 
@@ -251,7 +260,8 @@ Identifier: TypeAlias = Annotated[
             "anyOf": [
                 {"type": "integer", "minimum": 0, "maximum": MOST_IDENTIFIER},
                 {"type": "string", "pattern": f"^{_HEXADECIMAL.pattern}$"},
-                {"enum": [ANY_IDENTIFIER]},
+                {"type": "string", "pattern": PATTERN},
+                {"enum": [ANY_IDENTIFIER, *BROADCASTS]},
             ]
         }
     ),

@@ -66,6 +66,8 @@ CoresOrGroups: TypeAlias = Annotated[
 
 
 Service: TypeAlias = Literal["fifo", "priority"]
+TransmitQueue: TypeAlias = Literal["priority", "fifo"]
+"""Which message of a sender competes for a bus: its most urgent one, or the one that has waited longest."""
 
 
 class ProcessorType(Priced):
@@ -77,6 +79,7 @@ class ProcessorType(Priced):
     throttling: Throttling | None = None
     priority_levels: Options[Count] | None = None
     serves: Service | None = None
+    transmit_queue: Options[TransmitQueue] | None = None
     speed: Speed | None = None
 
 

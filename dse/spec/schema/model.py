@@ -36,7 +36,7 @@ from dse.spec.schema.frames import EthercatFrame as EthercatFrame
 from dse.spec.schema.frames import EthernetFrame as EthernetFrame
 from dse.spec.schema.frames import FlexrayFrame as FlexrayFrame
 from dse.spec.schema.frames import SerialFrame as SerialFrame
-from dse.spec.schema.hardware import ONE, BusType, Demands, Priced, ProcessorType, TimeRanges
+from dse.spec.schema.hardware import ONE, BusType, Demands, Priced, ProcessorType, TimeRanges, TransmitQueue
 from dse.spec.schema.hardware import Interrupt as Interrupt
 from dse.spec.schema.hardware import Throttling as Throttling
 from dse.spec.schema.hardware import TransmissionTime as TransmissionTime
@@ -82,6 +82,7 @@ class DeviceType(Priced):
     deadline: Options[Duration] | None = None
     response_time: TimeRanges | None = None
     queue_size: Options[QueueSize] | None = None
+    transmit_queue: Options[TransmitQueue] | None = None
     offset: Options[Offset] | None = None
 
 
@@ -247,6 +248,7 @@ class Connection(SpecMapping):
     queue_size: Options[QueueSize] | None = None
     latency: Options[TimeRange] | None = None
     identifier: Options[Identifier] | None = None
+    carried_in: Options[Name] | None = None
     deadline: Options[Duration] | None = None
     reply: Reply | None = None
     source: Line | None = None

@@ -21,7 +21,7 @@ from dse.analysis.limits import Limit, judge
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.burdens import burdens, goes_first, is_settled
 from dse.analysis.messages.conflicts import Conflict, conflicts, is_own_deadline, open_identifiers, soonest_ns
-from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range
+from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_each_alone
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import CyclicActivation, Noting, View, tabulate
 from dse.space.model.space import Design, Space
@@ -52,7 +52,7 @@ class BusRows:
         self.space, self.model, self.chosen = space, model, chosen
         self.limited = limited_by_deadline(space, limits)
         self._literals: dict[tuple[int, int], Any] = {}
-        for bus in counted_buses(space) if self.limited else ():
+        for bus in counted_buses(space) if self.limited and is_each_alone(space) else ():
             slot = space.buses[bus]
             for option in range(len(slot.types)) if set(leaves(slot.broadcast)) == {False} else ():
                 self._add_bus(bus, slot.type_decision, option)

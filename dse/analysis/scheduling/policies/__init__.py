@@ -7,7 +7,8 @@ object with `response_ns()` and `parts()`. Read `preemptive.py` first.
 * `executors.py`, `executor_work.py`: OS threads that run one job at a time; the busy period of one.
 * `successions.py`, `chains.py`: chains whose threads never wait for each other; one busy window for a chain on a core.
 * `reservations.py`: budgets of a core in each period, as supply for their threads and as load for the others.
-* `buses.py`: messages that wait for each other: CAN, first come first served, round-robin.
+* `buses.py`, `transmit_queues.py`: messages that wait for each other: CAN, first come first served, round-robin;
+  senders that queue messages as they come.
 * `segments.py`, `accelerators.py`: threads that run, wait on an accelerator, and run on; what an accelerator serves.
 
 Not allowed here: a look at the space or at decisions, and bounds below the worst case. Each policy cites its source.

@@ -8,7 +8,8 @@
 
   over all jobs q of the busy period (R. I. Davis, A. Burns, R. J. Bril and J. J. Lukkien, "Controller Area Network
   (CAN) schedulability analysis: refuted, revisited and revised", Real-Time Systems 35, 2007). A message of several
-  frames competes with each of them: until the last one begins what is more urgent goes first.
+  frames competes with each of them: until the last one begins what is more urgent goes first. Messages whose sender
+  queues them as they come have a module of their own (`transmit_queues`).
 * ``fifo``: messages go in the order in which they come.
 * ``none``: each sender has a line of its own, on which its messages go as they come.
 * ``round_robin``: senders take turns, each with its oldest message: before each message of the own sender one of each
@@ -23,6 +24,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import is_
 
 from dse.analysis.scheduling.busy_window import (
     PLAIN,
@@ -37,6 +39,7 @@ from dse.analysis.scheduling.model import Resource
 from dse.analysis.scheduling.parts import Parts, before_job, counted
 from dse.analysis.scheduling.policies.executor_work import EndlessError, Work, demand_of, jobs_by, until_end
 from dse.analysis.scheduling.policies.executors import Fellow, Queued, WorstJob
+from dse.analysis.scheduling.policies.transmit_queues import QueuedMessage, queued_window, seen_by, waits_in_queues
 from dse.support.units import Exact
 
 
@@ -190,14 +193,21 @@ class InTurn:
         return Queued("wait_set", self.task, tuple(Fellow(item, True) for item in self.others)) if self.others else None
 
 
-def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -> Arbitrated | InTurn | None:
+def window_of(
+    resource: Resource, position: int, tasks: Sequence[Task | None]
+) -> Arbitrated | InTurn | QueuedMessage | None:
     """The busy window that decides the response time of a message on a bus; None where it has no bound.
 
     Of less urgent messages one may be in the way, however often it comes. Where senders take turns that is so of each
     other sender, but for the bound that counts whatever comes.
     """
-    wire, entry, task = resource.wire, resource.entries[position], tasks[position]
+    wire = resource.wire
     assert wire is not None
+    if wire.lines:
+        tasks = seen_by(resource, position, tasks, _waits(resource, tasks))
+        if wire.lines[position]:
+            return queued_window(resource, position, tasks)
+    entry, task = resource.entries[position], tasks[position]
     rivals = [tasks[item] for item in entry.rivals]
     before = tuple(item for item in rivals if item is not None)
     if task is None or len(before) < len(rivals):
@@ -208,3 +218,17 @@ def window_of(resource: Resource, position: int, tasks: Sequence[Task | None]) -
     others = [item for at, item in enumerate(tasks) if at != position] if turns else []
     known = tuple(item for item in others if item is not None)
     return InTurn(task, before, turns, known if len(known) == len(others) else ())
+
+
+_LATEST: list[tuple[Resource, Sequence[Task | None], list[Exact | None]]] = []
+"""The bus whose queues were asked about last: all its messages are asked about one after the other."""
+
+
+def _waits(resource: Resource, tasks: Sequence[Task | None]) -> list[Exact | None]:
+    """What messages wait in their queues (`waits_in_queues`), of the bus asked about last without a further search."""
+    for known, seen, waits in _LATEST:
+        if known is resource and len(seen) == len(tasks) and all(map(is_, seen, tasks)):
+            return waits
+    waits = waits_in_queues(resource, tasks)
+    _LATEST[:] = [(resource, tuple(tasks), waits)]
+    return waits
