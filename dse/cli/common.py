@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 PIPED_WIDTH = 160
 """How wide what goes into a file or a pipe is, where COLUMNS does not say."""
+SCREEN = 39
+"""Lines of an answer in a file or a pipe, where LINES does not say: a screen of 40 without the line of the prompt."""
+LEAST_LINES = 15
+"""Lines of an answer in a window that is lower than this: less would be no answer."""
 
 
 class ExistingPath(click.Path):
@@ -246,6 +250,17 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     stated = os.environ.get("COLUMNS", "")
     width = None if stream.isatty() or (stated.isascii() and stated.isdecimal() and int(stated)) else PIPED_WIDTH
     return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
+
+
+def screen_lines(screen: Console) -> int:
+    """The number of lines that an answer may take, without that of the prompt.
+
+    From LINES, else from the terminal, at least `LEAST_LINES`; `SCREEN` where the output is no terminal.
+    """
+    stated = os.environ.get("LINES", "")
+    if stated.isascii() and stated.isdecimal() and int(stated):
+        return max(int(stated) - 1, LEAST_LINES)
+    return max(screen.height - 1, LEAST_LINES) if screen.is_terminal else SCREEN
 
 
 def check_writable(*paths: PathLike | None, renews: PathLike | None = None, replaces_problems: bool = False) -> None:

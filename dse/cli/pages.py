@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import F, console, report_folder, save
+from dse.cli.common import F, console, report_folder, save, screen_lines
 from dse.cli.saying import tell
 from dse.support.errors import UsageError
 from dse.support.files.writing import PAGES
@@ -121,9 +121,10 @@ def answer(
         the first failure to write, when everything else was done.
     """
     if not quiet and all(path != "-" for path, _ in files):
-        from dse.report.terminal import SCREEN, print_page
+        from dse.report.terminal import print_page
 
-        print_page(console(), page, every=every, lines=SCREEN)
+        screen = console()
+        print_page(screen, page, every=every, lines=screen_lines(screen))
     failure = save(*files) or write_page(report, page)
     if failure is not None:
         raise failure
@@ -138,10 +139,10 @@ def print_front(
     """
     from dse.report.content.front.first_screen import first_page
     from dse.report.content.front.pages import printed_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
     screen = console()
-    lines: int | None = SCREEN
+    lines: int | None = screen_lines(screen)
     try:
         with until(limit.for_the_last_steps()):
             if explain:

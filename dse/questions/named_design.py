@@ -21,12 +21,13 @@ class NamedDesign:
     """The problem as it is asked of the design, the design's decisions as texts, and what is to be said of both.
 
     `texts` are ``DECISION=OPTION`` as on the command line; `remarks` say, for instance, that a design comes from a
-    result of another question.
+    result of another question; `called` names the design in a title, such as ``design #1 of result.json``.
     """
 
     problem: Problem
     texts: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    called: str = "the baseline"
 
 
 def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
@@ -51,7 +52,8 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     if len(found) > 1:
         raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
     if not found:
-        return NamedDesign(with_stated_cores(problem, own), tuple(own))
+        called = f"the baseline with {', '.join(own)}" if own else "the baseline"
+        return NamedDesign(with_stated_cores(problem, own), tuple(own), called=called)
     [(path, number)] = found
     data = read_result(path)
     taken = {_name(text) for text in own}
@@ -64,7 +66,8 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
         asked = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])
         read_choices(asked.space, chosen)
     remarks = [f"{problem.loaded.path} has changed since {path} was written: {'; '.join(differs)}"] if differs else []
-    return NamedDesign(asked, (*chosen, *own), (*remarks, *_remarks(problem, asked, effective, path)))
+    called = f"design #{number} of {path}" + (f" with {', '.join(own)}" if own else "")
+    return NamedDesign(asked, (*chosen, *own), (*remarks, *_remarks(problem, asked, effective, path)), called)
 
 
 def _reference(text: str) -> tuple[str, str] | None:

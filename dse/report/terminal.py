@@ -27,8 +27,6 @@ ROOM = 44
 LONGEST = 100
 """Letters of a line of a Gantt chart."""
 PAGE = "--report PAGE.html is a page."
-SCREEN = 39
-"""Lines of a screen of 40 without that of the prompt."""
 
 
 def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:

@@ -55,7 +55,9 @@ def command(
     analysis = analyse(found.problem, found.texts, response_times=response_times)
     from dse.report.content.analyse import analysis_page
 
-    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every, quiet=quiet)
+    answer(
+        analysis_page(analysis, found.called), (json_path, analysis.to_json), report=report, every=every, quiet=quiet
+    )
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -17,6 +17,7 @@ from dse.cli.common import (
     problem_argument,
     quiet_option,
     save,
+    screen_lines,
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
@@ -128,11 +129,12 @@ def command(
     if live:
         rewrite("")
     from dse.report.content.study import study_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
-    page = study_page(result.to_dict())
+    page = study_page(result.to_dict(), found.called)
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every, lines=SCREEN)
+        screen = console()
+        print_page(screen, page, every=every, lines=screen_lines(screen))
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

@@ -112,5 +112,6 @@ def command(
     )
     from dse.report.content.simulate import simulation_page
 
-    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
+    page = simulation_page(simulation, found.called)
+    answer(page, (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
     return simulation.exit_code

@@ -19,6 +19,7 @@ from dse.cli.common import (
     problem_argument,
     quiet_option,
     save,
+    screen_lines,
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
@@ -121,15 +122,16 @@ def command(
     with Estimate(quiet=quiet) as progress:
         result = sweep_asked(problem, vary, seed, means, progress)
     from dse.report.content.study import study_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every, lines=SCREEN - 1)
+        screen = console()
+        print_page(screen, page, every=every, lines=screen_lines(screen) - 1)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
         told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
-        console().print(told, markup=False)
+        screen.print(told, markup=False)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

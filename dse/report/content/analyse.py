@@ -16,18 +16,15 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.basis import basis_words, counting_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
-    PROCESSING,
-    arbitration_words,
     bound_words,
     bus_words,
     contended_words,
     core_words,
     overhead_words,
     processing_words,
-    waiting_left_words,
 )
 from dse.report.words.messages import message_tables
 from dse.report.words.reasons import CHAINED, EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
@@ -37,7 +34,6 @@ from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
 
-LEFT_OUT = "CPU contention is not in the latencies."
 WATERFALL = (
     "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
     "Contributions without time are in the table only."
@@ -58,11 +54,11 @@ USAGE = (
 )
 
 
-def analysis_page(analysis: Analysis) -> Page:
+def analysis_page(analysis: Analysis, called: str = "") -> Page:
     """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
 
-    A `Page` with the sections *design* (verdict, and what is counted), *overview*, *flows* and *responses*; an invalid
-    design has its breaches only.
+    `called` names the design in the title. A `Page` with the sections *design* (verdict, and what is counted),
+    *overview*, *flows* and *responses*; an invalid design has its breaches only.
     """
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
@@ -83,7 +79,8 @@ def analysis_page(analysis: Analysis) -> Page:
             Section("metrics", "Every metric", tuple(_every_figure(analysis)), is_detail=True),
         ]
     name = analysis.space.name
-    return Page(f"{name}: analysis", name, tuple(section for section in sections if section.blocks))
+    lead = f"{name}: {called}" if called and analysis.decisions else name
+    return Page(f"{name}: analysis", lead, tuple(section for section in sections if section.blocks))
 
 
 def _every_figure(analysis: Analysis) -> Iterator[Block]:
@@ -203,17 +200,12 @@ def _counted(analysis: Analysis) -> Text:
     processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
     if analysis.contended is not None:
         said = contended_words(analysis.contended, analysis.space.currency)
-        kept = f"With response times, {core_words(analysis.space)}: {said}"
-    waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
-    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
+        kept = f"With waiting for the CPU, {core_words(analysis.space)}: {said}"
     is_broken = analysis.contended is not None and bool(analysis.contended.broken)
-    begin = f"Counted  {basis_words(settings)}."
-    return Text(
-        " ".join(filter(None, (begin, processing, kept, buses))),
-        "doubtful" if is_broken else "plain",
-        " ".join(filter(None, (begin, *brief))),
-        hang=9,
-    )
+    whole = " ".join(filter(None, (f"Counted  {basis_words(settings)}.", processing, kept, buses)))
+    counted = counting_words(analysis.space)
+    brief = " ".join(filter(None, ("Counted ", counted, kept))) if counted else ""
+    return Text(whole, "doubtful" if is_broken else "plain", brief, hang=9)
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:

@@ -14,7 +14,7 @@ from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, lis
 from dse.report.plots.front import Spec
 from dse.report.plots.study import shares, tornado
 from dse.report.words.basis import scale_of
-from dse.report.words.contention import study_waiting_words
+from dse.report.words.contention import study_counting_words
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
 
@@ -43,12 +43,13 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     told = few(chosen.split(", "), FEW, "decisions")
     margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {told}" if chosen else "")]
     margins += listing(broken, "VIOLATED", 0, "wrong")
+    margins += texts(study_counting_words(data))
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
     margins += texts(_left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
-    margins += texts(study_waiting_words(data), scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
+    margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
     yield from _tornadoes(data, currency)
     if data["uncertainty"] is not None:

@@ -12,7 +12,7 @@ from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
-from dse.report.words.basis import basis_words
+from dse.report.words.basis import basis_words, counting_words
 from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
@@ -27,12 +27,14 @@ HISTOGRAM = (
 )
 
 
-def simulation_page(simulation: Simulation) -> Page:
+def simulation_page(simulation: Simulation, called: str = "") -> Page:
     """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes.
 
-    Two sections: observations against bounds, and histograms (a detail that a terminal leaves out).
+    `called` names the design in the title. Two sections: observations against bounds, and histograms (a detail that a
+    terminal leaves out).
     """
-    lead = f"{simulation.space.name}: simulated"
+    who = f"{called}, " if called and simulation.space.decisions else ""
+    lead = f"{simulation.space.name}: {who}simulated"
     sections = (
         Section("simulation", "What was observed", tuple(_blocks(simulation))),
         Section("histograms", "Each latency as a histogram", tuple(_histograms(simulation)), is_detail=True),
@@ -49,7 +51,8 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
     lost = [f"{count} arrivals lost at {name}" for name, count in simulation.lost.items()]
     yield from listing(lost, "WARNING", 0, "doubtful", brief=FEW)
-    yield Text(f"Counted  {basis_words(settings_of(simulation.space))}.", hang=9)
+    basis = f"{basis_words(settings_of(simulation.space))}."
+    yield Text(f"Counted  {basis}", brief=f"Counted  {counting_words(simulation.space) or basis}", hang=9)
     if simulation.is_stopped:
         yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
     yield _flow_table(simulation)

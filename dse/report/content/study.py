@@ -13,9 +13,8 @@ from dse.report.content.sensitivity import robust_section, sensitivity_sections
 from dse.report.content.sweep import sweep_sections
 from dse.report.page import Page, Section, labelled, listing, texts
 from dse.report.words.basis import basis_words
-from dse.report.words.contention import processing_words
+from dse.report.words.contention import processing_words, study_settings
 from dse.report.words.reasons import GAPS, REDUCED
-from dse.space.question.settings import SETTINGS
 from dse.support.errors import UsageError
 
 
@@ -38,27 +37,22 @@ def sections_of(data: Data) -> list[Section]:
     return list(makers[form](data))
 
 
-def study_page(data: Data) -> Page:
+def study_page(data: Data, called: str = "") -> Page:
     """The whole page of a study.
 
-    `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which.
+    `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which. `called`
+    names the design of a sensitivity study in the title.
     """
-    problem, settings = data["problem"], _settings(data)
+    problem = data["problem"]
     kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
     kind = kinds.get(data["format"], "robustness")
-    lead = f"{problem['name']} ({basis_words(settings)})" if settings else str(problem["name"])
-    return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
-
-
-def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
-    """The settings of the question that a study asked; nothing where an older one does not state them."""
-    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
-    return settings if set(SETTINGS) <= set(settings) else {}
+    what = f"margins of {called}" if called and kind == "sensitivity" else kind
+    return Page(f"{problem['name']}: {kind}", f"{problem['name']}: {what}", (*sections_of(data), _basis(data)))
 
 
 def _basis(data: Mapping[str, Any]) -> Section:
     """Where the figures of a study come from, and what the model does not see."""
-    problem, settings = data["problem"], _settings(data)
+    problem, settings = data["problem"], study_settings(data)
     carried = "; the JSON carries its text" if data.get("files") else ""
     found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
     if settings:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cached_property
 
-from dse.analysis.diagnosis.front_verdicts import is_left_out, leaves_out_buses, uncounted_buses
-from dse.analysis.latency.rows import counts_responses
-from dse.analysis.messages.stages import counted_buses
+from dse.analysis.diagnosis.front_verdicts import is_left_out
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis
 from dse.answers.contention_verdicts import Broken, Contended
@@ -17,10 +15,10 @@ from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
 from dse.report.page import Tone
-from dse.report.words.basis import basis_parts
-from dse.report.words.contention import asks_for_responses, core_words, uncounted_words
+from dse.report.words.basis import counting_words
+from dse.report.words.contention import core_words, uncounted_words
 from dse.space.model.criteria import Requirement
-from dse.space.model.metric_kinds import KINDS, flows_in
+from dse.space.model.metric_kinds import KINDS
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, is_unbounded
 from dse.support.units.text import count_words, format_count
@@ -98,38 +96,13 @@ def _stopped(result: Result) -> str:
     return "by Ctrl-C" if result.interrupted else "by the time limit"
 
 
-def counted_parts(result: Result) -> tuple[list[str], list[str]]:
-    """The delays that latencies count, and those that they leave out; two empty lists where no latency is asked for.
-
-    Lists of nouns such as *execution* and *waiting for the CPU*, to be joined in a sentence.
-    """
-    space = result.space
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
-        return [], []
-    is_counted = counts_responses(space)
-    counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
-    counted += ["waiting for the bus"] if counted_buses(space) else []
-    left = [] if is_counted else ["waiting for the CPU"]
-    if leaves_out_buses(space):
-        of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
-        left += [f"bus arbitration{of}"]
-    return counted, left
-
-
 def counted_words(result: Result) -> tuple[str, str]:
     """The sentence on what latencies count, and a remark on the profile; both "" where no latency is asked for.
 
     Two sentences, the second one about profiles that count no response times.
     """
-    counted, left = counted_parts(result)
-    if not counted:
-        return "", ""
-    said = f"{', '.join(counted)}." + (f" Not {', not '.join(left)}." if left else "")
-    parts = basis_parts(result.problem.effective)
-    told = {"processing", "overload", *(["profile"] if result.space.profile == "dse" else [])}
-    rules = ", ".join(text for name, text in parts.items() if name not in told)
-    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + ".", uncounted_words(result.space)
+    said = counting_words(result.space, result.problem.effective)
+    return said, uncounted_words(result.space) if said else ""
 
 
 class Waiting:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option
+from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, screen_lines
 from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, page_path, report_option, write_page_figures
 from dse.cli.saying import say
@@ -110,13 +110,14 @@ def command(
     from dse.report.content.fit import fit_page
     from dse.report.output import page_text
     from dse.report.page import Section, texts
-    from dse.report.terminal import SCREEN, page_height
+    from dse.report.terminal import page_height
 
     page = fit_page(found)
     beside = None if samples is None else str(samples)
     report_text = report, lambda: page_text(page, report or "")
     tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json), report_text
-    is_below = output is None and (every or page_height(console(), page) + text.count("\n") < SCREEN)
+    screen = console()
+    is_below = output is None and (every or page_height(screen, page) + text.count("\n") < screen_lines(screen))
     rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))
     answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
     if is_below and json_path != "-":
