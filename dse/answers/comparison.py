@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
@@ -103,6 +103,8 @@ class DesignComparison(Answer):
         tuple[str, ...], "The settings by which figures of both are counted otherwise.", Json("not_comparable")
     ] = ()
     carried: tuple[str, ...] = ()
+    senses: Mapping[str, int] = field(default_factory=dict)
+    """The objectives of both problems by name: 1 for one that is minimised, -1 for one that is maximised."""
 
     @property
     def of(self) -> Literal["designs"]:
@@ -245,7 +247,13 @@ def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> D
         verdicts=_lines(*held),
         currencies=currencies,
         unlike=_said(ruled) if affected else (),
+        senses={name: sense for name, sense in _senses(one.space).items() if _senses(other.space).get(name) == sense},
     )
+
+
+def _senses(space: Space) -> dict[str, int]:
+    """The objectives of a space by name: 1 for one that is minimised, -1 for one that is maximised."""
+    return {item.metric.name: 1 if item.sense == "minimise" else -1 for item in space.objectives}
 
 
 def compare_results(names: tuple[str, str], one: Result, other: Result) -> ResultComparison:

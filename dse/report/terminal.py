@@ -140,6 +140,7 @@ def _print_table(console: Console, table: Table, *, every: bool) -> None:
         tuple(shown_text(console, text) for text in table.headings),
         tuple(tuple(shown_text(console, cell).translate(_signs(console)) for cell in row) for row in shown),
         table.numbers,
+        table.paths,
     )
     print_line(console, "")
     print_hanging(console, table.caption, "", "italic", "") if table.caption else None

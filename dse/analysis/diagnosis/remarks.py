@@ -125,8 +125,8 @@ def _untimed(names: Sequence[str]) -> Iterator[str]:
     if names:
         more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         yield (
-            f"no execution time is stated for {', '.join(names[:MOST_NAMED])}{more}: what has no "
-            "`compute_execution_time` counts as taking no CPU time"
+            f"no execution time is stated for {', '.join(names[:MOST_NAMED])}{more}: without "
+            "`compute_execution_time` a thread counts as 0 ms"
         )
 
 

@@ -352,7 +352,7 @@ def _remarks(space: Space) -> Iterator[str]:
             yield f"no limit on the load of {bus.name} is stated: {said}"
         obstacle = busy_obstacle(space, number) if any(leaves(bus.exclusive)) else ""
         if obstacle and space.overload == "forbidden" and not bus.overload:
-            yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"
+            yield f"the busy time of {bus.name} is not limited, although it is exclusive: it {obstacle}"
     yield from _idle(space)
     yield from problem_remarks(space)
     yield from _shares(space)

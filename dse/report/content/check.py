@@ -5,7 +5,7 @@ from __future__ import annotations
 from dse.questions.verbs.check import Description
 from dse.report.content.explain import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
-from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.basis import basis_words, counting_words, scale_words
 from dse.space.question.settings import settings_of
 from dse.support.units.text import count_words
 
@@ -35,7 +35,14 @@ def description_page(description: Description) -> Page:
     blocks += _asked(description)
     blocks += texts(scale_words(space))
     blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
-    blocks.append(Text(f"{'Counted':<{HANG}} {basis_words(settings_of(space))}", hang=HANG + 1))
+    basis, counted = f"{basis_words(settings_of(space))}.", counting_words(space)
+    blocks.append(
+        Text(
+            f"{'Counted':<{HANG}} {basis} {counted}".rstrip(),
+            brief=f"{'Counted':<{HANG}} {counted or basis}",
+            hang=HANG + 1,
+        )
+    )
     lead = f"{space.name}: {'too large to search exactly' if description.too_large else 'valid'}"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))
 

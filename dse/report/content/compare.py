@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dse.answers.comparison import DesignComparison, Line, PointComparison, ResultComparison
 from dse.answers.result import Result
 from dse.answers.tables.display import counted
-from dse.report.amounts import amount_words
+from dse.report.amounts import amount_words, listed
 from dse.report.page import Block, Page, Section, Table, texts
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
@@ -39,19 +39,46 @@ def _designs(found: DesignComparison) -> Iterator[Section]:
         blocks += texts("Cores of B are numbered here like those of A: equal cores may change places.")
     if found.unlike:
         blocks += texts(f"Figures that follow different rules have no difference: {'; '.join(found.unlike)}.")
-    moved = [line for line in found.metrics if _moves(line)]
+    blocks += texts(_preference(found), tone="strong")
+    moved = [line for line in found.metrics if line.name in found.senses or _moves(line)]
+    moved.sort(key=lambda line: line.name not in found.senses)
     verdicts = [line for line in found.verdicts if line.differs]
     blocks += _if_any(_texts("Decisions that differ", "decision", names, changed, brief=MOST))
-    blocks += _if_any(_metrics("Metrics that differ", found, moved))
+    blocks += _if_any(
+        _metrics("Objectives, and other metrics that differ" if found.senses else "Metrics that differ", found, moved)
+    )
     blocks += _if_any(_texts("Requirements that differ", "requirement", names, verdicts, brief=MOST))
     yield Section("comparison", "What differs", tuple(blocks))
     same = [line for line in found.decisions if not line.differs]
-    equal = [line for line in found.metrics if not _moves(line)]
+    equal = [line for line in found.metrics if line not in moved]
     agreed = [line for line in found.verdicts if not line.differs]
     blocks = [*_if_any(_texts("Equal decisions", "decision", names, same))]
     blocks += _if_any(_metrics("Equal metrics", found, equal))
     blocks += _if_any(_texts("Equal verdicts", "requirement", names, agreed))
     yield Section("same", "What does not differ", tuple(blocks), is_detail=True)
+
+
+def _preference(found: DesignComparison) -> str:
+    """Which design is better in which objective; "" where an objective cannot be compared, or none is common.
+
+    ``Trade-off: B has lower jitter of f, but higher utilisation of cpu; equal: price.``
+    """
+    changes = {line.name: line.difference for line in found.metrics if line.name in found.senses}
+    if not changes or any(change is None or is_unbounded(change) for change in changes.values()):
+        return ""
+    moved = {name: change for name, change in changes.items() if change}
+    if not moved:
+        return "A and B are equal in every objective."
+    better = {name for name, change in moved.items() if change * found.senses[name] < 0}  # in B
+    who, sign = ("B", 1) if better else ("A", -1)
+    said = {name: f"{'lower' if change * sign < 0 else 'higher'} {name}" for name, change in moved.items()}
+    gains = [text for name, text in said.items() if (name in better) == bool(better)]
+    losses = [text for name, text in said.items() if (name in better) != bool(better)]
+    equal = [name for name in changes if name not in moved]
+    rest = f"; equal: {listed(equal)}." if equal else "."
+    if losses:
+        return f"Trade-off: {who} has {listed(gains)}, but {listed(losses)}{rest}"
+    return f"{who} dominates {'A' if better else 'B'}: it has {listed(gains)}{rest}"
 
 
 def _moves(line: Line) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -70,7 +71,7 @@ def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
         swing = texts(f"Each input alone, over: {data['swing']}.")
         headings = ("metric", "value", "most influential input", "from", "to")
         caption, rest = "Most influential input of each metric", "and {} more metrics (--all)"
-        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
+        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest, paths=(2,))
         is_beside = data["uncertainty"] is not None  # no room on a screen that also says how sure one can be
         yield Section("hangs", caption, (*swing, table), is_detail=is_beside)
         yield Section("tornado", "Influence of every input on each metric", tuple(swings), is_detail=True)
@@ -133,7 +134,7 @@ def _margin_table(data: Data, currency: str) -> Table:
             for side in (item["below"], item["above"])
         ]
         words = "; ".join(
-            f"{word}: {side['requirement']}" + (f" (by {side['thread']} alone)" if side["thread"] else "")
+            f"{word}: {_metric_of(side['requirement'])}" + (f", {side['thread']} alone" if side["thread"] else "")
             for word, side in (("below", item["below"]), ("above", item["above"]))
             if side
         )
@@ -143,7 +144,12 @@ def _margin_table(data: Data, currency: str) -> Table:
     caption = "Margins: how far one input may move before a requirement is violated, the closest first"
     rest = "and {} more inputs with a margin (--all)"
     headings = ("input", "value", "may be", "violates")
-    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
+    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS, paths=(0,))
+
+
+def _metric_of(requirement: str) -> str:
+    """A requirement without its limit, which the input cannot change: ``jitter of f`` for ``jitter of f <= 5 ms``."""
+    return re.split(r" [<>=]=? ", requirement, maxsplit=1)[0]
 
 
 def _closeness(item: Data) -> tuple[bool, Fraction]:
@@ -191,6 +197,7 @@ def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
         (1, 2, 3, 4),
         bars=tuple(1.0 if swing is None else float(swing / longest) for swing in swings),
         brief=BRIEF_BARS,
+        paths=(0,),
         rest="and {} shorter bars",
         most=MOST_ROWS,
     )

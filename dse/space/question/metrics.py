@@ -327,7 +327,7 @@ def busy_obstacle(space: Space, number: int) -> str:
             return f"is not computable: its type {shown(name)} states no transmission time"
     for item in space.connections:
         if item.data_rate is not None and item.size_bytes is None and number in carriers(space.buses, item):
-            return f"is not computable: {shown(item.name)} has only a data rate, which says nothing of its messages"
+            return f"is not computable: {shown(item.name)} states a data rate, but no message size"
     return ""
 
 
