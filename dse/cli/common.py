@@ -113,10 +113,10 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
             return command(*arguments, **options)
 
         found = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
-        found = click.option("--mode", metavar="MODE", help="Of an AADL model: the mode it is in, or PATH.MODE.")(found)
-        text = "Of an AADL model: a folder in which packages are looked for that it asks for; may be repeated."
+        found = click.option("--mode", metavar="MODE", help="AADL models: the mode of the system, or PATH.MODE.")(found)
+        text = "AADL models: a folder with packages that the model imports; may be repeated."
         found = click.option("--library", multiple=True, metavar="DIR", help=text)(found)
-        text = "Of an AADL model: the system implementation, package::type.implementation."
+        text = "AADL models: the system implementation, package::type.implementation."
         return click.option("--root", metavar="NAME", help=text)(found)
 
     return decorate
@@ -143,13 +143,13 @@ def json_option(command: F) -> F:
 
 def all_option(command: F) -> F:
     """``--all``, as `every`: of a command whose answer is on one screen otherwise."""
-    text = "Print everything (every row, every design, every conflict), not what one screen has room for."
+    text = "Print every row, design and conflict, not only what fits on one screen."
     return click.option("--all", "every", is_flag=True, help=text)(command)
 
 
 def quiet_option(command: F) -> F:
     """``-q``."""
-    text = "Print nothing but what --json or --csv ask for."
+    text = "Print nothing, except what --json - or --csv - write to standard output."
     return click.option("-q", "--quiet", is_flag=True, help=text)(command)
 
 
@@ -158,7 +158,7 @@ def time_limit_option(what: str) -> Callable[[F], F]:
 
     A decorator; the deadline begins when the option is read, so that loading counts.
     """
-    text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."
+    text = f"Stop after this time {what} (exit code 5), e.g. 60 (seconds) or 2min."
     begun = lambda ctx, param, value: TimeLimit.after(value)  # noqa: E731 (as click calls it)
     return click.option("--time-limit", type=Seconds(), callback=begun, metavar="DURATION", help=text)
 

@@ -34,7 +34,13 @@ def study_report_options(command: F) -> F:
     more = (
         click.option("--report", metavar="[PATH]", callback=check_page_or_folder, help=what),
         click.option(
-            "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
+            "-o",
+            "--output",
+            "folder",
+            default="reports",
+            show_default=True,
+            metavar="DIR",
+            help="Folder of a report of several files.",
         ),
     )
     for option in reversed(more):

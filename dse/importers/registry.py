@@ -95,14 +95,14 @@ class Importer:
 
 YAML = (".yaml", ".yml")
 OF_ROS2 = {
-    "cores": "how many cores the computer has; else as many as callbacks are pinned to, or a trace has CPUs.",
-    "rate": "how often topics come that nothing in the file publishes, such as 10 Hz.",
+    "cores": "number of cores of the computer; default: as many as callbacks are pinned to, or as the trace has CPUs.",
+    "rate": "rate of topics that nothing in the file publishes, such as 10 Hz.",
 }
 OF_LAUNCH = {
-    "timers": "the parameters that state how often timers come, with their unit: 'fps [Hz], /cam:grab.period_ms [ms]'; "
-    "else those of well-known names.",
+    "timers": "parameters that state the rate or period of timers, with their unit: 'fps [Hz], /cam:grab.period_ms "
+    "[ms]'; default: those of well-known names.",
     "arguments": "launch arguments, as ros2 launch takes them: 'name:=value, other:=value'.",
-    "workspace": "the folder with the packages to which launch files refer; else that around the package of FILE.",
+    "workspace": "folder of the packages to which launch files refer; default: the folder around the package of FILE.",
 }
 IMPORTERS: tuple[Importer, ...] = (
     Importer(
@@ -112,8 +112,8 @@ IMPORTERS: tuple[Importer, ...] = (
         "dse.importers.aadl.reading",
         {
             "root": "the system implementation to instantiate, package::type.implementation.",
-            "mode": "the mode that it is in (components by their path: sw.m2; several with commas).",
-            "library": "a folder in which packages are looked for that the model asks for (several with commas).",
+            "mode": "the mode of the system (of components by their path: sw.m2; several with commas).",
+            "library": "folder with packages that the model imports (several with commas).",
         },
         is_problem=True,
     ),

@@ -35,18 +35,18 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_NO
     multiple=True,
     type=ExistingPath(),
     metavar="PATH",
-    help="Measurements (CSV, a trace, a bag) against which a design of the problem file A is held.",
+    help="Compare a design of the problem file A with measurements: CSV, a trace, or a bag.",
 )
 @click.option(
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="With --measured: a decision, on top of the baseline; or RESULT.json#ID, an alternative.",
+    help="With --measured: the design, RESULT.json#ID or a decision other than the baseline's.",
 )
 @click.option(
     "--tolerance",
     metavar="SHARE",
-    help="With --measured: how far the mean of periods and rates may be from what is stated.  [default: 1 %]",
+    help="With --measured: largest difference of the mean of a period or rate from the stated one.  [default: 1 %]",
 )
 @click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
 @all_option
@@ -71,7 +71,7 @@ def command(
 
     With --measured, A is a problem file: its baseline (or --design) against samples of latencies, loads and
     utilisations, and of the execution times, periods, rates and sizes that the file states. Exit code 4 when a
-    requirement breaks with figures that have drifted, or what was measured oversteps its limit.
+    requirement is violated with the measured figures, or a measurement exceeds its limit.
     """
     check_writable(json_path, page_path(report))
     if measured:

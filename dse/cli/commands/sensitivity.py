@@ -51,7 +51,7 @@ class Share(click.ParamType[Any]):
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
+    help="The design: RESULT.json#ID (an alternative, with its question), or a decision other than the baseline's.",
 )
 @question_options
 @objective_options()
@@ -77,7 +77,9 @@ class Share(click.ParamType[Any]):
     help="Of the samples; recorded in the result.",
 )
 @click.option(
-    "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
+    "--front/--no-front",
+    default=True,
+    help="Also compute the chance of each alternative of the front to meet every requirement.",
 )
 @all_option
 @time_limit_option("with what was found so far")
@@ -103,10 +105,10 @@ def command(
     csv_path: str | None,
     **options: Any,
 ) -> int:
-    """How far each input of a design may move before a requirement breaks; which inputs matter; how sure one can be.
+    """Margins and sensitivity of a design: how far inputs may move, which matter most, how sure it is.
 
     Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design violates a
-    requirement as it is.
+    requirement with the stated inputs.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")

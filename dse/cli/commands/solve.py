@@ -63,30 +63,33 @@ REPORT_S = 2.0
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     show_default=True,
-    help="Of the solver; the front does not depend on it.",
+    help="Seed of the solver; the front does not depend on it.",
 )
 @click.option(
     "--workers",
     type=click.IntRange(1, 64),
-    help="Regions searched at the same time, one unless told otherwise; of --insist options, then on the cores of this "
-    "machine. What is found does not depend on it. Good for fronts of hundreds of points with short solver calls; a "
-    "few hard calls, as with response times, may end no sooner, and use more of the processor.",
+    help="Number of regions that are searched in parallel (default 1), or of options with --insist (default: the cores "
+    "of this machine). The answer does not depend on it. Helps for fronts of hundreds of points with short solver "
+    "calls; a few hard calls, as with response times, may end no sooner, and use more CPU time.",
 )
 @click.option(
     "--resume",
     type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="RESULT",
-    help="Go on with the stopped search of a result file; the question is that of the result, robust or not.",
+    help="Go on with the stopped search of a result file, with the question of that result.",
 )
 @click.option(
     "--robust",
     is_flag=True,
-    help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.",
+    help="Search designs that meet every requirement for all values stated under `uncertainty`, and print what "
+    "robustness costs.",
 )
 @ranking_options
 @all_option
 @click.option(
-    "--explain", is_flag=True, help="Say of the first alternatives why each is there, and all that was left out."
+    "--explain",
+    is_flag=True,
+    help="Explain why each of the first alternatives is on the front, and print what the screen leaves out.",
 )
 @click.option(
     "--further",
@@ -94,21 +97,22 @@ REPORT_S = 2.0
     "further",
     type=click.IntRange(1, 1000),
     metavar="K",
-    help="Also up to K other designs with exactly the objectives of each alternative shown, chosen to differ.",
+    help="Also search up to K other designs with the same objective values as each alternative shown, as different as "
+    "possible.",
 )
 @click.option(
     "--within",
     metavar="SHARE",
-    help="Also designs with every objective at most so much worse, e.g. 5%; what dominates them is said.",
+    help="Also search designs with every objective worse by at most this share, e.g. 5%, and name what dominates them.",
 )
 @click.option(
     "--insist",
     is_flag=True,
-    help="Also the price of insisting: for each option of each open decision the front with it fixed, on --workers "
-    "cores or on --scheduler.",
+    help="Also print the price of insisting on an option: for each option of each open decision the front with that "
+    "option fixed, solved on --workers cores or on --scheduler.",
 )
 @click.option(
-    "--scheduler", metavar="ADDRESS", help="Where --insist searches: a Dask cluster, such as tcp://host:8786."
+    "--scheduler", metavar="ADDRESS", help="Dask cluster on which --insist searches, such as tcp://host:8786."
 )
 @study_report_options
 @json_option
@@ -141,8 +145,8 @@ def command(
     """The proven Pareto front of a problem, ranked.
 
     Requirements given here are added to those of the file; --minimise and --maximise replace its objectives.
-    Ctrl-C ends the search and keeps what was found. While it searches, --json PATH holds the result so far, marked
-    incomplete, from which --resume goes on.
+    Ctrl-C ends the search and prints the designs found so far. During the search --json PATH holds the result so far,
+    marked incomplete, from which --resume goes on.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")

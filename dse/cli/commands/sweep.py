@@ -55,10 +55,10 @@ PLAIN_STEP_S = 5.0
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     show_default=True,
-    help="Of the solver; the result does not depend on it.",
+    help="Seed of the solver; the result does not depend on it.",
 )
 @click.option(
-    "--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise."
+    "--workers", type=click.IntRange(1, 1024), help="Number of processes on this machine; default: its cores."
 )
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (docs/cluster.md)."
@@ -99,8 +99,8 @@ def command(
 ) -> int:
     """The front as a function of a limit or an input.
 
-    With --json, --csv, --report or --store every finished run is kept at once: the same command goes on where it was
-    stopped, however it was stopped. Ctrl-C ends the sweep and writes what is done (exit code 5).
+    With --json, --csv, --report or --store every finished run is kept at once, so that the same command goes on after
+    any stop. Ctrl-C ends the sweep and writes the finished runs (exit code 5).
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")

@@ -34,23 +34,29 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
     type=click.Choice(["ols", "envelope", "quantile"]),
     default="ols",
     show_default=True,
-    help="Least squares, lines that nothing measured lies beyond, or quantile lines.",
+    help="Least squares, lines that enclose every sample, or quantile lines.",
 )
-@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Of quantile lines.")
-@click.option("--round-trip/--one-way", default=None, help="Whether times are halved; else as a column's name says.")
+@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Quantiles, with --method quantile.")
+@click.option(
+    "--round-trip/--one-way",
+    default=None,
+    help="Times are round trips, which count half, or one way; default: by the name of the column.",
+)
 @click.option("--sizes", metavar="LOW..HIGH", help="Use messages of these sizes only, e.g. '0 B .. 3 KB'.")
 @click.option("--without", multiple=True, metavar="LOW..HIGH", help="Leave messages of these sizes out.")
-@click.option("--name", default="", metavar="NAME", help="Of the bus type, where no column names the transport.")
-@click.option("--platform", "platforms", multiple=True, callback=_pairs, metavar="NAME=TYPE", help="A processor type.")
-@click.option("--column", "columns", multiple=True, callback=_pairs, metavar="ROLE=NAME", help="Which column is what.")
+@click.option("--name", default="", metavar="NAME", help="Name of the bus type, where no column names the transport.")
 @click.option(
-    "--unit", "units", multiple=True, callback=_pairs, metavar="ROLE=UNIT", help="Of a column's plain numbers."
+    "--platform", "platforms", multiple=True, callback=_pairs, metavar="NAME=TYPE", help="Processor type of a platform."
+)
+@click.option("--column", "columns", multiple=True, callback=_pairs, metavar="ROLE=NAME", help="Column of a role.")
+@click.option(
+    "--unit", "units", multiple=True, callback=_pairs, metavar="ROLE=UNIT", help="Unit of a column with plain numbers."
 )
 @click.option(
     "--extremes",
     type=click.IntRange(10, 10**12),
     metavar="N",
-    help="Also fit extreme values, up to what one sample in N exceeds; they are extrapolations.",
+    help="Also extrapolate to the value that one sample in N exceeds, by extreme value theory.",
 )
 @click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
 @click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
