@@ -258,8 +258,8 @@ def _deadline_ns(space: Space, thread: Component, view: View) -> int:
 
     Where only stated deadlines count a thread without one has none, else its period.
     """
-    found = at(thread.deadline_ns, view) if space.deadlines == "stated" else deadline_ns(thread, view)
-    return UNBOUNDED_NS if found is None else found
+    deadline = at(thread.deadline_ns, view) if space.deadlines == "stated" else deadline_ns(thread, view)
+    return UNBOUNDED_NS if deadline is None else deadline
 
 
 def excess(space: Space, limit: Limit) -> Measure:
@@ -329,9 +329,9 @@ def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) 
     (`spread`).
     """
     used = on_processor(cores.space, cores.processor, loads, view)
-    found = spread(cores.space, cores.processor, used, view, cores.room)
-    value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
-    return ComparedSum(value, cores.most, core=found.fullest, spread=found)
+    assignment = spread(cores.space, cores.processor, used, view, cores.room)
+    value = ZERO if assignment.status == "undecided" else assignment.loads[assignment.fullest - 1] * PPM
+    return ComparedSum(value, cores.most, core=assignment.fullest, spread=assignment)
 
 
 def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None) -> bool:
@@ -346,8 +346,8 @@ def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None
 
 def _fits_on_cores(limit: Limit, cores: EachCore, loads: Mapping[str, Fraction], view: View) -> bool:
     """Whether a limit is kept, or nothing is found against it, where threads use what `loads` says."""
-    found = core_comparison(cores, loads, view)
-    return HOLDS[limit.requirement.operator](found.value, found.bound)
+    comparison = core_comparison(cores, loads, view)
+    return HOLDS[limit.requirement.operator](comparison.value, comparison.bound)
 
 
 def too_many(limit: Limit, view: View) -> tuple[str, ...]:
@@ -412,12 +412,12 @@ def _sharing(limit: Limit, thread: str, view: View) -> str:
     return f"executor {space.executors[executor].name}" if executor is not None and is_shared else thread
 
 
-def core_words(found: Spread) -> str:
+def core_words(assignment: Spread) -> str:
     """The fullest core in words: its number where every core is stated or decided.
 
     With open cores the number has no meaning, because equal cores are interchangeable.
     """
-    return FULLEST if found.is_open else f"core {found.fullest}"
+    return FULLEST if assignment.is_open else f"core {assignment.fullest}"
 
 
 def judge(limit: Limit, view: View, value: Exact | None = None) -> Verdict:

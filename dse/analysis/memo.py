@@ -92,8 +92,8 @@ class Watching(View):
 
         In ns; `key` is (number, part). The question is noted with its answer.
         """
-        found = self.asked[key] = self.design[key]
-        return default if found is ABSENT else found
+        value = self.asked[key] = self.design[key]
+        return default if value is ABSENT else value
 
     def __getitem__(self, decision: int) -> int:
         option = self.design[decision]
@@ -190,8 +190,8 @@ class Recall(Generic[T]):
             return entry
 
     @staticmethod
-    def _plant(node: _Node[T], asked: dict[Any, Any], value: T) -> None:
-        for decision, option in asked.items():
+    def _plant(node: _Node[T], leaves: dict[Any, Any], value: T) -> None:
+        for decision, option in leaves.items():
             node.decision = decision
             node = node.branches.setdefault(option, _Node())
         node.value = value

@@ -128,11 +128,13 @@ def _is_offered(home: Tree, view: View) -> bool:
 
 def _what_is_offered(decision: Decision, number: int, design: Design) -> str:
     """The options of a decision beside the others of a design, which has one that is not among them."""
-    found = []
+    offers = []
     for option, text in enumerate(decision.options):
         if _is_offered(decision.home, View((*design[:number], option, *design[number + 1 :]))):
-            found.append(text)
-    listed = ", ".join(found[:MOST_LISTED]) + (f" and {len(found) - MOST_LISTED:,} more" if found[MOST_LISTED:] else "")
+            offers.append(text)
+    listed = ", ".join(offers[:MOST_LISTED]) + (
+        f" and {len(offers) - MOST_LISTED:,} more" if offers[MOST_LISTED:] else ""
+    )
     chosen = f" {decision.options[design[number]]}" if design[number] >= 0 else ""
     return f"{decision.name}:{chosen or ' it'} is not offered with the other choices (offered: {listed or 'nothing'})"
 
@@ -330,15 +332,15 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
-        found += [item._breach(design) for item in self.predicates if not item.holds(view)]
+        broken = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
+        broken += [item._breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):
-                found.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
-        found += [rule.text for rule in self.space.rules if is_broken(rule, view)]
+                broken.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
+        broken += [rule.text for rule in self.space.rules if is_broken(rule, view)]
         for decision, option in self.space.fixed.items():
             item = self.space.decisions[decision]
             if design[decision] != option and is_met(item, decision, view):
-                found.append(f"{item.name} is fixed at {item.options[option]}")
-        return found
+                broken.append(f"{item.name} is fixed at {item.options[option]}")
+        return broken

@@ -87,10 +87,10 @@ class FlowTable:
 
         In ns, from the flow specifications of the AADL model alone; None where a row has no specification.
         """
-        given = [row.specified_ns for row in self.rows]
-        if None in given:
+        ranges = [row.specified_ns for row in self.rows]
+        if None in ranges:
             return None
-        ends = [sum((item[end] for item in given if item is not None), Fraction(0)) for end in (0, 1)]
+        ends = [sum((item[end] for item in ranges if item is not None), Fraction(0)) for end in (0, 1)]
         return whole(ends[0]), whole(ends[1])
 
     @property
@@ -468,11 +468,11 @@ def _warnings(
     space: Space, flows: Sequence[FlowTable], processors: Sequence[Usage], buses: Sequence[Usage]
 ) -> list[str]:
     """What no requirement forbids but an engineer should know."""
-    found = []
+    warnings = []
     for flow, table in zip(space.flows, flows, strict=True):
         if flow.required_ns is not None and table.min_ns < flow.required_ns[0]:
-            found.append(f"{flow.name}: the minimum latency is below the required minimum")
+            warnings.append(f"{flow.name}: the minimum latency is below the required minimum")
     for usage in (*processors, *buses):
         if usage.capacity is not None and usage.total > usage.capacity:
-            found.append(f"{usage.name} is overloaded: it has less capacity than it would use")
-    return found
+            warnings.append(f"{usage.name} is overloaded: it has less capacity than it would use")
+    return warnings

@@ -70,11 +70,11 @@ class Answer:
         from html import escape
 
         make = getattr(self, "frame", None)
-        told = f"<p>{escape(repr(self)[1:-1])}</p>"
+        heading = f"<p>{escape(repr(self)[1:-1])}</p>"
         if make is None:
-            return told
+            return heading
         frame = make()
-        return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
+        return f"{heading}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer in its format, as plain data: exact figures, fractions as text where they are no integers.

@@ -264,8 +264,8 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
     ValueError
         when they do not, or count money in two currencies.
     """
-    asked = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
-    if asked[0] != asked[1]:
+    objectives = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
+    if objectives[0] != objectives[1]:
         raise ValueError("the results have different objectives: compare designs of them instead (RESULT.json#ID)")
     currencies = [result.space.currency for result in (one, other)]
     if currencies[0] != currencies[1] and any(info.unit == "ct" for info in one.objectives):
@@ -298,16 +298,16 @@ def _decisions(one: Analysis, other: Analysis) -> tuple[Line, ...]:
 def _ruled_otherwise(one: Space, other: Space) -> dict[str, tuple[str, str]]:
     """The settings by which two spaces count figures otherwise; OSATE's worst case is none of the own profile."""
     mine, theirs = settings_of(one), settings_of(other)
-    found = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
+    differing = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
     if one.profile == other.profile == "dse":
-        found.pop("worst_case", None)
-    return found
+        differing.pop("worst_case", None)
+    return differing
 
 
 def _rules_of(space: Space, metric: Metric) -> frozenset[str]:
     """The settings that a metric is counted by."""
-    found = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
-    return found.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
+    rules = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
+    return rules.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
 
 
 def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
@@ -315,14 +315,14 @@ def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
 
 
 def _facts(result: Result) -> dict[str, str]:
-    asked = result.problem.effective
+    question = result.problem.effective
     return {
         "problem": result.problem.name,
         "problem SHA-256": result.problem.sha256[:12],
-        **{name.replace("_", " "): str(asked[name]) for name in SETTINGS},
-        "requirements": "; ".join(asked["requirements"]),
-        "rules": "; ".join(asked["rules"]),
-        "fixed": "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()),
+        **{name.replace("_", " "): str(question[name]) for name in SETTINGS},
+        "requirements": "; ".join(question["requirements"]),
+        "rules": "; ".join(question["rules"]),
+        "fixed": "; ".join(f"{name} = {value}" for name, value in question["fixed"].items()),
         "status": result.status,
         "points": str(len(result.front)),
     }
@@ -342,11 +342,11 @@ def _against(point: Point, mine: Result, theirs: Result) -> PointComparison:
 
 def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
     """Objectives to be minimised, in base units: the counting units of two results may differ."""
-    found = []
+    losses = []
     for info in infos:
         value = Fraction(point.objectives[info.name], scaled_unit(info.unit)[0])
-        found.append(value if info.sense == "minimise" else -value)
-    return found
+        losses.append(value if info.sense == "minimise" else -value)
+    return losses
 
 
 def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]:

@@ -83,10 +83,10 @@ class Point(Figures):
     def __repr__(self) -> str:
         """One line: its number, rank and objectives."""
         units = self.counting_units
-        told = ", ".join(
+        figures = ", ".join(
             f"{name} {counted(value, units.get(name, ''), '').strip()}" for name, value in self.objectives.items()
         )
-        return f"<Point {self.id}, rank {self.rank}: {told}>"
+        return f"<Point {self.id}, rank {self.rank}: {figures}>"
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,8 @@ class Origin:
 
         It is made of what the figures mean, what the problem means, and what was asked of it.
         """
-        asked = [SEMANTICS, self.identity, dict(self.effective)]
-        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+        parts = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(parts, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
 
 
 class ExplainedProblem(Data):

@@ -303,8 +303,8 @@ class Result(Answer):
     def _repr_html_(self) -> str:
         """The front as a table for a notebook, in the units that engineers read."""
         frame = self.frame()
-        told = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
-        return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
+        heading = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
+        return f"<p>{escape(heading)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     @property
     def columns(self) -> list[str]:
@@ -377,8 +377,8 @@ def ranked(rows: Sequence[tuple[V, Design]], senses: Sequence[str]) -> list[tupl
     Ranks are 1 and up, ties share one; by the distance to the ideal point. `senses` has the sense of each objective.
     """
     distances = ideal_distances([vector for vector, _ in rows], senses)
-    found = zip(competition_ranks(distances), rows, strict=True)
-    return sorted((rank, vector, design) for rank, (vector, design) in found)
+    by_rank = zip(competition_ranks(distances), rows, strict=True)
+    return sorted((rank, vector, design) for rank, (vector, design) in by_rank)
 
 
 # What a result is made of: points of the front, conflicts, further designs, and where it comes from.
@@ -487,10 +487,10 @@ def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]
 
     `listed` has id and active decisions of each point; as the JSON of a result has it.
     """
-    points, found = list(listed), []
+    points, choices = list(listed), []
     for index, option in space.fixed.items():
         decision = space.decisions[index]
         idle = [number for number, decisions in points if decision.is_open and decision.name not in decisions]
         if idle:
-            found.append({"decision": decision.name, "option": decision.options[option], "points": idle})
-    return found
+            choices.append({"decision": decision.name, "option": decision.options[option], "points": idle})
+    return choices

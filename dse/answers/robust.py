@@ -117,13 +117,13 @@ class RobustResult(Answer):
 
         Names of objectives to pairs of integers in the counting unit of the objective.
         """
-        found: dict[str, tuple[int | None, int | None]] = {}
+        best_of: dict[str, tuple[int | None, int | None]] = {}
         for info in self.robust.objectives:
             pick = min if info.sense == "minimise" else max
             ends = [[point.objectives[info.name] for point in result.front] for result in (self.nominal, self.robust)]
             best = [pick(values) if values else None for values in ends]
-            found[info.name] = (best[0], best[1])
-        return found
+            best_of[info.name] = (best[0], best[1])
+        return best_of
 
     @property
     def kept(self) -> tuple[Point, ...]:

@@ -308,10 +308,10 @@ class Simulation(Answer):
         Sentences for flows, threads, messages and disparities, in this order; contradictions and excused observations
         alike.
         """
-        found = [flow.outside_words for flow in self.flows]
-        found += [task.outside_words for task in (*self.tasks, *self.messages)]
-        found += [item.outside_words for item in self.disparities]
-        return tuple(words for words in found if words)
+        outside = [flow.outside_words for flow in self.flows]
+        outside += [task.outside_words for task in (*self.tasks, *self.messages)]
+        outside += [item.outside_words for item in self.disparities]
+        return tuple(words for words in outside if words)
 
     @property
     def contradictions(self) -> tuple[str, ...]:
@@ -320,24 +320,24 @@ class Simulation(Answer):
         Sentences with the observed and the analysed figures in ns. Any of them is a fault of the analysis or of the
         simulation.
         """
-        found = [
+        contradictions = [
             f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
             f"analysed {flow._claimed_ns[0]} .. {flow._claimed_ns[1]} ns"
             for flow in self.flows
             if flow.is_contradiction
         ]
-        found += [
+        contradictions += [
             f"{what} {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
             for what, tasks in (("thread", self.tasks), ("message", self.messages))
             for task in tasks
             if task.is_contradiction
         ]
-        found += [
+        contradictions += [
             f"disparity of {item.name}: observed {item.observed_ns} ns, analysed {item.bound_ns} ns"
             for item in self.disparities
             if item.is_contradiction
         ]
-        return tuple(found)
+        return tuple(contradictions)
 
     def _verdict(self) -> str:
         """Whether what was observed contradicts the analysis."""

@@ -112,12 +112,14 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
                 options["file"] = Model(options["file"], root, mode, library)
             return command(*arguments, **options)
 
-        found = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
-        found = click.option("--mode", metavar="MODE", help="AADL models: the mode of the system, or PATH.MODE.")(found)
+        decorated = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
+        decorated = click.option("--mode", metavar="MODE", help="AADL models: the mode of the system, or PATH.MODE.")(
+            decorated
+        )
         text = "AADL models: a folder with packages that the model imports; may be repeated."
-        found = click.option("--library", multiple=True, metavar="DIR", help=text)(found)
+        decorated = click.option("--library", multiple=True, metavar="DIR", help=text)(decorated)
         text = "AADL models: the system implementation, package::type.implementation."
-        return click.option("--root", metavar="NAME", help=text)(found)
+        return click.option("--root", metavar="NAME", help=text)(decorated)
 
     return decorate
 

@@ -106,16 +106,19 @@ class _Statements:
 
     def unused(self) -> Iterator[tuple[int, int, str]]:
         """Where values of no signal are: start, end and the empty lines in their place."""
-        found = [
+        statements = [
             item
             for item in _VALUES.finditer(self.plain)
             if item["signal"] not in self.signals.get(_number(item["id"]), ())
         ]
         self._tell(
             "left out: values of signals that no message has",
-            [(f"{item['signal']} ({item['word']} {item['id'][:MOST_DIGITS]})", item.start("word")) for item in found],
+            [
+                (f"{item['signal']} ({item['word']} {item['id'][:MOST_DIGITS]})", item.start("word"))
+                for item in statements
+            ],
         )
-        return ((item.start(), item.end(), "\n" * item[0].count("\n")) for item in found)
+        return ((item.start(), item.end(), "\n" * item[0].count("\n")) for item in statements)
 
     def renumbered(self) -> Iterator[tuple[int, int, str]]:
         """Where identifiers are that are too long for 11 bits: start, end and the identifier marked as long."""

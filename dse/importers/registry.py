@@ -89,8 +89,8 @@ class Importer:
     @property
     def read(self) -> Read:
         """The function that reads it."""
-        found: Read = getattr(import_module(self.home), self.function)
-        return found
+        function: Read = getattr(import_module(self.home), self.function)
+        return function
 
 
 YAML = (".yaml", ".yml")
@@ -214,14 +214,14 @@ def importers() -> tuple[Importer, ...]:
     UsageError
         when one of these is no `Importer`, or has the name of another.
     """
-    found = list(IMPORTERS)
+    every = list(IMPORTERS)
     for name, item in plugged("dse.importers"):
         if not isinstance(item, Importer):
             raise UsageError(f"plug-in {name!r}: expected a dse.importers.registry.Importer; got {item!r}")
-        if item.name in {other.name for other in found}:
+        if item.name in {other.name for other in every}:
             raise UsageError(f"plug-in {name!r}: there is a format {item.name!r} already")
-        found.append(item)
-    return tuple(found)
+        every.append(item)
+    return tuple(every)
 
 
 def is_model(path: Path) -> bool:
@@ -260,10 +260,10 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     own = sure or next((item for item in IMPORTERS if _is_of(item, path, form)), None)
     if own is not None or (form is None and path.name.lower().endswith(YAML)):
         return own  # other packages are not asked about every problem file
-    found = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
-    if found is None and form is not None:
+    importer = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
+    if importer is None and form is not None:
         raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in importers())}")
-    return found
+    return importer
 
 
 def _is_of(importer: Importer, path: Path, form: str | None) -> bool:
@@ -322,11 +322,11 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
         _check_content(path)
         known = "; ".join(f"{item.name} ({item.what})" for item in importers())
         raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
-    given = dict(options or {})
-    for name in given:
+    stated = dict(options or {})
+    for name in stated:
         if name not in importer.options and name not in (CHOICES, NODES, PUBLISHERS):
             what = ", ".join(f"--{item}" for item in importer.options) or "none"
             raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
     if not path.is_dir() and (missing := obstacle(path)) is not None:
         raise UsageError(f"{path}: {missing}")
-    return importer.read(path, given)
+    return importer.read(path, stated)

@@ -56,11 +56,11 @@ def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delay
     """
     for verdict in _broken(teller, verdicts):
         keys = _threads(teller, verdict)
-        found = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
-        found.sort(key=lambda item: -item.waited_ns)
+        waits = [item for item in (_waiting(teller, key) for key in keys) if item is not None]
+        waits.sort(key=lambda item: -item.waited_ns)
         shorter = tuple(_shorter(teller, verdict, keys))
-        if found or shorter:
-            yield Delayed(verdict.requirement.shown, tuple(found), shorter)
+        if waits or shorter:
+            yield Delayed(verdict.requirement.shown, tuple(waits), shorter)
 
 
 def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:
@@ -71,9 +71,9 @@ def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[L
     space = teller.space
     names = (name for item in _broken(teller, verdicts) for name in _unbounded(teller, item))
     for number in dict.fromkeys(space.component_numbers[name] for name in names):
-        found = teller.unbounded(number)
-        if found is not None:
-            yield found
+        late = teller.unbounded(number)
+        if late is not None:
+            yield late
 
 
 def _unbounded(teller: Teller, verdict: Verdict) -> tuple[str, ...]:
@@ -102,8 +102,8 @@ def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
 
 def _waiting(teller: Teller, key: TaskKey) -> FlowWait | None:
     """What a thread waits for, if it has a bound and does wait."""
-    found = response_of(teller.space, *key, teller.view)
-    if found is None or found.response_ns is None:
+    response = response_of(teller.space, *key, teller.view)
+    if response is None or response.response_ns is None:
         return None
     waits = teller.waits.of_thread(key) or ()
     waited = sum(item.waited_ns for item in waits)

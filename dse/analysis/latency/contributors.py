@@ -108,10 +108,10 @@ def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) ->
 
     With `offsets` both must be known, too.
     """
-    found = _arrival_ns(space, step, view)
-    if found is None:
+    arrival_ns = _arrival_ns(space, step, view)
+    if arrival_ns is None:
         return None
-    earlier, least, most = found
+    earlier, least, most = arrival_ns
     sender, receiver = space.components[earlier.index], space.components[step.index]
     pair = pair_of(sender, receiver, view, offsets=offsets)
     if pair is None:
@@ -161,8 +161,8 @@ def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
         return None
     if neighbours(space, step, view) is not None:
         return None
-    found = neighbours(space, step, view, offsets=False)
-    return None if found is None else spread_ns(found.pair, found.least_ns, found.most_ns)
+    pair = neighbours(space, step, view, offsets=False)
+    return None if pair is None else spread_ns(pair.pair, pair.least_ns, pair.most_ns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,17 +184,17 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     That is None for sampling of other clocks.
     """
     component = space.components[step.index]
-    found = neighbours(space, step, view, offsets=False)
+    phased = neighbours(space, step, view, offsets=False)
     rows = _callback_rows(space, step, component, view)
     if not step.only_reads:
         rows += _job_rows(space, step, _in_flow(space, step, view), view)
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
-    if found is None:
+    if phased is None:
         return (least, most + period), None
-    pair = found.pair
+    pair = phased.pair
     assert not pair.error_ns, component.name
-    phase = Phase(pair.begins_ns[1] - found.least_ns, -found.most_ns, pair.step_ns, missing_ns(pair))
+    phase = Phase(pair.begins_ns[1] - phased.least_ns, -phased.most_ns, pair.step_ns, missing_ns(pair))
     return (least, most + period - pair.step_ns), phase
 
 
@@ -202,10 +202,10 @@ def _on_one_clock(space: Space, step: Step, component: Component, view: View) ->
     """Sampling of what comes from a timer of the same clock, where both offsets are known."""
     if not step.since or at(component.offset_ns, view) is None:
         return None
-    found = neighbours(space, step, view)
-    if found is None:
+    pair = neighbours(space, step, view)
+    if pair is None:
         return None
-    least, most = wait_ns(found.pair, found.least_ns, found.most_ns)
+    least, most = wait_ns(pair.pair, pair.least_ns, pair.most_ns)
     return Row(component.category, component.name, least, METHOD, most, METHOD)
 
 

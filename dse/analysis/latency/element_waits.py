@@ -63,12 +63,12 @@ def may_wait(space: Space, step: Step, kind: str) -> bool:
         )
     if not space.is_last_piece(step.index):
         return False
-    asked = [here]
+    to_ask = [here]
     for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
-        asked.append(earlier)
+        to_ask.append(earlier)
         if is_always_timed(earlier):
             break
-    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in asked)
+    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in to_ask)
 
 
 def may_move(space: Space, step: Step, kind: str) -> bool:
@@ -101,9 +101,9 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ..
 
     The last of a chain has these threads, the others none.
     """
-    found: dict[int, tuple[int, ...]] = {}
+    apart: dict[int, tuple[int, ...]] = {}
     if not counts_responses(space) or kind == "min latency" or space.profile != "dse":
-        return found
+        return apart
     places = [number for number, step in enumerate(flow.steps) if step.kind == "component"]
     chains: list[list[int]] = []
     for place in places:
@@ -115,9 +115,9 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ..
     for members in chains:
         steps = [flow.steps[place] for place in members]
         if len(members) > 1 and all(waits_apart(space, step, kind) for step in steps):
-            found |= dict.fromkeys(members, ())
-            found[members[-1]] = tuple(step.index for step in steps)
-    return found
+            apart |= dict.fromkeys(members, ())
+            apart[members[-1]] = tuple(step.index for step in steps)
+    return apart
 
 
 def waits_apart(space: Space, step: Step, kind: str) -> bool:

@@ -132,8 +132,8 @@ def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
     step, spread = pair.step_ns, most - least + 2 * pair.error_ns
     grown = -_steps(-spread, step) * step
     within = pair.receiver_ns - step + grown + 2 * pair.error_ns - (most - least)
-    found: Exact = picked("min", within, pair.receiver_ns)
-    return found
+    wait_ns: Exact = picked("min", within, pair.receiver_ns)
+    return wait_ns
 
 
 def common_step(one: Exact, other: Exact) -> Exact:

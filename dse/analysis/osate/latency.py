@@ -196,23 +196,23 @@ def since_sampling(space: Space, place: FlowPosition, view: View) -> Sums | None
 
     Entering a partition counts as sampling; immediate rows and those of buses do not.
     """
-    found = Sums()
+    sums = Sums()
     for position in range(place.position - 1, -1, -1):
         before = FlowPosition(place.flow, position)
         step = place_step(space, before)
         if step.kind == "connection":
             left, entered = crossed(space, step)
             if entered is not None:
-                return found
-            found = found.with_rows(_connection_rows(space, before, view))
+                return sums
+            sums = sums.with_rows(_connection_rows(space, before, view))
             if left is not None:
-                found = found.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
+                sums = sums.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
             continue
         component = space.components[step.index]
-        found = found.with_rows(tuple(later_rows(space, step, component, view)))
+        sums = sums.with_rows(tuple(later_rows(space, step, component, view)))
         first = _first_partition_row(space, before, component, view)
         if first is not None or _samples(space, step, component, view):
-            return found
+            return sums
     return None
 
 

@@ -84,16 +84,16 @@ def resource_uses(space: Space, view: View) -> tuple[ResourceUse, ...]:
     Processors and partitions by speed, memories by size, RAM and ROM; nothing where the problem states no budgets.
     """
     stated = space.resources
-    found: list[ResourceUse] = []
+    uses: list[ResourceUse] = []
     if stated.types or stated.partitions or any(item.speed is not None for item in stated.entries):
-        found += _processors(_Needs(space, view, "speed"))
+        uses += _processors(_Needs(space, view, "speed"))
     kinds: tuple[Kind, ...] = ("memory", "RAM", "ROM")
     for kind in kinds:
         needs = _Needs(space, view, kind)
         budgets = kind != "memory" and any(needs.budget(item) for item in range(len(stated.entries)))
         if budgets or any(_size(item, kind) for item in stated.memories.values()):
-            found += _memories(needs)
-    return tuple(found)
+            uses += _memories(needs)
+    return tuple(uses)
 
 
 class _Needs:
@@ -113,11 +113,11 @@ class _Needs:
     @cached_property
     def parts(self) -> dict[int, list[int]]:
         """What is within each entry."""
-        found: dict[int, list[int]] = {}
+        by_resource: dict[int, list[int]] = {}
         for number, item in enumerate(self.entries):
             if item.within is not None:
-                found.setdefault(item.within, []).append(number)
-        return found
+                by_resource.setdefault(item.within, []).append(number)
+        return by_resource
 
     @cached_property
     def roots(self) -> list[int]:
@@ -266,8 +266,8 @@ def _of_bound(
         yield Finding(severity, f"{name} has no {what} stated, but something is bound to it")
     if total > (capacity or ZERO):
         if capacity:
-            told = f"what is bound to {name} needs {_told(needs, total)}"
-            yield Finding("error", f"{told}, more than its {what} of {_told(needs, capacity)}")
+            said = f"what is bound to {name} needs {_told(needs, total)}"
+            yield Finding("error", f"{said}, more than its {what} of {_told(needs, capacity)}")
     elif not total:
         yield Finding("warning", f"what is bound to {name} states no {what} that it needs")
     counted = [number for item in bound for number in _threads_within(needs, item)]
@@ -297,21 +297,21 @@ def _system(needs: _Needs, capacities: list[Fraction | None], what: str) -> Reso
     """Everything against what there is altogether, bound or not; and each budget against what its owner needs."""
     capacity = sum((item or ZERO for item in capacities), ZERO)
     total = sum((needs.figure(item) for item in needs.roots), ZERO)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     stated = [item for item in range(len(needs.entries)) if needs.budget(item)]
     users = tuple(BudgetUse(needs.name(item), needs.used(item), needs.budget(item)) for item in stated)
     for item in users:
         if item.used > (item.budget or ZERO):
-            told = f"{item.name} needs {_told(needs, item.used)}, more than its {needs.kind} budget of"
-            found.append(Finding("error", f"{told} {_told(needs, item.budget or ZERO)}"))
+            said = f"{item.name} needs {_told(needs, item.used)}, more than its {needs.kind} budget of"
+            findings.append(Finding("error", f"{said} {_told(needs, item.budget or ZERO)}"))
     if total > capacity:
         of = "" if needs.kind == "speed" else f" of {needs.kind}"
-        told = f"all together need {_told(needs, total)}{of}, the {what} have {_told(needs, capacity)}"
-        found.append(Finding("error", told))
+        said = f"all together need {_told(needs, total)}{of}, the {what} have {_told(needs, capacity)}"
+        findings.append(Finding("error", said))
     having = sum(1 for item in capacities if item)
     if having < len(capacities):
-        found.append(Finding("warning", f"{having} of {len(capacities)} {what} state their {needs.kind}"))
-    return _result(needs, "system", capacity, total, users, tuple(found))
+        findings.append(Finding("warning", f"{having} of {len(capacities)} {what} state their {needs.kind}"))
+    return _result(needs, "system", capacity, total, users, tuple(findings))
 
 
 def _result(

@@ -70,11 +70,11 @@ def outlooks_of(result: Result) -> tuple[Outlook, ...]:
     signs = [1 if info.sense == "minimise" else -1 for info in result.objectives]
 
     def vectors(rows: Sequence[Mapping[str, int]]) -> Any:
-        found = [
+        columns = [
             [sign * row[name] if name in row else UNBOUNDED for name, sign in zip(names, signs, strict=True)]
             for row in rows
         ]
-        return numpy.array(found, dtype=numpy.int64).reshape(-1, len(names))
+        return numpy.array(columns, dtype=numpy.int64).reshape(-1, len(names))
 
     least, points = vectors([result.potential])[0], vectors([point.objectives for point in result.front])
     near: list[int | None] = [None] * len(names)

@@ -277,8 +277,8 @@ class Reasoner:
         have none.
         """
         view = View(point.design)
-        found = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
-        return sorted(found, key=lambda margin: margin.share)
+        margins = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
+        return sorted(margins, key=lambda margin: margin.share)
 
 
 def margins_of(limit: Limit, view: View) -> list[Margin]:
@@ -293,7 +293,7 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
     if requirement.operator == "==":
         return []
     bound = limit.bound(view)
-    found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
+    margins = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
     if limit.cores is not None and limit.cores.most != bound:
         alone = [
             item
@@ -303,8 +303,8 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
         fullest = max(alone, key=lambda item: (item.value, _stated_core(item)), default=None)
         if fullest is not None:
             who = fullest.thread or f"core {fullest.core}"
-            found.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
-    return found
+            margins.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
+    return margins
 
 
 def _stated_core(item: ComparedSum) -> int:

@@ -72,8 +72,8 @@ class SweepRun:
         if self.outcome is None or self.outcome["kind"] == "error":
             return ()
         if self.outcome["kind"] == "front":
-            found: Sequence[Mapping[str, Any]] = self.outcome["front"]
-            return found
+            front: Sequence[Mapping[str, Any]] = self.outcome["front"]
+            return front
         stretches = self.outcome["stretches"]
         return self._of_stretch(stretches[-1]) if stretches else ()
 
@@ -207,12 +207,12 @@ class SweepResult(DataAnswer):
         None for the first.
         """
         last = len(self._grid_axes[-1].values) if self._grid_axes else 1
-        found: list[Change | None] = []
+        changes: list[Change | None] = []
         for number, run in enumerate(self.runs):
             before = self.runs[number - 1] if number % last else None
             usable = before is not None and all(item.status in ("complete", "infeasible") for item in (before, run))
-            found.append(_change(before, run) if before is not None and usable else None)
-        return tuple(found)
+            changes.append(_change(before, run) if before is not None and usable else None)
+        return tuple(changes)
 
     @property
     def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
@@ -400,8 +400,8 @@ Row: TypeAlias = tuple[Fraction, tuple[Fraction, ...], Vector, int, str]
 
 
 def _alternatives(outcome: Outcome) -> Sequence[Outcome]:
-    found: Sequence[Outcome] = outcome.get("front") or outcome.get("alternatives") or ()
-    return found
+    alternatives: Sequence[Outcome] = outcome.get("front") or outcome.get("alternatives") or ()
+    return alternatives
 
 
 def _vector(item: Outcome, infos: Sequence[Outcome]) -> Vector:

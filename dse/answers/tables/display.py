@@ -43,13 +43,13 @@ def exact(value: Exact) -> int | str | None:
     return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 
-def figure(given: int | str | None) -> Fraction:
+def figure(value: int | str | None) -> Fraction:
     """The number that `exact` wrote, read again.
 
     Text or integer of a JSON file as an exact fraction; null (None) becomes the number that stands for an unbounded
     figure.
     """
-    return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
+    return Unbounded(UNBOUNDED_NS) if value is None else Fraction(value)
 
 
 def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int:

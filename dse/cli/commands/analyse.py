@@ -53,12 +53,16 @@ def command(
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.analyse import analyse
 
-    found = named(design, load_told(file).ask(**question_of(options)))
-    analysis = analyse(found.problem, found.texts, response_times=response_times)
+    design_asked = named(design, load_told(file).ask(**question_of(options)))
+    analysis = analyse(design_asked.problem, design_asked.texts, response_times=response_times)
     from dse.report.content.analyse import analysis_page
 
     answer(
-        analysis_page(analysis, found.called), (json_path, analysis.to_json), report=report, every=every, quiet=quiet
+        analysis_page(analysis, design_asked.called),
+        (json_path, analysis.to_json),
+        report=report,
+        every=every,
+        quiet=quiet,
     )
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
@@ -70,7 +74,7 @@ def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
     """
     from dse.questions.named_design import named_design
 
-    found = named_design(problem, texts)
-    for remark in found.remarks:
+    design = named_design(problem, texts)
+    for remark in design.remarks:
         tell(f"dse: {remark}")
-    return found
+    return design

@@ -79,17 +79,17 @@ def command(
             raise click.UsageError("--measured goes with one problem file; --design names a design of it")
         return _measured(one, measured, design, tolerance or "1 %", figures, every, quiet, report, json_path)
     if design or tolerance is not None or figures is not None:
-        given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
-        raise click.UsageError(f"{given} goes with --measured")
+        option = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
+        raise click.UsageError(f"{option} goes with --measured")
     if other is None:
         raise click.UsageError("missing argument B: what A is compared with, or --measured FILE")
     from dse.questions.verbs.compare import compare
     from dse.report.content.compare import comparison_page
 
-    found = compare(one, other, problem)
-    for file in found.carried:
+    comparison = compare(one, other, problem)
+    for file in comparison.carried:
         tell_carried(file, is_carried=True)
-    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    answer(comparison_page(comparison), (json_path, comparison.to_json), report=report, every=every, quiet=quiet)
     return EXIT_COMPLETE
 
 
@@ -111,8 +111,8 @@ def _measured(
     from dse.report.content.measured import measured_page
 
     chosen = named(design, load_told(problem))
-    found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
-    page = measured_page(found)
-    answer(page, (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    comparison = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
+    page = measured_page(comparison)
+    answer(page, (json_path, comparison.to_json), report=report, every=every, quiet=quiet)
     write_page_figures(figures, page, Path(files[0]).stem)
-    return EXIT_NO if any(item.is_newly_broken for item in found.requirements) else EXIT_COMPLETE
+    return EXIT_NO if any(item.is_newly_broken for item in comparison.requirements) else EXIT_COMPLETE

@@ -103,7 +103,7 @@ def command(
     from dse.questions.explain.explain import Listener, Wishes, explain_asked
 
     with until(time_limit):
-        asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
+        asked_problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     with Working("looking for what clashes", quiet=quiet) as line:
 
         def show(conflict: Sequence[Demand]) -> None:
@@ -111,15 +111,15 @@ def command(
                 line.tell(f"conflict: {'; '.join(item.text for item in conflict)}")
 
         listener = Listener(partial(setattr, line, "text"), show)
-        found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed), listener)
+        explanation = explain_asked(asked_problem, Wishes(every, limit, offer, time_limit.rest_s, seed), listener)
     from dse.report.content.explain import explanation_page
 
     answer(
-        explanation_page(found),
-        (json_path, found.to_json),
-        (csv_path, found.to_csv),
+        explanation_page(explanation),
+        (json_path, explanation.to_json),
+        (csv_path, explanation.to_csv),
         report=report,
         quiet=quiet,
         every=every,
     )
-    return found.exit_code
+    return explanation.exit_code

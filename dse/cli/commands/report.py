@@ -74,14 +74,14 @@ def command(
     from dse.report.output import check_alternative, report_files
     from dse.support.errors import UsageError
 
-    found = reopen(result, problem)
-    tell_carried(found.problem.file, is_carried=found.problem.is_carried)
+    reopened = reopen(result, problem)
+    tell_carried(reopened.problem.file, is_carried=reopened.problem.is_carried)
     if rank_by is not None:
-        found = ranked_by(found, rank_by)
-    check_alternative(found, alternative, result)
-    if formats and not found.front:
+        reopened = ranked_by(reopened, rank_by)
+    check_alternative(reopened, alternative, result)
+    if formats and not reopened.front:
         raise UsageError(f"{result}: there is no alternative, so there is nothing to draw")
-    document = Document(found)
+    document = Document(reopened)
     if formats:
         from dse.report.output import figure_files
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def solve_robustly(
-    asked: Problem,
+    problem: Problem,
     resume: tuple[str, str | None] | None,
     budget: SearchLimits,
     tell: tuple[Callable[[Progress], None], Callable[[Any], None] | None],
@@ -34,7 +34,7 @@ def solve_robustly(
 
     watcher = RobustWatcher(*tell)
     if resume is None:
-        return robust_asked(asked, budget, watcher)
+        return robust_asked(problem, budget, watcher)
     from dse.questions.resume import resume_robust
 
     return resume_robust(*resume, budget, watcher)

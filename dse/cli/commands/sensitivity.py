@@ -126,14 +126,14 @@ def command(
     with until(time_limit):
         problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
-        found = named(design, problem)
-        result = sensitivity_asked(found.problem, found.texts, settings, say)
+        chosen = named(design, problem)
+        result = sensitivity_asked(chosen.problem, chosen.texts, settings, say)
     if live:
         rewrite("")
     from dse.report.content.study import study_page
     from dse.report.terminal import print_page
 
-    page = study_page(result.to_dict(), found.called)
+    page = study_page(result.to_dict(), chosen.called)
     if not quiet and "-" not in (json_path, csv_path):
         screen = console()
         print_page(screen, page, every=every, lines=screen_lines(screen))

@@ -106,10 +106,10 @@ def command(
     from dse.questions.verbs.simulate import simulate
 
     with until(time_limit):
-        found = named(design, load_told(file).ask(**question_of(options)))
+        chosen = named(design, load_told(file).ask(**question_of(options)))
     simulation = simulate(
-        found.problem,
-        found.texts,
+        chosen.problem,
+        chosen.texts,
         duration=duration,
         offsets=offsets,
         runs=runs,
@@ -123,6 +123,6 @@ def command(
     )
     from dse.report.content.simulate import simulation_page
 
-    page = simulation_page(simulation, found.called)
+    page = simulation_page(simulation, chosen.called)
     answer(page, (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
     return simulation.exit_code

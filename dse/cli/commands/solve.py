@@ -161,28 +161,28 @@ def command(
 
     whole = time_limit
     with until(whole.for_the_last_steps()):
-        asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
+        problem, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     if target is not None:
-        _claim_report(target, asked)
+        _claim_report(target, problem)
     if report is not None:
         time_limit = whole.sparing(REPORT_S)
     if within is not None:
         read_share(within)
-    check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
-    if robust and resume is not None and not asked.robust:
+    check_ranking(rank_by or "ideal", problem.space, has_baseline=baseline_design(problem.space) is not None)
+    if robust and resume is not None and not problem.robust:
         raise click.UsageError(
             f"{resume}: its search is not robust, and --resume goes on with the question of the result"
         )
     if scheduler is not None and not insist:
         raise click.UsageError("--scheduler is for --insist")
-    if robust or asked.robust:
+    if robust or problem.robust:
         if further is not None or within is not None or insist:
             raise click.UsageError("--robust shows one design for each point: no --further, --within or --insist")
         from dse.cli.commands.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
             budget, tell = SearchLimits(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
-            study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
+            study = solve_robustly(problem, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(
             study,
             rank_by or "ideal",
@@ -193,7 +193,7 @@ def command(
         )
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
+        result = solve_asked(problem, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if further is not None or within is not None:
         result = with_further_designs(
@@ -223,10 +223,10 @@ def _insisted(result: Result, workers: int | None, scheduler: str | None, limit:
         if live:
             rewrite(f"{done} of {whole} options")
 
-    found = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
+    with_prices = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
     if live:
         rewrite("")
-    return found
+    return with_prices
 
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
@@ -237,9 +237,9 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
     if resume is not None:
         if changes_of(question).is_anything:
             raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
-        asked, earlier = read_search(resume, file)
-        tell_carried(asked.loaded.path, is_carried=asked.loaded.is_carried)
-        return asked, earlier
+        problem, earlier = read_search(resume, file)
+        tell_carried(problem.loaded.path, is_carried=problem.loaded.is_carried)
+        return problem, earlier
     if file is None:
         raise click.UsageError("missing argument FILE")
     return load_told(file).ask(**question), None
@@ -249,22 +249,22 @@ def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None
     """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
     if json_path is None or json_path == "-" or is_stream(json_path):
         return None
-    told = False
+    is_reported = False
 
     def write(result: Result | RobustResult) -> None:
-        nonlocal told
+        nonlocal is_reported
         failure = save((json_path, result.to_json))
-        if failure is not None and not told:
-            told = True
+        if failure is not None and not is_reported:
+            is_reported = True
             tell(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}")
 
     return write
 
 
-def _claim_report(folder: Path, asked: Problem) -> None:
+def _claim_report(folder: Path, problem: Problem) -> None:
     from dse.report.output import report_names
 
-    check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
+    check_writable(*(folder / name for name in report_names(str(problem.loaded.path), problem.name)))
 
 
 def _write_reports(document: Document, folder: Path | None, page: str | None, *, quiet: bool) -> OSError | None:

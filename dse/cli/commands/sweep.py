@@ -130,8 +130,8 @@ def command(
         print_page(screen, page, every=every, lines=screen_lines(screen) - 1)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
-        told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
-        screen.print(told, markup=False)
+        summary = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
+        screen.print(summary, markup=False)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

@@ -50,8 +50,8 @@ def command(
     from dse.questions.verify.verify import verify
 
     with Working("proving the front again", quiet=quiet):
-        found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
+        verification = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     from dse.report.content.verify import verification_page
 
-    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet, every=every)
-    return found.exit_code
+    answer(verification_page(verification), (json_path, verification.to_json), report=report, quiet=quiet, every=every)
+    return verification.exit_code

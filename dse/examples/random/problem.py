@@ -161,5 +161,5 @@ def _ms(value_ns: int) -> str:
 
 
 def _objectives(draft: Draft, count: int) -> list[str]:
-    asked = ("jitter of flow_1", "price", "jitter of flow_2", "power", f"utilisation of {processor_names(draft)[0]}")
-    return [f"minimise {metric}" for metric in asked[:count]]
+    metrics = ("jitter of flow_1", "price", "jitter of flow_2", "power", f"utilisation of {processor_names(draft)[0]}")
+    return [f"minimise {metric}" for metric in metrics[:count]]

@@ -171,20 +171,20 @@ class _Reader:
         timers = [one for one in own if one.period_ns is not None]
         if not own:
             return []
-        found = own if len(own) == 1 else timers if len(timers) == 1 else []
+        guessed = own if len(own) == 1 else timers if len(timers) == 1 else []
         for path in self.file.root["named_paths"]:
             for step in path["node_chain"]:
-                if not found and step["node_name"].text == name and step["publish_topic_name"].text == topic:
-                    found = self.subscribed.get((name, step["subscribe_topic_name"].text), [])
+                if not guessed and step["node_name"].text == name and step["publish_topic_name"].text == topic:
+                    guessed = self.subscribed.get((name, step["subscribe_topic_name"].text), [])
         for context in node["message_contexts"]:
-            if not found and context["publisher_topic_name"].text == topic:
-                found = self.subscribed.get((name, context["subscription_topic_name"].text), [])
-        if not found:
+            if not guessed and context["publisher_topic_name"].text == topic:
+                guessed = self.subscribed.get((name, context["subscription_topic_name"].text), [])
+        if not guessed:
             self.file.remark(item, f"nothing says which callback of {name} publishes {topic}: it is left out")
         elif len(own) > 1:
             hint = "state it under callback_names"
-            self.file.remark(item, f"{found[0].name} is taken for what publishes {topic}", hint)
-        return found[:1]
+            self.file.remark(item, f"{guessed[0].name} is taken for what publishes {topic}", hint)
+        return guessed[:1]
 
     # --- executors, topics
 
@@ -321,7 +321,7 @@ class _Reader:
                 arriving = wire.target
                 if not leaving or arriving in leaving:
                     return [wire, arriving]
-                way = next((found for one in leaving if (found := self._leads(arriving, one))), [])
+                way = next((way_on for one in leaving if (way_on := self._leads(arriving, one))), [])
                 if not way and (node, topic) in self.seen:
                     words = f"{arriving.name} is taken to leave its data for {leaving[0].name}, which publishes {topic}"
                     self.file.remark(step, f"{words} by the trace: a path leads through both")

@@ -18,13 +18,13 @@ REST = "-o FILE writes the catalogue, with every remark, for problem files to in
 
 def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
     """``NAME=VALUE``, several times."""
-    found: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for value in values:
         name, separator, rest = (part.strip() for part in value.partition("="))
         if not separator or not name or not rest:
             raise click.BadParameter(f"{value!r}: expected NAME=VALUE", ctx, param)
-        found[name] = rest
-    return found
+        pairs[name] = rest
+    return pairs
 
 
 @click.command("fit", cls=GroupedCommand)
@@ -96,7 +96,7 @@ def command(
     from dse.fitting.fitted import samples_table
     from dse.questions.verbs.fit import fit
 
-    found = fit(
+    fitted = fit(
         *files,
         method=method,
         quantiles=quantiles,
@@ -110,18 +110,18 @@ def command(
         platforms=platforms,
     )
     to_file = output is not None and output != "-"
-    has_samples = any(len(item.summary.samples_ns) for item in found.executions)
+    has_samples = any(len(item.summary.samples_ns) for item in fitted.executions)
     samples = _samples_path(output) if to_file and has_samples else None
-    text = found.to_yaml(samples.name if samples is not None else None)
+    text = fitted.to_yaml(samples.name if samples is not None else None)
     from dse.report.content.fit import fit_page
     from dse.report.output import page_text
     from dse.report.page import Section, texts
     from dse.report.terminal import page_height
 
-    page = fit_page(found)
+    page = fit_page(fitted)
     beside = None if samples is None else str(samples)
     report_text = report, lambda: page_text(page, report or "")
-    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json), report_text
+    tables = (beside, lambda: samples_table(fitted)), (output, lambda: text), (json_path, fitted.to_json), report_text
     screen = console()
     is_below = output is None and (every or page_height(screen, page) + text.count("\n") < screen_lines(screen))
     rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))

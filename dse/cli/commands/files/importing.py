@@ -73,12 +73,12 @@ def command(
     from dse.questions.verbs.import_file import import_file
 
     texts = {name: ",".join(value) or None if isinstance(value, tuple) else value for name, value in options.items()}
-    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
-    found = import_file(files, form, times, bags, **given)
-    write_text(output, found.text)
+    stated: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
+    imported = import_file(files, form, times, bags, **stated)
+    write_text(output, imported.text)
     from dse.report.words.imported import import_block
 
-    for line in import_block(found.document, found.remarks, every=every):
+    for line in import_block(imported.document, imported.remarks, every=every):
         tell(in_a_line(line))
     return 0
 

@@ -15,13 +15,13 @@ LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at m
 
 def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
     """``PATH=N``, several times."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for value in values:
         path, _, number = (part.strip() for part in value.partition("="))
         if not path or not (number.isascii() and number.isdecimal()) or len(number) > 12:
             raise click.BadParameter(f"{value!r}: {LENGTH}", ctx, param)
-        found[path] = int(number)
-    return found
+        numbers[path] = int(number)
+    return numbers
 
 
 @click.command("sizes", cls=GroupedCommand)
@@ -79,8 +79,8 @@ def command(
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.sizes import sizes
 
-    found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
+    measured = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
     from dse.report.content.sizes import sizes_page
 
-    answer(sizes_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    answer(sizes_page(measured), (json_path, measured.to_json), report=report, every=every, quiet=quiet)
     return 0

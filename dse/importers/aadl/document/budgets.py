@@ -73,9 +73,9 @@ class BudgetWriter:
             self.places["memories", self._name(item)] = item.place
         return sheet.result()
 
-    def _size(self, sheet: Sheet, field: str, found: Found | None, name: str) -> None:
-        span = self.model.read(found, size_of, name)
-        sheet.put(field, found, span.text if span is not None and span.high > 0 else None)
+    def _size(self, sheet: Sheet, field: str, value: Found | None, name: str) -> None:
+        span = self.model.read(value, size_of, name)
+        sheet.put(field, value, span.text if span is not None and span.high > 0 else None)
 
     def _entry(
         self, item: Instance, is_listed: bool, memories: dict[str, Any], *, has_memory: bool, has_speed: bool
@@ -136,24 +136,24 @@ class BudgetWriter:
     def _first_size(self, item: Instance, name: str) -> tuple[Found | None, Fraction]:
         """A size in bytes, as stated of the component or of its source text."""
         for one in (name, f"Source_{name}"):
-            found = self.model.properties.of(item, one)
-            span = self.model.read(found, size_of, one)
+            value = self.model.properties.of(item, one)
+            span = self.model.read(value, size_of, one)
             if span is not None:
-                return found, span.high
+                return value, span.high
         return None, Fraction(0)
 
     def _placed(self, item: Instance, is_listed: bool) -> dict[str, Any]:
         """An entry with what it is within, and what a subsystem is bound to."""
         around = self._around(item)
-        found: dict[str, Any] = {} if around is None else {"within": self._name(around)}
+        placed: dict[str, Any] = {} if around is None else {"within": self._name(around)}
         self.places["budgets", self._name(item)] = item.place
         if not is_listed:
             bound = self.model.targets(self.model.properties.of(item, "Actual_Processor_Binding"))
             virtual = next((one for one in bound if one.category == "virtual processor"), None)
             processor = self.model.physical(bound[0]) if bound else None
-            found |= {} if virtual is None else {"partition": self.components.partitions.named(virtual)}
-            found |= {} if processor is None else {"processor": self.model.name(processor)}
-        return found | self.entries[item]
+            placed |= {} if virtual is None else {"partition": self.components.partitions.named(virtual)}
+            placed |= {} if processor is None else {"processor": self.model.name(processor)}
+        return placed | self.entries[item]
 
 
 def _is_hardware(item: Instance) -> bool:

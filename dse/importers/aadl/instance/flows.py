@@ -137,20 +137,20 @@ class Flows:
         ]
         taken = {_title(context, member) for context, member in declared}
         for context, member in declared:
-            title, found = _title(context, member), self._followed(context, member)
-            for number, steps in enumerate(found, 1):
-                suffix = f"_{number}" if len(found) > 1 else ""
+            title, paths = _title(context, member), self._followed(context, member)
+            for number, steps in enumerate(paths, 1):
+                suffix = f"_{number}" if len(paths) > 1 else ""
                 while suffix and title + suffix in taken:
                     suffix += "_"
                 yield EndToEnd(title, suffix, context, member, steps)
 
     def _followed(self, context: Instance, member: Member[Flow]) -> list[Steps]:
         """Every way that a declared flow takes."""
-        found: list[Steps] = []
+        paths: list[Steps] = []
         self._reasons.clear()
         try:
             for elements in self._elements(context, member, 0):
-                found += self._joined(context, elements)
+                paths += self._joined(context, elements)
         except _Broken as error:
             self._reasons.append(str(error))
         except _Inactive as error:
@@ -161,7 +161,7 @@ class Flows:
             reason = f"Cannot create end to end flow '{title}' because {reasons}"
             self.unread.append(UnreadFlow(title, context, member, reason))
             self.library.remark(reason, member.item.place)
-        return found
+        return paths
 
     # --- elements: components that work, and declared connections --------------------------------------------------
 
@@ -319,10 +319,10 @@ class Flows:
 
     def _from(self, stop: Stop) -> list[ConnectionInstance]:
         """The connections that leave a component; of one that is named without a flow, those from within it, too."""
-        found = self._by_source.get(stop.component, [])
+        connections = self._by_source.get(stop.component, [])
         if stop.spec is not None or not stop.component.children:
-            return found
-        return [*found, *(item for one in stop.component.below() for item in self._by_source.get(one, ()))]
+            return connections
+        return [*connections, *(item for one in stop.component.below() for item in self._by_source.get(one, ()))]
 
     def _between(self, one: Stop, other: Stop | _Through, wires: Sequence[Wire]) -> list[ConnectionInstance]:
         """The connections over some declared ones that continue a flow, by the features that it names."""
@@ -349,13 +349,13 @@ class Flows:
         raise _Broken(f"{names} does not lead from {'.'.join((*one.component.path, *one.exit))} to {ends}")
 
     def _from_outside(self, stop: Stop, wires: Sequence[Wire]) -> list[ConnectionInstance]:
-        found = [
+        connections = [
             item for item in self._by_source.get(None, ())
             if item.target is stop.component and _runs(item, wires) and _leads(stop.entry, item.target_path)
         ]  # fmt: skip
-        if not found:
+        if not connections:
             raise _Broken(f"{wires[0].member.item.name} does not lead to {stop.component.title}")
-        return found
+        return connections
 
 
 def _title(context: Instance, member: Member[Flow]) -> str:

@@ -63,9 +63,9 @@ class Library:
 
         Warnings; equal remarks about several names are one.
         """
-        found = []
-        for (message, hint), told in self._doubts.items():
-            names, places = dict.fromkeys(name for name, _ in told if name), {place for _, place in told}
+        remarks = []
+        for (message, hint), doubt in self._doubts.items():
+            names, places = dict.fromkeys(name for name, _ in doubt if name), {place for _, place in doubt}
             first, *more = names or [""]
             text = message.replace("{}", first) if first else message
             if more:
@@ -73,9 +73,9 @@ class Library:
                 text += f" (and {len(more)} more: {listed})"
             elif len(places) > 1:
                 text += f" (at {len(places)} places, first here)"
-            place = told[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
-            found.append(finding(text, place, hint, warning=True))
-        return sorted(found, key=lambda item: (item.file, item.line, item.column))
+            place = doubt[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
+            remarks.append(finding(text, place, hint, warning=True))
+        return sorted(remarks, key=lambda item: (item.file, item.line, item.column))
 
     def fail(self, message: str, place: Place, hint: str = "") -> None:
         """A mistake, told once."""
@@ -189,7 +189,7 @@ def _around(path: Path) -> list[Path]:
 
 def _declared(files: Iterable[Path]) -> dict[str, Path]:
     """Which of some files declares which package or property set, the first first; that makes them no inputs."""
-    found: dict[str, Path] = {}
+    declared: dict[str, Path] = {}
     for file in files:
         try:
             text = _decoded(beginning(file, MAX_BYTES))
@@ -197,18 +197,18 @@ def _declared(files: Iterable[Path]) -> dict[str, Path]:
             raise ProblemError([Diagnostic(error.reason, file=str(file))]) from None
         for names in _DECLARES.findall(text):
             for name in filter(None, names):
-                found.setdefault(name.lower(), file)
-    return found
+                declared.setdefault(name.lower(), file)
+    return declared
 
 
 def _files(folder: Path) -> list[Path]:
-    found = []
+    files = []
     for file in found_below(folder, f"*{SUFFIX}"):
         if file.is_file():
-            found.append(file)
-        if len(found) > MAX_FILES:
+            files.append(file)
+        if len(files) > MAX_FILES:
             raise ProblemError([Diagnostic(f"more than {MAX_FILES} files *{SUFFIX} in it", file=str(folder))])
-    return sorted(found)
+    return sorted(files)
 
 
 def _texts(files: Iterable[Path]) -> dict[Path, str]:
