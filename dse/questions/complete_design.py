@@ -112,16 +112,16 @@ def _settled(space: Space, made: Sequence[int]) -> list[int]:
                 asking.setdefault(first, []).append(rule)
             elif is_broken(rule, PartialView(known)):
                 return design  # whatever else is chosen
-        found = {
+        settled = {
             index: options[0]
             for index in waiting
             if len(options := _left(space, asking.get(index, ()), known, index)) == 1
         }
-        if not found:
+        if not settled:
             return design
-        for index, option in found.items():
+        for index, option in settled.items():
             design[index] = option
-        waiting = [index for index in waiting if index not in found]
+        waiting = [index for index in waiting if index not in settled]
 
 
 def _asks(rule: Rule, known: dict[int, int]) -> int | None:

@@ -167,16 +167,16 @@ def environment() -> Environment:
 
     Jinja2 with strict undefined names: a template that asks for something that is not there fails.
     """
-    found = Environment(
+    templates = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    found.filters["breakable"] = _breakable
-    found.filters["thousands"] = format_count
-    return found
+    templates.filters["breakable"] = _breakable
+    templates.filters["thousands"] = format_count
+    return templates
 
 
 def _breakable(text: str) -> Markup:

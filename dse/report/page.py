@@ -150,7 +150,7 @@ class Timeline:
         """
         beside = max(len(lane.name) for lane in self.lanes)
         room = max(10, width - beside - 1)
-        found = []
+        drawn = []
         for lane in self.lanes:
             cells = [" ."[at % 5 == 0] for at in range(room)]
             for place, _ in self.marks:
@@ -159,9 +159,9 @@ class Timeline:
                 first = min(room - 1, int(begin * room))
                 for at in range(first, max(first + 1, min(room, round(end * room)))):
                     cells[at] = "#"
-            found.append(f"{lane.name:<{beside}} {''.join(cells)}".rstrip())
+            drawn.append(f"{lane.name:<{beside}} {''.join(cells)}".rstrip())
         scale = f"{self.ends[0]}{self.ends[1]:>{room - len(self.ends[0])}}"
-        return [*found, f"{'':<{beside}} {scale}"]
+        return [*drawn, f"{'':<{beside}} {scale}"]
 
 
 Block: TypeAlias = Text | Listing | Table | Plot | Timeline
@@ -196,11 +196,11 @@ class Section:
 
         Plain texts, without tables and plots.
         """
-        found: list[str] = []
+        paragraphs: list[str] = []
         for block in self.blocks:
-            found += [block.text] if isinstance(block, Text) else []
-            found += [item.line for item in block.items] if isinstance(block, Listing) else []
-        return tuple(found)
+            paragraphs += [block.text] if isinstance(block, Text) else []
+            paragraphs += [item.line for item in block.items] if isinstance(block, Listing) else []
+        return tuple(paragraphs)
 
 
 @dataclass(frozen=True)
@@ -216,41 +216,41 @@ class Page:
     is_amiss: bool = False
 
 
-def few(found: Sequence[str], most: int, what: str) -> str:
+def few(items: Sequence[str], most: int, what: str) -> str:
     """A list of which the first `most` are told, and how many more of `what` there are; one more is told instead.
 
     >>> few(["a", "b", "c"], 2, "options"), few(["a", "b", "c", "d"], 2, "options")
     ('a; b; c', 'a; b; and 2 more options (--all)')
     """
-    more = len(found) - most
-    return "; ".join(found if more <= 1 else [*found[:most], f"and {more} more {what} ({MORE})"])
+    more = len(items) - most
+    return "; ".join(items if more <= 1 else [*items[:most], f"and {more} more {what} ({MORE})"])
 
 
-def texts(*found: str, tone: Tone = "plain") -> list[Block]:
+def texts(*paragraphs: str, tone: Tone = "plain") -> list[Block]:
     """Paragraphs, without those that are empty.
 
     `Text` blocks in the order given, all in one tone.
     """
-    return [Text(text, tone) for text in found if text]
+    return [Text(text, tone) for text in paragraphs if text]
 
 
 def listing(
-    found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
+    lines: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
 ) -> list[Block]:
     """A list of lines, all under one label; nothing where there are none.
 
     At most one `Listing`; `depth` is the indentation, `brief` the number of lines that a terminal shows.
     """
-    items = tuple(Item(text, label, depth, tone) for text in found)
+    items = tuple(Item(text, label, depth, tone) for text in lines)
     return [Listing(items, brief)] if items else []
 
 
-def labelled(found: Iterable[tuple[str, str]]) -> list[Block]:
+def labelled(pairs: Iterable[tuple[str, str]]) -> list[Block]:
     """A list of lines, each under its own label; nothing where there are none.
 
-    `found` are pairs of label and text; at most one `Listing`.
+    `pairs` are pairs of label and text; at most one `Listing`.
     """
-    items = tuple(Item(text, label) for label, text in found)
+    items = tuple(Item(text, label) for label, text in pairs)
     return [Listing(items)] if items else []
 
 
@@ -259,8 +259,8 @@ def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
 
     Pairs of a number, from 0, and a section; scripts of the page find a plot by its number.
     """
-    found, count = [], 0
+    pairs, count = [], 0
     for section in sections:
-        found.append((count, section))
+        pairs.append((count, section))
         count += len(section.plots)
-    return found
+    return pairs

@@ -58,20 +58,20 @@ class Grid:
         Headings are wrapped at spaces; cells too where they may be `wrapped`.
         """
         columns = range(len(self.headings))
-        found = [self.least(at, wrapped=wrapped) for at in columns]
-        rest = room - sum(found) - GAP * (len(found) - 1)
+        least = [self.least(at, wrapped=wrapped) for at in columns]
+        rest = room - sum(least) - GAP * (len(least) - 1)
         if rest < 0:
             return None
         whole = [self.least(at, wrapped=False) for at in columns]
         # cells in one line first: the narrowest column grows until all are equally wide
-        while rest and (short := [at for at in columns if found[at] < whole[at]]):
-            found[min(short, key=lambda at: found[at])] += 1
+        while rest and (short := [at for at in columns if least[at] < whole[at]]):
+            least[min(short, key=lambda at: least[at])] += 1
             rest -= 1
         for height in range(1, MOST_LINES):  # then all headings in as few lines as there is room for
-            wide = [max(found[at], _width_of(self.headings[at], height)) for at in columns]
-            if sum(wide) - sum(found) <= rest:
+            wide = [max(least[at], _width_of(self.headings[at], height)) for at in columns]
+            if sum(wide) - sum(least) <= rest:
                 return wide
-        return found
+        return least
 
     def lines(self, widths: Sequence[int]) -> tuple[list[str], list[list[str]]]:
         """The lines of the headings, and those of each row.
@@ -114,8 +114,8 @@ def _parts(heading: str) -> list[tuple[str, str]]:
     >>> _parts("nav.period [ms]")
     [('nav.', ''), ('period', ''), ('[ms]', ' ')]
     """
-    found = [(part, "") for part in re.split(r"(?<=\.)(?=[^\s.])", heading)]
-    return [(word, join if at == 0 else " ") for part, join in found for at, word in enumerate(part.split())]
+    parts = [(part, "") for part in re.split(r"(?<=\.)(?=[^\s.])", heading)]
+    return [(word, join if at == 0 else " ") for part, join in parts for at, word in enumerate(part.split())]
 
 
 def _wrapped(cell: str, width: int, *, at_points: bool = False) -> list[str]:

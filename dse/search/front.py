@@ -353,12 +353,12 @@ def _canonical_designs(
     designs: list[tuple[Design, bool]] = []
     for known in chain:
         try:
-            found = _first_accepted(strategy, evaluator, known, designs[-1][0] if designs else None, order)
+            accepted = _first_accepted(strategy, evaluator, known, designs[-1][0] if designs else None, order)
             if evaluator.is_slow:
-                evaluator.weigh(found[0])
+                evaluator.weigh(accepted[0])
         except OutOfTime:
-            found = known.design, False
-        designs.append(found)
+            accepted = known.design, False
+        designs.append(accepted)
     return designs
 
 
@@ -404,12 +404,12 @@ def _first_accepted(
     """
     is_refereed = may_refuse(evaluator)
     while True:
-        found = canonical_design(strategy, known, near, order, strictly=is_refereed)
-        if found is None:
+        canonical = canonical_design(strategy, known, near, order, strictly=is_refereed)
+        if canonical is None:
             return known.design, False
-        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, strategy.encoded, known.point)):
-            return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
-        strategy.exclude(found[0])
+        if not is_refereed or accepted(evaluator, canonical[0], claimed_by(evaluator, strategy.encoded, known.point)):
+            return canonical  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
+        strategy.exclude(canonical[0])
 
 
 # What is known where the time was up before anything was searched: a design to start from, and bounds.
@@ -426,10 +426,12 @@ def _started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None
     if start is None or known.points:
         return known
     with until(limit.for_what_is_needed()), suppress(OutOfTime):
-        found = evaluator.evaluate(start)
-        if found.is_feasible:
+        evaluation = evaluator.evaluate(start)
+        if evaluation.is_feasible:
             evaluator.weigh(start)
-            return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
+            return replace(
+                known, points={evaluation.objectives: evaluation.design}, not_first=frozenset({evaluation.objectives})
+            )
     return known
 
 

@@ -101,11 +101,11 @@ def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budge
         period = max(1, int(plan.timers[name]))
         to = int(moment) if name in plan.phases else moment % period
         moved = replace(setting, offsets_ns=plan.aligned({**setting.offsets_ns, name: to}, name))  # type: ignore[dict-item]
-        found = _observe(plan, moved, record)
+        latency = _observe(plan, moved, record)
         used += 1
-        value = _extreme(found, flow, goal)
+        value = _extreme(latency, flow, goal)
         if value is not None and (best is None or not _is_further(best, value, goal)):
-            setting, seen, best = moved, found, value
+            setting, seen, best = moved, latency, value
     return used
 
 

@@ -178,8 +178,8 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     if method != "model":
         try:
             few = FEW_JUDGED if tables.late or tables.messages or tables.waits is not None else FEW
-            found = exhaust(tables, few) if method == "auto" else exhaust(tables)
-            return AllDesigns(found, tables.space.first_order), tables
+            exhaustion = exhaust(tables, few) if method == "auto" else exhaust(tables)
+            return AllDesigns(exhaustion, tables.space.first_order), tables
         except TooMany:
             if method == "exhaustion":
                 raise

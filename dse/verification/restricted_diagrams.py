@@ -85,10 +85,10 @@ def remainder(diagram: Node, left: Left) -> Remainder:
     """The remainder of a diagram with some options; one object for equal options."""
     looked_at = diagram.looked_at
     where = tuple([tuple(left[decision]) for decision in looked_at])
-    found = diagram.remainders.get(where)
-    if found is None:
-        found = diagram.remainders[where] = Remainder(diagram, dict(zip(looked_at, where, strict=True)))
-    return found
+    known = diagram.remainders.get(where)
+    if known is None:
+        known = diagram.remainders[where] = Remainder(diagram, dict(zip(looked_at, where, strict=True)))
+    return known
 
 
 def is_deep(diagram: Diagram) -> bool:

@@ -99,9 +99,9 @@ def ask(
         if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
             return (cp_model.INFEASIBLE, None), attempt
         limit *= SHARE_OF_OTHERS if is_favoured and attempt % len(ways) else 1
-        found = attempted(model, deadline, limit, attempt, ways)
-        if found[0] != cp_model.UNKNOWN or is_over(deadline):
-            return found, attempt
+        outcome = attempted(model, deadline, limit, attempt, ways)
+        if outcome[0] != cp_model.UNKNOWN or is_over(deadline):
+            return outcome, attempt
     raise AssertionError("attempts have no end")
 
 

@@ -135,8 +135,8 @@ class Summands:
 
         Exact; waiting is not in it.
         """
-        found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
-        return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
+        largest_sum = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
+        return largest_sum + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
 
 
 @dataclass(frozen=True)

@@ -84,8 +84,8 @@ class ScheduledFunction(DesignFunction):
         The inputs first, then a response time in ns for each task in the order of `keys`; `UNBOUNDED_NS` stands for one
         without a bound.
         """
-        found = self._responses(values)
-        return (*values, *(_counted(found[key]) for key in self.keys))
+        responses = self._responses(values)
+        return (*values, *(_counted(responses[key]) for key in self.keys))
 
     def view_of(self, values: Values, *, traced: bool) -> View:
         """A view of the design that knows its response times, traced as variables of their own.
@@ -93,11 +93,11 @@ class ScheduledFunction(DesignFunction):
         The response times are put into the view's memo, so that formulas of latency do not compute them again.
         """
         view = super().view_of(values, traced=traced)
-        found = self._responses(values)
+        responses = self._responses(values)
         if traced:
             first = len(self.inputs.variables)
-            found = {key: _variable(found[key], number) for number, key in enumerate(self.keys, first)}
-        view.memo["responses"] = found
+            responses = {key: _variable(responses[key], number) for number, key in enumerate(self.keys, first)}
+        view.memo["responses"] = responses
         return view
 
     def _responses(self, values: Values) -> Responses:
@@ -114,8 +114,8 @@ class ScheduledFunction(DesignFunction):
         if self.top is None:
             return []
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
-        found = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
-        return found if self.broken(outputs) else []
+        worsts = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        return worsts if self.broken(outputs) else []
 
 
 def _order(key: TaskKey | ChainKey) -> tuple[int, str]:
@@ -230,6 +230,6 @@ def _deciding(space: Space, view: View) -> frozenset[int]:
             known = solve(resolve(space, view)).ends
     except TooManyGuardsError:
         raise NotProvedError("a figure takes more comparisons than are looked at") from None
-    found = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
-    program = Program(found, guards)
+    figures = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
+    program = Program(figures, guards)
     return frozenset().union(program.deciding, *map(program.variables, program.outputs))

@@ -214,13 +214,13 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     >>> dse.check("pump.yaml").size
     48
     """
-    asked = load(problem).ask(**question)
-    space = asked.space
+    problem_asked = load(problem).ask(**question)
+    space = problem_asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
     evaluator, ends = Evaluator(space), Ends(space)
     unread = (f"{item.reason} ({item.origin})" for item in space.unread)
     unfinished: list[str] = []
-    found = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
+    impossible_demands = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
     asked_for = iter(()) if space.unchecked else too_large(evaluator, ends)
     sums = _in_time(asked_for, unfinished, "whether sums stay within exact arithmetic")
     remarks = (
@@ -228,22 +228,22 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         *_lists_for_ranges(space),
         *_in_time(_remarks(space), unfinished, "what else there is to remark"),
         *_setting_remarks(space),
-        *_costs_of_nothing(asked),
-        *_rounded(asked),
+        *_costs_of_nothing(problem_asked),
+        *_rounded(problem_asked),
     )
-    return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), found, *sums)
+    return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), impossible_demands, *sums)
 
 
 def _in_time(items: Iterator[T], unfinished: list[str], what: str) -> tuple[T, ...]:
     """The items that are found within `TIME_S`; where that is too short, `unfinished` takes a note of it."""
-    found: list[T] = []
+    finished: list[T] = []
     try:
         with until(TimeLimit.after(TIME_S)):
-            found.extend(items)
+            finished.extend(items)
     except OutOfTime:
         look_at_the_clock()
         unfinished.append(f"{what} was not found out within {TIME_S:g} s")
-    return tuple(found)
+    return tuple(finished)
 
 
 def _setting_remarks(space: Space) -> Iterator[str]:
@@ -260,10 +260,10 @@ def _rounded(problem: Problem) -> Iterator[str]:
     """What counts otherwise than it is written, for want of a finer unit."""
     exact = () if problem.space.profile == "dse" else ("data_size", "type_size", "overhead")
     figures = rounded_figures(problem.loaded)
-    found = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
-    yield from found[:MOST_ROUNDED]
-    if len(found) > MOST_ROUNDED:
-        yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
+    rounded = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
+    yield from rounded[:MOST_ROUNDED]
+    if len(rounded) > MOST_ROUNDED:
+        yield f"{len(rounded) - MOST_ROUNDED} more figures are rounded likewise"
 
 
 def _lists_for_ranges(space: Space) -> Iterator[str]:
@@ -271,7 +271,7 @@ def _lists_for_ranges(space: Space) -> Iterator[str]:
 
     A list that a rule or the baseline names is meant as one.
     """
-    told: dict[str, None] = {}
+    remarks: dict[str, None] = {}
     for index, item in enumerate(space.decisions):
         if (
             len(item.values) != 2
@@ -283,22 +283,22 @@ def _lists_for_ranges(space: Space) -> Iterator[str]:
         low, high = item.options
         if isinstance(first, TimeRange):
             if first.min_ns == first.max_ns < second.min_ns == second.max_ns:
-                told[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
+                remarks[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
         elif item.field in DEMANDS_OF_ONE and first < second:
-            told[f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"] = (
-                None
-            )
-    yield from told
+            remarks[
+                f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"
+            ] = None
+    yield from remarks
 
 
 def _limited(space: Space) -> set[tuple[str, int | None]]:
     """The kind and index of every metric that has an upper limit, also by a limit on the greatest of several."""
-    found = set()
+    limited = set()
     for item in space.requirements:
         if not item.implied and item.operator in ("<=", "<", "=="):
             alone = [part[0][1] for part in item.metric.operands if len(part) == 1 and item.metric.kind == "max"]
-            found |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
-    return found
+            limited |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
+    return limited
 
 
 def _idle(space: Space) -> Iterator[str]:
@@ -410,8 +410,8 @@ def too_large(evaluator: Evaluator, ends: Ends) -> Iterator[str]:
         when the limit in force comes before it is known.
     """
     measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
-    found = (largest(ends, measure) for measure in measures)
-    if all(figure is not None and figure < SURELY_EXACT for figure in found):
+    sums = (largest(ends, measure) for measure in measures)
+    if all(figure is not None and figure < SURELY_EXACT for figure in sums):
         return
     from dse.encode.model import encode
 

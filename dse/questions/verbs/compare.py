@@ -62,9 +62,9 @@ def compare(one: Side, other: Side, problem: str | Path | None = None) -> Design
             raise UsageError(str(error)) from error
     if isinstance(first, Result) or isinstance(second, Result):
         raise UsageError("a whole result compares with a result; name a design of it (RESULT.json#ID)")
-    found = compare_designs(names, _analysis(first, second), _analysis(second, first))
+    comparison = compare_designs(names, _analysis(first, second), _analysis(second, first))
     return replace(
-        found, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _ComparedDesign)))
+        comparison, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _ComparedDesign)))
     )
 
 

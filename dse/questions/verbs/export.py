@@ -182,8 +182,8 @@ def _check_same(result: Result, design: Design, space: Space) -> None:
     """The exported problem must have the design as its baseline, with the very figures; from there nothing changes."""
     there = complete_design(space, space.baseline)
     mine, theirs = figures(result.space, design), figures(space, there)
-    told = {name: value for name, value in theirs.items() if name in mine}  # more have figures where less is open
-    differing = {name: (value, mine[name]) for name, value in told.items() if mine[name] != value}
+    common = {name: value for name, value in theirs.items() if name in mine}  # more have figures where less is open
+    differing = {name: (value, mine[name]) for name, value in common.items() if mine[name] != value}
     assert not differing, f"the exported problem has other figures: {differing}"
 
 
@@ -271,8 +271,9 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
         for item in taken
     }
     name = f"{imported.root.rpartition('::')[2].partition('.')[0]}_chosen"
-    text, given = (
-        ChosenModel(model, writer, before, chosen, title, name, refined).text(told) for told in ({}, responses)
+    text, wanted = (
+        ChosenModel(model, writer, before, chosen, title, name, refined).text(refined_by)
+        for refined_by in ({}, responses)
     )
     with tempfile.TemporaryDirectory() as place:
         for number, file in enumerate(model.library.files):
@@ -288,7 +289,7 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     ]
     if differing:
         raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
-    return given
+    return wanted
 
 
 def _is_imported_copy(result: Result) -> bool:
@@ -325,10 +326,10 @@ def _base(path: Path, imported: Imported, taken: Sequence[Subsystem]) -> Space:
 
 def _responses(result: Result, design: Design) -> Responses:
     """The best and worst response time of each thread, in ns; of those without a bound none."""
-    found = analyse_design(Evaluator(result.space), design, response_times=True).responses
+    analysis = analyse_design(Evaluator(result.space), design, response_times=True).responses
     return {
         item.name: (item.best_ns, item.response_ns)
-        for responses in found.values()
+        for responses in analysis.values()
         for item in responses
         if item.part == "thread" and item.response_ns is not None
     }
@@ -348,8 +349,8 @@ def _of_nothing(document: Mapping[str, Any], left_out: list[str], path: str) -> 
     """The requirement or objective that makes no sense in this design any more, or the name of such a metric."""
     if path.startswith("metrics."):
         return path.removeprefix("metrics.")
-    found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
-    if found is None:
+    match = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
+    if match is None:
         return None
-    stated = [text for text in document[found[1]] if text not in left_out]
-    return str(stated[int(found[2])])
+    stated = [text for text in document[match[1]] if text not in left_out]
+    return str(stated[int(match[2])])

@@ -123,14 +123,18 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     ]
     if others:
         yield Text(f"Other metrics: {'; '.join(others)}.", brief=f"Other metrics: {few(others, MANY, 'metrics')}.")
-    missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
-    missed += [item.name for found in analysis.messages.values() for item in found if item.meets_deadline is False]
+    missed = [
+        item.name for findings in analysis.responses.values() for item in findings if item.meets_deadline is False
+    ]
+    missed += [
+        item.name for findings in analysis.messages.values() for item in findings if item.meets_deadline is False
+    ]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
     yield from listing(analysis.warnings, "warning", 0, brief=1)
-    found = [finding for flow in analysis.flows for finding in flow.findings]
-    found += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
-    found += [finding for use in analysis.resources for finding in use.findings]
-    severities = sorted(Counter(finding.severity for finding in found).items())
+    findings = [finding for flow in analysis.flows for finding in flow.findings]
+    findings += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
+    findings += [finding for use in analysis.resources for finding in use.findings]
+    severities = sorted(Counter(finding.severity for finding in findings).items())
     if severities:
         counts = " and ".join(count_words(count, word) for word, count in severities)
         words = f"OSATE's findings: {counts}"
@@ -256,8 +260,8 @@ def flow_table(flow: FlowTable) -> Table:
     headings: tuple[str, ...] = ("contributor", "minimum", "method", "maximum", "method")
     specified = flow.specified_ns
     if specified is not None and any(specified):
-        told = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
-        rows = [(*row, text) for row, text in zip(rows, told, strict=True)]
+        specified_words = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
+        rows = [(*row, text) for row, text in zip(rows, specified_words, strict=True)]
         headings = (*headings, "specified")
     return Table(f"Latency of {flow.name}, contribution by contribution", headings, tuple(rows), (1, 3), total=True)
 
@@ -274,8 +278,8 @@ def usage_tables(analysis: Analysis) -> list[Table]:
 
     One table for each processor and each bus with shares; empty slots are left out.
     """
-    found = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
-    return found + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
+    tables = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
+    return tables + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
 
 
 def _usage_table(usage: Usage, *, processor: bool) -> Table:
@@ -395,11 +399,11 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
 
 def _fullest_words(verdict: Verdict, digits: int) -> str:
     """What the fullest core has, where first-fit chooses cores: less of its limit is left than of the sum's."""
-    found = verdict.spread
-    if found is None or not found.is_open or found.status == "undecided":
+    assignment = verdict.spread
+    if assignment is None or not assignment.is_open or assignment.status == "undecided":
         return ""
-    used = readable(found.loads[found.fullest - 1] * PPM, "ppm", digits=digits)
-    return f"; core {found.fullest} has {used} by first-fit"
+    used = readable(assignment.loads[assignment.fullest - 1] * PPM, "ppm", digits=digits)
+    return f"; core {assignment.fullest} has {used} by first-fit"
 
 
 def _summed_cores(analysis: Analysis, verdict: Verdict) -> Fraction | None:
@@ -454,15 +458,15 @@ def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
     Names to fractions of the capacity, 1 for 100 %; drawn as the mark across a bar of the usage chart.
     """
     slots = {"utilisation": analysis.processors, "load": analysis.buses}
-    found: dict[str, Fraction] = {}
+    limits: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:
         metric = verdict.requirement.metric
         if metric.kind in slots and verdict.requirement.is_upper and metric.index is not None:
             usage = slots[metric.kind][metric.index]
             if usage.capacity:
                 share = verdict.whole_limit / usage.capacity
-                found[usage.name] = min(found.get(usage.name, share), share)
+                limits[usage.name] = min(limits.get(usage.name, share), share)
         elif metric.kind == "core utilisation" and verdict.requirement.is_upper:
             core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM
-            found[core] = min(found.get(core, share), share)
-    return found
+            limits[core] = min(limits.get(core, share), share)
+    return limits

@@ -51,16 +51,16 @@ def _counts(description: Description) -> list[Block]:
     """The numbers of decisions, designs, requirements, rules and objectives, as text."""
     space = description.space
     parts = [(len(space.requirements), "requirement"), (len(space.rules), "rule"), (len(space.objectives), "objective")]
-    asked = ", ".join(count_words(count, noun) for count, noun in parts if count)
-    asked = f"; {asked}" if asked else ""
+    counted = ", ".join(count_words(count, noun) for count, noun in parts if count)
+    counted = f"; {counted}" if counted else ""
     if not description.decisions:
-        return texts(f"No decision is open: the file states a single design{asked}.")
+        return texts(f"No decision is open: the file states a single design{counted}.")
     begin = f"{count_words(len(description.decisions), 'decision')}, at most {count_words(description.size, 'design')}"
     return [
         Text(
-            f"{begin}{asked}. Designs are combinations of options, before rules, bindings and requirements (a decision "
-            "that is not in use counts once where one other decides on that, else in full).",
-            brief=f"{begin}{asked}",
+            f"{begin}{counted}. Designs are combinations of options, before rules, bindings and requirements (an unused "
+            "decision counts once where a single other decision makes it unused, else in full).",
+            brief=f"{begin}{counted}",
         )
     ]
 
@@ -68,18 +68,18 @@ def _counts(description: Description) -> list[Block]:
 def _asked(description: Description) -> list[Block]:
     """Objectives, limits, rules and flows: a line for each kind, or for each entry where there are many."""
     space = description.space
-    found: list[Block] = []
+    blocks: list[Block] = []
     for title, entries in (
         ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
         ("Limits", [item.shown for item in space.requirements]),
         ("Rules", [item.text for item in space.rules]),
     ):
         if len(entries) > FEW:
-            found += [*texts(f"{title} ({len(entries)}):"), *listing(entries, brief=SCREEN)]
+            blocks += [*texts(f"{title} ({len(entries)}):"), *listing(entries, brief=SCREEN)]
         elif entries:
-            found.append(Text(f"{title:<{HANG}} {'; '.join(entries)}", hang=HANG + 1))
+            blocks.append(Text(f"{title:<{HANG}} {'; '.join(entries)}", hang=HANG + 1))
     flows = [flow.name for flow in space.flows]
     if flows:
         brief = f"{'Flows':<{HANG}} {few(flows, MANY, 'flows')}"
-        found.append(Text(f"{'Flows':<{HANG}} {', '.join(flows)}", brief=brief, hang=HANG + 1))
-    return found
+        blocks.append(Text(f"{'Flows':<{HANG}} {', '.join(flows)}", brief=brief, hang=HANG + 1))
+    return blocks

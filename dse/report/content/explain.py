@@ -353,9 +353,9 @@ MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
 
 
-def _bounds_of(found: Iterable[Impossible]) -> Bounds:
+def _bounds_of(items: Iterable[Impossible]) -> Bounds:
     """Bounds by the text and the place of their requirements."""
-    return {(item.requirement.text, item.requirement.origin): item for item in found}
+    return {(item.requirement.text, item.requirement.origin): item for item in items}
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
@@ -387,11 +387,11 @@ def _of_each_core(item: Impossible) -> str:
 
 def _parts(item: Impossible, currency: str) -> str:
     """The largest parts of a figure."""
-    told = [f"{part.name} {_readable(part.value, item.unit, currency)}" for part in item.parts[:MOST_PARTS]]
+    said = [f"{part.name} {_readable(part.value, item.unit, currency)}" for part in item.parts[:MOST_PARTS]]
     left = item.parts[MOST_PARTS:]
     if left:
-        told.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
-    return f": {', '.join(told)}" if told else ""
+        said.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
+    return f": {', '.join(said)}" if said else ""
 
 
 def _readable(value: Fraction | int, unit: str, currency: str) -> str:

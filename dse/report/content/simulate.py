@@ -92,8 +92,8 @@ def _said(simulation: Simulation) -> tuple[str, str]:
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
     words = [
-        f"OUTSIDE BOUNDS  {told} ({why}); {rest}."
-        for told, why in (
+        f"OUTSIDE BOUNDS  {counted} ({why}); {rest}."
+        for counted, why in (
             ("; ".join(counts), "; ".join(excuses)),
             (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),
         )

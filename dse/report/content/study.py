@@ -54,17 +54,17 @@ def _basis(data: Mapping[str, Any]) -> Section:
     """Where the figures of a study come from, and what the model does not see."""
     problem, settings = data["problem"], study_settings(data)
     carried = "; the JSON carries its text" if data.get("files") else ""
-    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
+    entries = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
     if settings:
-        found.append(("Latency rules", basis_words(settings)))
+        entries.append(("Latency rules", basis_words(settings)))
     if "semantics" in data:
-        found.append(("Semantics", str(data["semantics"])))
+        entries.append(("Semantics", str(data["semantics"])))
     if problem.get("changes"):
-        found.append(
+        entries.append(
             ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))
         )
     if "seed" in data:
-        found.append(("Seed", str(data["seed"])))
+        entries.append(("Seed", str(data["seed"])))
     gaps = (REDUCED, *((processing_words(settings),) if settings else ()), *GAPS)
-    blocks = (*labelled(found), *texts("Known gaps of the model:"), *listing(gaps))
+    blocks = (*labelled(entries), *texts("Known gaps of the model:"), *listing(gaps))
     return Section("basis", "What this rests on", blocks, is_for_files=True)

@@ -314,5 +314,5 @@ def _places(labels: Sequence[str]) -> tuple[dict[str, float], str]:
     """Each label as a number in the unit of the last one; factors as they are."""
     last = parse_quantity(labels[-1].lstrip("*"))
     one = parse_quantity(f"1 {last.unit}").value if last.unit and last.dimension is not None else Fraction(1)
-    found = {label: float(parse_quantity(label.lstrip("*")).value / one) for label in labels}
-    return found, last.unit or ("times the value" if labels[-1].startswith("*") else "")
+    place_of = {label: float(parse_quantity(label.lstrip("*")).value / one) for label in labels}
+    return place_of, last.unit or ("times the value" if labels[-1].startswith("*") else "")

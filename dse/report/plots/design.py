@@ -75,13 +75,13 @@ def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
     Each record gets ``start``, ``best`` and ``end`` in ms: bars of a waterfall from the first contributor to the last.
     """
-    found = []
+    stacked = []
     start: float = 0
     for record in records:
         bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
-        found.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
+        stacked.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
         start += record["max_ns"]
-    return found
+    return stacked
 
 
 def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
@@ -192,12 +192,12 @@ def usage_records(
 
 def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The records with their place in the bar (report.js does the same)."""
-    found: list[dict[str, Any]] = []
+    stacked: list[dict[str, Any]] = []
     for record in records:
-        before = found[-1] if found and found[-1]["name"] == record["name"] else None
+        before = stacked[-1] if stacked and stacked[-1]["name"] == record["name"] else None
         start, shade = (before["end"], 1 - before["shade"]) if before else (0.0, 0)
-        found.append({**record, "start": start, "end": start + record["share"], "shade": shade})
-    return found
+        stacked.append({**record, "start": start, "end": start + record["share"], "shade": shade})
+    return stacked
 
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:

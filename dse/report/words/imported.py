@@ -56,13 +56,13 @@ def import_block(document: Mapping[str, Any], remarks: Sequence[Diagnostic], *, 
 
 
 def _counts(document: Mapping[str, Any]) -> str:
-    found = []
+    counts = []
     for section in ("threads", "devices", "buses", "connections", "flows"):
         number = len(_without_data(document.get(section) or {}))
         if number or section in ("threads", "connections", "flows"):
             one = "bus" if section == "buses" else section[:-1]
-            found.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
-    return ", ".join(found)
+            counts.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
+    return ", ".join(counts)
 
 
 def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:

@@ -53,8 +53,8 @@ def _work(late: Late) -> str:
 
 def _behind(late: Late) -> str:
     """What it waits for, place by place."""
-    found = list(_wait_words(late.waits, told=bool(late.has_segments)))
-    return f", behind {'; '.join(found)}" if found else ""
+    waits = list(_wait_words(late.waits, told=bool(late.has_segments)))
+    return f", behind {'; '.join(waits)}" if waits else ""
 
 
 def _why_endless(late: Late) -> str:
@@ -202,12 +202,12 @@ def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:
     """
     mine = [item for item in shorter if item.name == own or item.name.startswith(f"{own} (")]
     others = sorted((item for item in shorter if item not in mine), key=lambda item: item.by_ns)
-    told = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)
+    shown = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)
     words = [
         f"{_time(item.by_ns)} less of {f'the section of {item.name}' if item.section else f'{item.name} each time'}"
-        for item in told
+        for item in shown
     ]
-    left = len(shorter) - len(told)
+    left = len(shorter) - len(shown)
     return ", or ".join(words) + (f" (or of {left} more: --json)" if left else "")
 
 

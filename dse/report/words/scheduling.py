@@ -53,12 +53,12 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
 
     Times in ms; processors without response times have no table. At least `LEAST` rows of each are shown.
     """
-    shown = {processor: found for processor, found in responses.items() if found}
-    for processor, found in shown.items():
-        table = _response_table(processor, found)
+    shown = {processor: on_processor for processor, on_processor in responses.items() if on_processor}
+    for processor, on_processor in shown.items():
+        table = _response_table(processor, on_processor)
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
-            what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
+            what = "threads and pieces" if any(item.is_piece for item in on_processor) else "threads"
             spare = tuple(at for at, name in enumerate(table.headings) if name in HEADINGS[ALWAYS:])[::-1]
             rest = f"and {{}} more {what}, and what each waits for (--all)"
             table = replace(table, brief=rows, rest=rest, spare=spare)
@@ -70,11 +70,11 @@ def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Time
 
     A timeline of the busy period of each core on which several tasks run; nothing for the others.
     """
-    for processor, found in responses.items():
-        for core in sorted({item.core for item in found}):
-            busy = worst_busy_period(core, found)
+    for processor, on_processor in responses.items():
+        for core in sorted({item.core for item in on_processor}):
+            busy = worst_busy_period(core, on_processor)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
-                is_served = any(item.is_served for item in found)
+                is_served = any(item.is_served for item in on_processor)
                 yield _busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
@@ -127,15 +127,15 @@ def _waits_for(item: Response) -> str:
     """
     if item.because:
         return no_bound_words(item.because)
-    found = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
+    waits = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
-        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
+        waits.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
     if item.before_ns:
-        found.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
+        waits.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
     if over:
-        found.append(f"of which {in_ms(over)} are over when it is released")
-    return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")
+        waits.append(f"of which {in_ms(over)} are over when it is released")
+    return ", ".join(waits) or (f"its turn in {item.executor}" if item.executor else "")
 
 
 def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: bool | None) -> tuple[str, ...]:

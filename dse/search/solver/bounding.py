@@ -109,9 +109,9 @@ def _bettered(call: Call, known: Narrowing, best: Found | None) -> Found | None:
     start = best or call.start
     if start is None or (call.within, start.point) in known.improved:
         return best
-    found = improved(call, start)
-    known.improved |= {(call.within, start.point), (call.within, found.point)}
-    return best if found is start else found
+    better = improved(call, start)
+    known.improved |= {(call.within, start.point), (call.within, better.point)}
+    return best if better is start else better
 
 
 def _counts_one(call: Call) -> bool:
@@ -161,11 +161,11 @@ def lowest(call: Call, work: float, pools: PoolMemory | None = None) -> Answer:
         answer = call.run(RELAXED, limit, None, middle)
         if isinstance(answer, Unfinished) and pools is not None:
             before = call.work
-            told, pools = pooled(call, pools, answer.best or best), None
-            if not isinstance(told, Unfinished):
-                return told
-            call.raise_least(told.bound or 0)
-            best = told.best or answer.best
+            better, pools = pooled(call, pools, answer.best or best), None
+            if not isinstance(better, Unfinished):
+                return better
+            call.raise_least(better.bound or 0)
+            best = better.best or answer.best
             end += call.work - before
             continue
         if isinstance(answer, Unfinished):

@@ -64,8 +64,8 @@ def packed(call: Call, packings: set[Design], design: Design, value: Callable[[c
     packings.add(rest)
     weights = call.weights
     weighed = [(call.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
-    found = [Found(exact, other) for exact, other in weighed if exact is not None and call.is_wanted(exact, None)]
-    return min(found, key=lambda one: weighted(weights, one.point), default=None)
+    better = [Found(exact, other) for exact, other in weighed if exact is not None and call.is_wanted(exact, None)]
+    return min(better, key=lambda one: weighted(weights, one.point), default=None)
 
 
 @contextmanager
@@ -132,14 +132,14 @@ def _neighbourhoods(
 def _threads_by_core(space: Space, design: Design) -> dict[tuple[int, int], set[str]]:
     """The names, as stated in the file, of the threads whose core is a decision, by processor and option."""
     view = View(design)
-    found: dict[tuple[int, int], set[str]] = {}
+    threads_of: dict[tuple[int, int], set[str]] = {}
     for item in space.open_cores:
         if design[item.index] >= 0:
             for number in item.threads:
                 component = space.components[number]
                 core = int(at(component.processor, view)), design[item.index]
-                found.setdefault(core, set()).add(component.stated_as)
-    return found
+                threads_of.setdefault(core, set()).add(component.stated_as)
+    return threads_of
 
 
 def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
@@ -167,13 +167,13 @@ def roomier(call: Call, design: Design, point: Bound) -> Design | None:
     for work in tuning.work:
         if call.out_of_time():
             return None
-        found = call.limited(RELAXED, work)
-        status = call.solved(found, model, RELAXED)
+        sharper = call.limited(RELAXED, work)
+        status = call.solved(sharper, model, RELAXED)
         if status == cp_model.INFEASIBLE:
             return None
         if status != cp_model.UNKNOWN:
-            other = encoded.design(list(found.response_proto.solution))
-            settled = encoded.settled(other, found.value, is_best=False)
+            other = encoded.design(list(sharper.response_proto.solution))
+            settled = encoded.settled(other, sharper.value, is_best=False)
             if settled is not None or status == cp_model.OPTIMAL:
                 return settled
     return None

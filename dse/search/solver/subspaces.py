@@ -178,12 +178,12 @@ class AllSubspaces:
         None where no known design is in a region; ties by the design, so that results are reproducible.
         """
         known = [
-            found
+            better
             for part in self.all
-            for found in part.found
-            if any(strictly_inside(found.point, region) for region in regions)
+            for better in part.found
+            if any(strictly_inside(better.point, region) for region in regions)
         ]
-        return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
+        return min(known, key=lambda better: (weighted(weights, better.point), better.design), default=None)
 
 
 def _combinations(encoded: EncodedSpace, most: int) -> list[tuple[int, ...]]:

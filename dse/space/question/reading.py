@@ -106,10 +106,10 @@ def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
         if name in RESERVED or CALL.match(name):
             ledger.error(path, f"{shown(name)} is a metric already: choose another name", at_key=True)
             continue
-        found = _attempt(ledger, path, text, partial(read_derived, space, name, text))
-        if not found:
+        derived = _attempt(ledger, path, text, partial(read_derived, space, name, text))
+        if not derived:
             ledger.doubt_metric(name)
-        space = replace(space, derived=(*space.derived, *found))
+        space = replace(space, derived=(*space.derived, *derived))
     return space
 
 
@@ -131,14 +131,14 @@ def _names_in(expression: DerivedExpr) -> Iterator[str]:
 
 def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
     """The latency that a flow itself states: its maximum is a requirement."""
-    found = []
+    requirements = []
     for number, flow in enumerate(space.flows):
         if flow.required_ns is not None:
             text = f"latency of {flow.name} <= {format_duration(flow.required_ns[1])}"
             metric = Metric(f"latency of {flow.name}", "latency", number)
             limit = Quantity(Fraction(flow.required_ns[1]) / 10**9, TIME, "s")
-            found.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
-    return found
+            requirements.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
+    return requirements
 
 
 def _deadline_origin(ledger: Ledger, spec: Spec, component: Component | Connection) -> str:

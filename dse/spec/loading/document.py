@@ -81,11 +81,11 @@ def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
     fields = [info.alias or name for name, info in Spec.model_fields.items()]
     order = {key: position for position, key in enumerate(fields)}
     keys = sorted((key for key in document if key not in WORDS), key=lambda key: order.get(key, len(order)))
-    found = {key: document[key] for key in keys if document[key] is not None}
+    ordered = {key: document[key] for key in keys if document[key] is not None}
     for section in SECTIONS:
-        if isinstance(found.get(section), dict):
-            found[section] = {name: _fields(entry) for name, entry in found[section].items()}
-    return found
+        if isinstance(ordered.get(section), dict):
+            ordered[section] = {name: _fields(entry) for name, entry in ordered[section].items()}
+    return ordered
 
 
 def _fields(entry: Any) -> Any:

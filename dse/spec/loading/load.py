@@ -258,15 +258,15 @@ class _SpecLoader:
     def _with_model(self, source: Source) -> Source:
         """A file that decides over a model, laid over what that states."""
         try:
-            found = self.models_of(source)
+            model = self.models_of(source)
         except ProblemError as error:
             self._is_complete = False
             self.findings += error.diagnostics
             return source
-        wrong = list(strangers(source.node, found, source.file))
+        wrong = list(strangers(source.node, model, source.file))
         self.findings += wrong
         self._is_complete &= not wrong
-        return Source(source.file, overlaid(source.node, found))
+        return Source(source.file, overlaid(source.node, model))
 
     def models_of(self, source: Source) -> YamlNode:
         """The tree of the model that a file decides over."""
@@ -308,8 +308,8 @@ class _SpecLoader:
         return found
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        found = error.errors(include_url=False)
-        self.findings += [translated(item, source, model) for item in found if not is_of_wrong_items(item)]
+        errors = error.errors(include_url=False)
+        self.findings += [translated(item, source, model) for item in errors if not is_of_wrong_items(item)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)

@@ -88,10 +88,10 @@ def _named(hint: str) -> Callable[[Any], str]:
     """Reads a name; what to do where somebody writes that there is none."""
 
     def name(value: Any) -> str:
-        found = _text(value, "a name", MAX_NAME)
-        if found == "none":
+        text = _text(value, "a name", MAX_NAME)
+        if text == "none":
             raise field_error('the name "none" is reserved', hint)
-        return found
+        return text
 
     return name
 

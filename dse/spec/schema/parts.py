@@ -56,9 +56,9 @@ class StrictMapping(BaseModel):
             return of(source.__pydantic_core_schema__)
 
         name = f"{source.__module__}.{source.__qualname__}:{id(source)}"
-        asked = core_schema.no_info_plain_validator_function(source.model_validate, ref=name)
-        asked["metadata"] = {"pydantic_js_functions": [described]}
-        return asked
+        own_schema = core_schema.no_info_plain_validator_function(source.model_validate, ref=name)
+        own_schema["metadata"] = {"pydantic_js_functions": [described]}
+        return own_schema
 
 
 class SpecMapping(StrictMapping):

@@ -29,10 +29,10 @@ def _keys_of(path: PathLike) -> frozenset[Key]:
     real = Path(os.path.realpath(path))
     keys: set[Key] = set()
     try:
-        found = real.stat()
-        if not stat.S_ISREG(found.st_mode):
+        status = real.stat()
+        if not stat.S_ISREG(status.st_mode):
             return frozenset()
-        keys.add((found.st_dev, found.st_ino, ""))
+        keys.add((status.st_dev, status.st_ino, ""))
     except OSError:
         pass
     try:
@@ -122,10 +122,10 @@ def _output(name: str, other: str) -> UsageError:
 def _standard_output() -> frozenset[Key]:
     """The file that standard output was redirected to; nothing for terminals and pipes."""
     try:
-        found = os.fstat(sys.stdout.fileno())
+        status = os.fstat(sys.stdout.fileno())
     except (OSError, ValueError, AttributeError):
         return frozenset()
-    return frozenset({(found.st_dev, found.st_ino, "")}) if stat.S_ISREG(found.st_mode) else frozenset()
+    return frozenset({(status.st_dev, status.st_ino, "")}) if stat.S_ISREG(status.st_mode) else frozenset()
 
 
 _CURRENT: ContextVar[Guard | None] = ContextVar("guard", default=None)

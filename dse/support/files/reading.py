@@ -89,10 +89,10 @@ def opened(path: PathLike) -> Iterator[BinaryIO]:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         raise UnreadableFileError(path, _why(path, error)) from None
-    found = os.fstat(handle)
-    if not stat.S_ISREG(found.st_mode):
+    status = os.fstat(handle)
+    if not stat.S_ISREG(status.st_mode):
         os.close(handle)
-        raise UnreadableFileError(path, _other_kind(found.st_mode))
+        raise UnreadableFileError(path, _other_kind(status.st_mode))
     with os.fdopen(handle, "rb") as stream:
         yield stream
 

@@ -276,14 +276,14 @@ def unit_ratio(unit: str, base: str) -> Fraction | None:
     >>> unit_ratio("kg", "g"), unit_ratio("TOPS", "GOPS"), unit_ratio("cm", "mm"), unit_ratio("g", "EUR")
     (Fraction(1000, 1), Fraction(1000, 1), Fraction(10, 1), None)
     """
-    given, wanted = canonical_unit(unit), canonical_unit(base)
-    if given == wanted:
+    own, wanted = canonical_unit(unit), canonical_unit(base)
+    if own == wanted:
         return Fraction(1)
-    if given in UNITS or wanted in UNITS:
-        scale, dimension = UNITS.get(given, (Fraction(1), None))
+    if own in UNITS or wanted in UNITS:
+        scale, dimension = UNITS.get(own, (Fraction(1), None))
         other, wanted_dimension = UNITS.get(wanted, (Fraction(1), None))
         return None if dimension in (None, MONEY) or dimension != wanted_dimension else scale / other
-    ours, theirs = _split(given), _split(wanted)
+    ours, theirs = _split(own), _split(wanted)
     common = [name for name in ours if name in theirs]
     return ours[common[0]] / theirs[common[0]] if common else None
 
@@ -296,7 +296,7 @@ def _split(unit: str) -> dict[str, Fraction]:
             known[unit[len(prefix) :]] = Fraction(factor)
     if known:
         return known
-    found = {unit: Fraction(1)}
+    powers = {unit: Fraction(1)}
     if unit[:1] in _COMMON and len(unit) > MOST_SYMBOL and unit.isalpha():
-        found[unit[1:]] = Fraction(_FACTORS[unit[0]])
-    return found
+        powers[unit[1:]] = Fraction(_FACTORS[unit[0]])
+    return powers
