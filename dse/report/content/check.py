@@ -58,8 +58,8 @@ def _counts(description: Description) -> list[Block]:
     begin = f"{count_words(len(description.decisions), 'decision')}, at most {count_words(description.size, 'design')}"
     return [
         Text(
-            f"{begin}{counted}. Designs are combinations of options, before rules, bindings and requirements (an unused "
-            "decision counts once where a single other decision makes it unused, else in full).",
+            f"{begin}{counted}. Designs are combinations of options, before rules, bindings and requirements (an "
+            "unused decision counts once where a single other decision makes it unused, else in full).",
             brief=f"{begin}{counted}",
         )
     ]
