@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,8 +113,11 @@ def answer(
     report: str | None = None,
     quiet: bool = False,
     every: bool = False,
+    lead: str = "",
 ) -> None:
     """Print a page (`every` row of it), unless a file goes to standard output; write the files and the report.
+
+    `lead` stands in place of the page's own on a terminal, where it names what the command was given.
 
     Raises
     ------
@@ -124,7 +128,8 @@ def answer(
         from dse.report.terminal import print_page
 
         screen = console()
-        print_page(screen, page, every=every, lines=screen_lines(screen))
+        printed = replace(page, lead=lead) if lead else page
+        print_page(screen, printed, every=every, lines=screen_lines(screen))
     failure = save(*files) or write_page(report, page)
     if failure is not None:
         raise failure

@@ -52,7 +52,8 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     if len(references) > 1:
         raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
     if not references:
-        called = f"the baseline with {', '.join(own)}" if own else "the baseline"
+        is_only = not any(item.is_open for item in problem.space.decisions)
+        called = f"the baseline with {', '.join(own)}" if own else "the only design" if is_only else "the baseline"
         return NamedDesign(with_stated_cores(problem, own), tuple(own), called=called)
     [(path, number)] = references
     data = read_result(path)

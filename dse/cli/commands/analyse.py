@@ -57,13 +57,8 @@ def command(
     analysis = analyse(design_asked.problem, design_asked.texts, response_times=response_times)
     from dse.report.content.analyse import analysis_page
 
-    answer(
-        analysis_page(analysis, design_asked.called),
-        (json_path, analysis.to_json),
-        report=report,
-        every=every,
-        quiet=quiet,
-    )
+    page, lead = analysis_page(analysis), f"{analysis.space.name}: {design_asked.called}"
+    answer(page, (json_path, analysis.to_json), report=report, every=every, quiet=quiet, lead=lead)
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -133,10 +134,11 @@ def command(
     from dse.report.content.study import study_page
     from dse.report.terminal import print_page
 
-    page = study_page(result.to_dict(), chosen.called)
+    page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
         screen = console()
-        print_page(screen, page, every=every, lines=screen_lines(screen))
+        lead = f"{problem.name}: margins of {chosen.called}"
+        print_page(screen, replace(page, lead=lead), every=every, lines=screen_lines(screen))
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

@@ -123,6 +123,6 @@ def command(
     )
     from dse.report.content.simulate import simulation_page
 
-    page = simulation_page(simulation, chosen.called)
-    answer(page, (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
+    page, lead = simulation_page(simulation), f"{simulation.space.name}: {chosen.called}, simulated"
+    answer(page, (json_path, simulation.to_json), report=report, every=every, quiet=quiet, lead=lead)
     return simulation.exit_code

@@ -54,10 +54,10 @@ USAGE = (
 )
 
 
-def analysis_page(analysis: Analysis, called: str = "") -> Page:
+def analysis_page(analysis: Analysis) -> Page:
     """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
 
-    `called` names the design in the title. A `Page` with the sections *design* (verdict, and what is counted),
+    A `Page` with the sections *design* (verdict, and what is counted),
     *overview*, *flows* and *responses*; an invalid design has its breaches only.
     """
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
@@ -79,8 +79,7 @@ def analysis_page(analysis: Analysis, called: str = "") -> Page:
             Section("metrics", "Every metric", tuple(_every_figure(analysis)), is_detail=True),
         ]
     name = analysis.space.name
-    lead = f"{name}: {called}" if called and analysis.decisions else name
-    return Page(f"{name}: analysis", lead, tuple(section for section in sections if section.blocks))
+    return Page(f"{name}: analysis", name, tuple(section for section in sections if section.blocks))
 
 
 def _every_figure(analysis: Analysis) -> Iterator[Block]:

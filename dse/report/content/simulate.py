@@ -27,14 +27,12 @@ HISTOGRAM = (
 )
 
 
-def simulation_page(simulation: Simulation, called: str = "") -> Page:
+def simulation_page(simulation: Simulation) -> Page:
     """Contradictions first, then each flow against its bounds, its histogram, response times, losses, notes.
 
-    `called` names the design in the title. Two sections: observations against bounds, and histograms (a detail that a
-    terminal leaves out).
+    Two sections: observations against bounds, and histograms (a detail that a terminal leaves out).
     """
-    who = f"{called}, " if called and simulation.space.decisions else ""
-    lead = f"{simulation.space.name}: {who}simulated"
+    lead = f"{simulation.space.name}: simulated"
     sections = (
         Section("simulation", "What was observed", tuple(_blocks(simulation))),
         Section("histograms", "Each latency as a histogram", tuple(_histograms(simulation)), is_detail=True),

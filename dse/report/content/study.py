@@ -37,17 +37,16 @@ def sections_of(data: Data) -> list[Section]:
     return list(makers[form](data))
 
 
-def study_page(data: Data, called: str = "") -> Page:
+def study_page(data: Data) -> Page:
     """The whole page of a study.
 
-    `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which. `called`
-    names the design of a sensitivity study in the title.
+    `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which.
     """
     problem = data["problem"]
     kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
     kind = kinds.get(data["format"], "robustness")
-    what = f"margins of {called}" if called and kind == "sensitivity" else kind
-    return Page(f"{problem['name']}: {kind}", f"{problem['name']}: {what}", (*sections_of(data), _basis(data)))
+    title = f"{problem['name']}: {kind}"
+    return Page(title, title, (*sections_of(data), _basis(data)))
 
 
 def _basis(data: Mapping[str, Any]) -> Section:
