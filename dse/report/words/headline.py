@@ -25,6 +25,8 @@ from dse.support.units.text import count_words, format_count
 
 LINE = 80
 """Letters of the first line."""
+DEADLINE = "<= its deadline"
+"""The end of the text of a requirement that is a deadline."""
 MOST_IDS = 6
 """The greatest number of designs that a warning lists."""
 
@@ -45,7 +47,8 @@ def limits_words(result: Result, room: int) -> str:
     """
     stated = [item for item in result.space.requirements if not item.implied]
     asked = [item for item in stated if item.origin == ORIGIN] or stated
-    limits = list(dict.fromkeys(_limit_words(item) for item in asked))
+    limits = list(dict.fromkeys(_limit_words(item) for item in asked if not item.text.endswith(DEADLINE)))
+    limits += ["every deadline met"] if any(item.text.endswith(DEADLINE) for item in asked) else []
     if result.space.overload == "allowed":
         limits.insert(0, "overload allowed")
     for told in range(len(limits), -1, -1):
