@@ -146,7 +146,7 @@ def _beyond(ends: Ends, limit: Limit, side: Side, operator: str) -> tuple[Fracti
 def _with_limit(
     ends: Ends, term: Term, side: Side, limit: Limit, bounds: list[Fraction] | None
 ) -> list[tuple[Fraction, Fraction]] | None:
-    """A figure and its limit, case by case: both may hang on the same decision."""
+    """A figure and its limit, case by case: both may depend on the same decision."""
     if bounds is None or len(bounds) != 1:
         return _cases(ends.space, lambda view: (_end(term, side, view), limit.bound(view)))
     bounds_of_term = ends.of(term)

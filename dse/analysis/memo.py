@@ -30,7 +30,7 @@ def _same_figures(space: Space, other: Space) -> bool:
 
 
 def _limits_on_cores(space: Space) -> list[tuple[int | None, str, object]]:
-    """What requirements say of the use of cores: threads without a core are put on cores such that it holds."""
+    """The limits of requirements on cores, by which threads without a core get one."""
     return [
         (item.metric.index, item.operator, item.limit.value)
         for item in space.requirements
@@ -127,7 +127,7 @@ class _Node(Generic[T]):
 
 
 class _Tree(Generic[T]):
-    """What is remembered of one formula: `values` were found, and `recalled` times one was there already."""
+    """The values of one formula that are remembered; `recalled` counts the times when one was used again."""
 
     __slots__ = ("recalled", "root", "values")
 

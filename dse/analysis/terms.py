@@ -33,7 +33,7 @@ class Term:
 
     Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
     response time, which consults whatever shares its processor, `ends` are bounds of it that consult less. Where it is
-    the greatest or least of several sums, `extreme` has them. Where it hangs on offsets that are open, `phased` takes
+    the greatest or least of several sums, `extreme` has them. Where it depends on offsets that are open, `phased` takes
     them apart from all else.
     """
 

@@ -40,7 +40,7 @@ class Predicate:
     why: Callable[[Design], str] | None = None
 
     def _breach(self, design: Design) -> str:
-        """What to say of a design in which it does not hold."""
+        """The sentence about a design that violates the condition."""
         return self.text if self.why is None else self.why(design)
 
 
@@ -81,7 +81,7 @@ def _unanswered(space: Space, view: View) -> list[Decision]:
 
 
 def _structural_predicates(space: Space) -> Iterator[Predicate]:
-    """What the architecture itself demands of every design."""
+    """The conditions of the architecture on every design."""
     for number, decision in enumerate(space.decisions):
         if _mentions_not_offered(decision.home):
             why = partial(_what_is_offered, decision, number)

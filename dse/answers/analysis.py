@@ -234,7 +234,7 @@ class Analysis(Answer):
     metrics: Mapping[str, Fraction]
     metric_units: Mapping[str, str]
     verdicts: Annotated[tuple[Verdict, ...], "How it meets each requirement.", Json("requirements")]
-    warnings: Annotated[tuple[str, ...], "What no requirement forbids but an engineer should know."] = ()
+    warnings: Annotated[tuple[str, ...], "Warnings about the design that no requirement covers."] = ()
     breaches: Annotated[tuple[str, ...], "Why it is no valid design; then the tables are empty."] = ()
     responses: Annotated[
         Mapping[str, tuple[Response, ...]],
@@ -458,7 +458,7 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
 
 
 def _placed(usage: Usage, terms: tuple[Term, ...], cores: Mapping[str, int]) -> Usage:
-    """With the core of each of those who use the processor."""
+    """The usage of a processor, with the core of each thread that runs on it."""
     threads = {term.label: term.component for term in terms}
     placed = {label: cores[threads[label]] for label in usage.shares if threads[label] in cores}
     return replace(usage, cores=placed)
@@ -467,7 +467,7 @@ def _placed(usage: Usage, terms: tuple[Term, ...], cores: Mapping[str, int]) -> 
 def _warnings(
     space: Space, flows: Sequence[FlowTable], processors: Sequence[Usage], buses: Sequence[Usage]
 ) -> list[str]:
-    """What no requirement forbids but an engineer should know."""
+    """Warnings about the design that no requirement covers."""
     warnings = []
     for flow, table in zip(space.flows, flows, strict=True):
         if flow.required_ns is not None and table.min_ns < flow.required_ns[0]:

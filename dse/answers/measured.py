@@ -169,12 +169,12 @@ class Kept:
 
     @property
     def stated(self) -> KeptValue:
-        """With the figures of the file."""
+        """The value of the requirement with the figures that the file states."""
         return KeptValue(self.values[0], self.slacks[0], self.holds[0])
 
     @property
     def measured(self) -> KeptValue:
-        """With the measured ones."""
+        """The value of the requirement with the measured figures."""
         return KeptValue(self.values[1], self.slacks[1], self.holds[1])
 
 

@@ -140,7 +140,7 @@ def print_front(
 ) -> None:
     """Print a front with sections of studies: on one screen, or with all that is known of each alternative.
 
-    Where the time limit comes before that is found out, what is told is what the result says.
+    Where the time limit comes first, only the contents of the result are printed.
     """
     from dse.report.content.front.first_screen import first_page
     from dse.report.content.front.pages import printed_page

@@ -51,7 +51,7 @@ def study_report_options(command: F) -> F:
 def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
     """The report of a study.
 
-    HTML, Markdown, CSV and JSON in `folder`; each path is told on standard error unless `quiet`.
+    HTML, Markdown, CSV and JSON in `folder`; each path is printed on standard error unless `quiet`.
     """
     from dse.report.output import study_files
 

@@ -291,7 +291,7 @@ class Demands:
         return self._guarded(partial(add_limit, self.board, self.rates, limit))
 
     def _guarded(self, add: Callable[[], None]) -> cp_model.IntVar:
-        """What `add` demands, under a guard of its own."""
+        """The rows that `add` makes, under a guard of their own."""
         self.board.guard = guard = self.board.model.new_bool_var("")
         try:
             add()

@@ -57,7 +57,7 @@ def measure_branches(
     """The sum of a measure's terms (or of some of them) in units of 1 / scale.
 
     Exact, or for a rounded measure each term rounded up; with `below` rounded down instead, a lower bound of the exact
-    sum. Where many terms hang on the same decision (the type of a processor), there is one form for each of its
+    sum. Where many terms depend on the same decision (the type of a processor), there is one form for each of its
     options: that needs no literal for each pair of the option and a rate.
     """
     listed = measure.terms if terms is None else terms

@@ -61,7 +61,7 @@ def deciding_text(path: Path, options: Mapping[str, str], folder: Path) -> tuple
 
 
 def _head(imported: Imported, options: Mapping[str, str]) -> dict[str, Any]:
-    """What names the model and the question."""
+    """The head of the document: the model and the question."""
     stated = imported.document["imported"]
     head: dict[str, Any] = {"dse": 1, "name": f"Decisions of {stated['root']}", "of": "", "root": stated["root"]}
     if options.get("mode"):
@@ -77,7 +77,7 @@ def _head(imported: Imported, options: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _choices(document: Mapping[str, Any], model: InstanceModel) -> dict[str, dict[str, dict[str, list[str]]]]:
-    """What may be chosen: for each section and name the options of fields, first what the model states."""
+    """The options of fields, by section and name; the value of the model comes first."""
     choices: dict[str, dict[str, dict[str, list[str]]]] = {}
     entered = {item.get("to") for item in document.get("connections", {}).values()}
     for name, item in document.get("threads", {}).items():
@@ -185,7 +185,7 @@ def _explained(text: str) -> Iterator[str]:
 
 
 def _comments(imported: Imported) -> str:
-    """What the model asks for itself, which holds as well."""
+    """Comments on the requirements of the model, which hold as well."""
     document = imported.document
     lines = ["# What the model asks for holds as well:"]
     for name, flow in document.get("flows", {}).items():

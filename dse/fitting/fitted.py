@@ -305,7 +305,7 @@ def _range(item: Execution) -> str:
 
 
 def _uncertainty(fit: Fit, samples_file: str | None) -> Iterator[tuple[str, dict[str, str]]]:
-    """What each longest execution time may be instead: the samples, or a normal distribution cut to their range."""
+    """The uncertainty of each longest execution time: the samples, or a normal distribution cut to their range."""
     for item in fit.executions:
         summary = item.summary
         if summary.is_single or summary.min_ns == summary.max_ns:

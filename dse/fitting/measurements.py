@@ -352,7 +352,7 @@ class _SampleReader:
         return None
 
     def summaries(self) -> Iterator[Summary]:
-        """What was read, in the order of the file; samples by their group and size."""
+        """The summaries of a file in its order; samples are grouped by platform, transport and size."""
         yield from (item for item, _ in self.rows)
         for key, values in in_time(self.samples.items()):
             low, high, line = self.extremes[key]

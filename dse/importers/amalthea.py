@@ -223,7 +223,7 @@ class _Reader:
         return {"dispatch_protocol": "periodic"}
 
     def _read_runs(self) -> None:
-        """What each task runs, and which stimuli of others it triggers."""
+        """Read the runnables of each task, and the stimuli of others that it triggers."""
         for task in self.tasks:
             self.runs[task.name] = list(self._called(task, ()))
             for item in (part for one in (task, *self.runs[task.name]) for part in one.all()):
@@ -288,7 +288,7 @@ class _Reader:
     # --- labels, chains
 
     def _connections(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        """What tasks exchange by labels: for each two of them one connection, with the sizes of its labels."""
+        """The connections by labels: one for each pair of tasks, with the sizes of the labels."""
         sizes = {item.name: next(iter(item.of("size")), None) for item in self.parts.get("labels", ())}
         writers: dict[str, dict[str, None]] = {}
         readers: dict[str, dict[str, None]] = {}
@@ -373,7 +373,7 @@ class _Reader:
     def _path(
         self, chain: Element, events: Mapping[str, Element], of_runnable: Mapping[str, Sequence[str]]
     ) -> list[str] | None:
-        """The tasks of a chain, with the connections between them; None where it is no way, which is told."""
+        """The tasks of a chain, with the connections between them; None where it is no way, with a remark."""
         if any(True for item in chain.of("strands")) or chain.attributes.get("itemType", "sequence") != "sequence":
             self._remark(f"the event chain {chain.name} is left out: it has ways beside each other", chain)
             return None

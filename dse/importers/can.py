@@ -326,7 +326,7 @@ def _cycles(text: Any) -> dict[str, int]:
 
 
 def _stated(cycles: Mapping[str, int], name: str) -> int | None:
-    """What is stated for a message: of the first pattern that is its own, else for all."""
+    """The cycle time that the option states for a message: by the first pattern that fits, else for all."""
     own = (ns for pattern, ns in cycles.items() if pattern != "*" and fnmatchcase(name, pattern))
     return next(own, cycles.get("*"))
 

@@ -79,7 +79,7 @@ def _reference(text: str) -> tuple[str, str] | None:
 
 
 def _name(text: str) -> str:
-    """The decision that a text is about; what is wrong with it is told where it is read."""
+    """The decision that a text is about; its mistakes are reported where it is read."""
     try:
         return parse_assignment(text)[0]
     except ExpressionError:

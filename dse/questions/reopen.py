@@ -111,7 +111,7 @@ def found_again(data: Mapping[str, Any], problem: Problem, search: FrontSearch, 
 
 
 def _check_ranks(bench: Bench, front: tuple[Point, ...], path: str | Path) -> None:
-    """What is said of the front as a whole; that no point is missing is for `dse verify`."""
+    """Check the claims about the front as a whole, except completeness, which `dse verify` proves."""
     vectors = [[point.objectives[name] for name in bench.names] for point in front]
     bench.vectors += [tuple(sign * value for sign, value in zip(bench.signs, row, strict=True)) for row in vectors]
     check_ranks(bench)

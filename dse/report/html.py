@@ -211,12 +211,12 @@ def libraries() -> str:
 
 
 def _without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
-    """What a page says in place of plots that the library would draw; "" where it is there."""
+    """The remark in place of plots that need the library; "" where it is installed."""
     return "" if bundle else f"{what} {how_to_install('plots')}. Every figure is in the tables."
 
 
 def _hashes(scripts: Sequence[str]) -> str:
-    """What the content security policy says of scripts."""
+    """The hashes of scripts for the content security policy."""
     digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
     return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
 

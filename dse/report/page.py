@@ -23,7 +23,7 @@ Tone: TypeAlias = Literal["plain", "strong", "wrong", "good", "doubtful", "quiet
 class Text:
     """A paragraph; `tone` sets off a verdict (strong, good, doubtful) and what is amiss (wrong).
 
-    A terminal says `brief`, if there is one, unless it is told to show all, and indents the further lines by `hang`.
+    A terminal says `brief`, if there is one, unless it shows all, and indents the further lines by `hang`.
     """
 
     kind: ClassVar = "text"
@@ -37,7 +37,7 @@ class Text:
 class Item:
     """A line of a list, under a label if it has one; `depth` 2 belongs to the line above it.
 
-    Of a list of decisions a terminal has no more than `told` letters, unless it is told to show all.
+    Of a list of decisions a terminal has no more than `told` letters, unless it shows all.
     """
 
     text: str
@@ -54,7 +54,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Listing:
-    """Lines, one below the other; a terminal shows `brief` of them unless it is told to show all.
+    """Lines, one below the other; a terminal shows `brief` of them unless it shows all.
 
     Items have a label, a depth of indentation and a tone; `brief` None shows all of them.
     """
@@ -69,7 +69,7 @@ class Table:
     """A table.
 
     `numbers` are the columns that align right, `total` marks the last row as a sum. `bars` has for each row a length
-    from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it is told to show all, and says `rest` of the
+    from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it shows all, and says `rest` of the
     others (``{}`` is how many); a file has `most`. Where there is no room for all columns a terminal leaves out those
     of `spare`, in this order: they are told elsewhere. Where there is still none, it tells the columns from `wide` on
     in one cell, or below the table by the cell of column `label`, and of each no more than `told` letters unless it is
@@ -205,7 +205,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """An answer as it is told: `lead` says in a line what it is about, `title` heads a file.
+    """An answer, ready to be written: `lead` says in a line what it is about, `title` heads a file.
 
     `is_amiss` tells that the answer is no good news: the frame around its lead must not look like some.
     """
@@ -217,7 +217,7 @@ class Page:
 
 
 def few(items: Sequence[str], most: int, what: str) -> str:
-    """A list of which the first `most` are told, and how many more of `what` there are; one more is told instead.
+    """The first `most` items of a list and the number of the others; a single further item is listed, not counted.
 
     >>> few(["a", "b", "c"], 2, "options"), few(["a", "b", "c", "d"], 2, "options")
     ('a; b; c', 'a; b; and 2 more options (--all)')

@@ -74,7 +74,7 @@ def _height(console: Console, *blocks: Block) -> int:
 
 
 def _cut_to(console: Console, blocks: Sequence[Block], lines: int) -> list[Block]:
-    """The blocks in so many lines, as far as that can be had: each time the longest gives up a row."""
+    """The blocks cut to `lines` lines as far as possible: the longest table or list loses a row at a time."""
     kept = list(blocks)
     heights = [_height(console, block) for block in kept]
     while sum(heights) > lines:
@@ -191,7 +191,7 @@ def _print_grid(console: Console, table: Table, grid: Grid, widths: list[int]) -
 
 
 def _print_told(console: Console, table: Table, grid: Grid, most: int | None) -> None:
-    """What a row says from column `wide` on beside it in one cell, or below the table, or all of it as a paragraph."""
+    """Print the columns from `wide` on in one cell of each row, or below the table, or each row as a paragraph."""
     assert table.wide is not None
     texts = [_cut(_joined(table, grid, row), most) for row in grid.rows]
     bare = grid.only(range(table.wide))
@@ -256,6 +256,6 @@ def _name(table: Table, row: tuple[str, ...]) -> str:
 
 
 def _pairs_of(table: Table, headings: Sequence[str], row: tuple[str, ...]) -> str:
-    """The other columns of a row that is told as a paragraph."""
+    """The other columns of a row with a remark as a paragraph."""
     pairs = [(name, value) for name, value in zip(headings, row, strict=False) if value]
     return ", ".join(f"{name} {value}".strip() for at, (name, value) in enumerate(pairs) if at != table.label)

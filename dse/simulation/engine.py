@@ -237,7 +237,7 @@ class _SimulationRun:
             self._hold(core, core.running)
 
     def _hold(self, core: Core, job: Job) -> None:
-        """What is ready is looked at again when the section is over."""
+        """Look at the ready jobs again when the section is over."""
         self.at(self.now + job.left - job.yields, END, "yield", core, core.version)
 
     def _yield(self, core: Core, version: int) -> None:

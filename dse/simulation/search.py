@@ -123,7 +123,7 @@ def _extreme(seen: Observation, flow: int, goal: str) -> Exact | None:
 
 
 def _moves(plan: Plan, flow: int, item: Flow) -> Iterator[tuple[str, int, str]]:
-    """What to move, and the flow step that tells where to: the timers of the flow, then what shares their cores."""
+    """Timers to move, and the flow step that says where to: those of the flow, then those that share their cores."""
     own = []
     for position, step in enumerate(item.steps):
         task = plan.tasks[step.index, "thread"] if step.kind == "component" else None

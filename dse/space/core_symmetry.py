@@ -115,7 +115,7 @@ def _stated(space: Space, component: Component, decided: Sequence[OpenCore]) -> 
 
 
 def _mark(space: Space, item: OpenCore, core: int, fixable: Collection[int]) -> Hashable:
-    """What tells a core from others where a decision gives it."""
+    """The properties that distinguish a core from others where a decision chooses it."""
     if item.index in fixable:
         return core
     if item.index in space.fixed:

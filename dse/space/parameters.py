@@ -137,7 +137,7 @@ def value_in(table: Mapping[str, Any], value: Total) -> str | None:
 def _in_order(
     ledger: Ledger, path: Path, values: Sequence[Total], table: Mapping[str, Any]
 ) -> Sequence[tuple[str, Any]]:
-    """The times of each value, in the order of the values; a value without times is told."""
+    """The times of each value, in the order of the values; a value without times is an error."""
     ordered = []
     for value in values:
         key = value_in(table, value)

@@ -64,7 +64,7 @@ class Ledger:
     _compared: int = 0
 
     def __post_init__(self) -> None:
-        """What was taken out of the problem is open from the start."""
+        """Fields that were taken out of the problem are open from the start."""
         for name in self.loaded.remains.names:
             self.doubt(name)
             connection = self.loaded.spec.connections.get(name)

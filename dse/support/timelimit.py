@@ -212,7 +212,7 @@ class Work:
     pieces: int = 0
 
     def go_on(self, pieces: int = 1) -> None:
-        """Go on with so many pieces.
+        """Count `pieces` of work as done.
 
         Raises
         ------

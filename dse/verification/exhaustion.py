@@ -42,7 +42,7 @@ class Exhaustion:
 
 
 def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
-    """Look at every design.
+    """The outcome of an enumeration of every design.
 
     Raises
     ------

@@ -418,7 +418,7 @@ class SecondModel:
         model.add_bool_or(others)
 
     def _reduced(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> Callable[[float], bool]:
-        """Whether a region is refuted by so much work on a smaller question, which is made when it is first asked."""
+        """Whether a region is refuted by some work on a smaller question, which is made when it is first needed."""
         region: ReducedRegion | None = None
 
         def is_refuted(limit: float) -> bool:

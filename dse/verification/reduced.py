@@ -286,7 +286,7 @@ def may_break(row: Row, left: Left) -> bool:
 
 
 def _added(row: Row, deep: Sequence[Remainder], decision: int, left: Sequence[Sequence[int]]) -> list[int]:
-    """What each option that is left of a decision adds to a row at least, in their order."""
+    """The least that each remaining option of a decision adds to a row, in their order."""
     values = row.alone.get(decision)
     added = [0 if values is None else values[option] for option in left[decision]]
     for item in deep:

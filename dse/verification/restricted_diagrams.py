@@ -97,7 +97,7 @@ def is_deep(diagram: Diagram) -> bool:
 
 
 def _at(diagram: Diagram, decision: int, option: int) -> Diagram:
-    """What follows at the top of a diagram where a decision has an option."""
+    """The diagram below the top node, for an option of its decision."""
     while isinstance(diagram, Node) and diagram.decision == decision:
         diagram = diagram.branches[option]
     return diagram

@@ -112,7 +112,7 @@ def attempted(
     attempt: int = 0,
     ways: Ways = WAYS,
 ) -> Outcome:
-    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown.
+    """One attempt at a model, with settings and a seed of its own, for a given deterministic time; may be unknown.
 
     A pair of the solver's status and, with a solution, the solver.
     """

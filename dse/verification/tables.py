@@ -142,7 +142,7 @@ class _TableBuilder:
         self.wait_scale = lcm(*(item.scale for item in measures if not item.rounded and waits(item.metric)))
 
     def structure(self) -> None:
-        """What the architecture and the rules demand."""
+        """The conditions of the architecture and the rules."""
         book = self.evaluator.rulebook
         for predicate in book.predicates:
             self.demand(predicate.text, predicate.holds)
@@ -391,7 +391,7 @@ class _TableBuilder:
         return SumBound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
-        """What the waiting of threads follows from."""
+        """The tables from which the waiting of threads follows."""
         made = waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
         return replace(made, messages=self.waits_of, chains={key: chain for chain, key in self.chains.items()})
 

@@ -101,7 +101,7 @@ def _threads(teller: Teller, verdict: Verdict) -> list[TaskKey]:
 
 
 def _waiting(teller: Teller, key: TaskKey) -> FlowWait | None:
-    """What a thread waits for, if it has a bound and does wait."""
+    """The waiting time of a thread by cause; None where it has no bound or does not wait."""
     response = response_of(teller.space, *key, teller.view)
     if response is None or response.response_ns is None:
         return None

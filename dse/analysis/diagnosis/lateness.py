@@ -208,7 +208,7 @@ class Teller:
         return [key for key in self.solution.tasks if stated_name(self.space, key) in names]
 
     def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
-        """Where a thread and what goes before it need most, if that is more than there is."""
+        """The core or accelerator that a thread and its interference overload most; None where none is overloaded."""
         overloads: list[Full] = []
         for key in keys:
             place, share = waits.share(key)

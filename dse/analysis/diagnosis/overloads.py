@@ -142,14 +142,14 @@ def _on_given_cores(
 
 
 def _most(limit: Limit) -> Fraction:
-    """What a limit lets a core use, in ppm."""
+    """The largest utilisation of a core that a limit admits, in ppm."""
     return limit.cores.most if limit.cores is not None else limit.requirement.limit.value * PPM
 
 
 def _made(
     space: Space, limit: Limit, core: int, used: Mapping[int, Fraction], view: View, late: Sequence[Late]
 ) -> Overload:
-    """What is told of a core, or of no partition, by the shares of threads by number."""
+    """The overload of a core, or of a set of threads without partition, from the shares of threads by number."""
     slot = space.processors[limit.requirement.metric.index or 0]
     shares: dict[str, Fraction] = {}
     for number, share in used.items():

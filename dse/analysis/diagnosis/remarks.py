@@ -64,7 +64,7 @@ class _Transfer:
 
     @property
     def at_bandwidth_ns(self) -> Fraction:
-        """What the bandwidth alone would take."""
+        """The transmission time by bandwidth alone, in ns."""
         return Fraction(8 * self.size_bytes * NS_PER_S, self.bandwidth_bps)
 
 
@@ -219,7 +219,7 @@ def _never_sent(space: Space) -> Iterator[str]:
 
 
 def _of_other_rules(space: Space) -> Iterator[str]:
-    """What is stated and not looked at by the rules that apply."""
+    """The remarks on fields that are stated and that the profile ignores."""
     if space.profile == "dse":
         names_of = {
             "protocols": [item.name for item in space.connections if item.protocols]
@@ -244,7 +244,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _gains(space: Space, flow: Flow) -> Iterator[str]:
-    """What a flow would gain from a clock of which nobody speaks."""
+    """The remark on the latency that a flow would gain if its timers shared a clock."""
     gains = clock_gains(space, flow)
     if gains:
         parts = [f"{format_duration(item.saves_ns)} at {item.receiver} (after {item.sender})" for item in gains]
@@ -317,7 +317,7 @@ def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
 
 
 def _transfer(space: Space, number: int, item: Connection, view: View) -> _Transfer | None:
-    """What a connection sends over a bus, where both its time and the bandwidth are stated; loads count frames."""
+    """The transfer of a connection over a bus, where both its time and the bandwidth are stated; loads count frames."""
     stack, bus = bus_stack(space, item, view), space.buses[number]
     if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None

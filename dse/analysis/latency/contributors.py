@@ -240,7 +240,7 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
 
 
 def _job_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
-    """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
+    """The rows of a component's own time, from its release on; waits of later timers on its clock count them, too."""
     return [processing_row(space, component, view, step.chain)]
 
 

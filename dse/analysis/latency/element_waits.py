@@ -51,7 +51,7 @@ def waits_where(space: Space, number: int) -> Callable[[View], bool] | None:
 
 
 def may_wait(space: Space, step: Step, kind: str) -> bool:
-    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
+    """Whether what an element of a flow adds may depend on response times: its own, or those before it on its clock."""
     here = space.components[step.index]
     if kind == "min latency":  # only where a job may read when it begins
         return may_move(space, step, kind) and reads_when_jobs_begin(space)
@@ -121,7 +121,7 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, tuple[int, ..
 
 
 def waits_apart(space: Space, step: Step, kind: str) -> bool:
-    """Whether what a job of an element waits for others may be told apart from the rest of it, in every design."""
+    """Whether what a job of an element waits for others may be distinguished from the rest of it, in every design."""
     if step.only_reads or not counts_waiting(space, step.index) or not always_waits(space, step.index):
         return False
     return not may_move(space, step, kind)

@@ -132,7 +132,7 @@ class Join:
     def _shortest_wait(self, step: Step) -> Exact:
         """How long a message of the input of a step waits at least: more than 0 where it always comes before others.
 
-        That is told where every input comes from a timer at once, so that nothing on the way may lose messages, and no
+        It is known where every input comes from a timer at once, so that nothing on the way may lose messages, and no
         input makes place for new ones: it depends on no response time.
         """
         if any(self.room(wire) is not None for wire in self.wires) or any(map(self._comes_by_others, self.wires)):

@@ -89,7 +89,7 @@ def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def _read_late(space: Space, step: Step, term: Term) -> Term:
-    """What a reader's wait adds to the age of what it reads: more where its job begins late, up to a period.
+    """The term by which a reader's wait makes its input older: more where its job begins late, up to a period.
 
     What it finds then is no older than one period of what comes next.
     """
@@ -286,7 +286,7 @@ def message_term(space: Space, number: int) -> Term:
 
 
 def _follows_a_bus(space: Space, step: Step) -> bool:
-    """Whether what a component of a flow adds hangs on when messages come that wait for buses.
+    """Whether what a component of a flow adds depends on when messages come that wait for buses.
 
     That is so on a clock, where it reads what comes from a timer before it, where others dispatch it, and where it
     waits for other inputs.
@@ -300,7 +300,7 @@ def _follows_a_bus(space: Space, step: Step) -> bool:
 
 
 def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
-    """What a component on a clock adds to a latency or jitter under response times (`clock_reads`).
+    """The term of a component on a clock in a latency or jitter under response times (`clock_reads`).
 
     `number` is how many elements come before it.
     """

@@ -215,7 +215,7 @@ def clock_gains(space: Space, flow: Flow) -> tuple[Gain, ...]:
 
 
 def _gain(space: Space, step: Step, view: View) -> tuple[Exact, str] | None:
-    """What is gained in a design at one reader, and from whom it reads."""
+    """The gain of one reader in a design, and the sender that it reads from."""
     receiver = space.components[step.index]
     if not is_periodic(receiver, view):
         return None

@@ -109,7 +109,7 @@ def missing_ns(pair: Pair) -> Exact:
 
 
 def _rest(time: Exact, step: Exact) -> Exact:
-    """What is left of a time after whole steps: linear between them, for numbers that remember how they were made."""
+    """The remainder of a time after whole steps: linear between them, for numbers that remember how they were made."""
     return time - step * _steps(time, step)
 
 

@@ -49,7 +49,7 @@ def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def _anything(view: View) -> tuple[Fraction, Fraction]:
-    """The ends of what hangs on response times."""
+    """The ends of a time that depends on response times."""
     return ZERO, ZERO + UNBOUNDED_NS
 
 

@@ -97,7 +97,7 @@ def resource_uses(space: Space, view: View) -> tuple[ResourceUse, ...]:
 
 
 class _Needs:
-    """What entries and threads need of one resource in one design; threads without an entry are entries by themselves.
+    """The needs of entries and threads for one resource in one design; a thread without an entry is one itself.
 
     An item is a number: below the number of entries one of these, else a thread.
     """
@@ -112,7 +112,7 @@ class _Needs:
 
     @cached_property
     def parts(self) -> dict[int, list[int]]:
-        """What is within each entry."""
+        """The items within each entry."""
         by_resource: dict[int, list[int]] = {}
         for number, item in enumerate(self.entries):
             if item.within is not None:
@@ -121,7 +121,7 @@ class _Needs:
 
     @cached_property
     def roots(self) -> list[int]:
-        """What is within nothing."""
+        """The items that are within no entry."""
         inner = [number for number, item in enumerate(self.entries) if item.within is None]
         return inner + [len(self.entries) + number for number in range(len(self.threads))]
 
@@ -140,7 +140,7 @@ class _Needs:
         return self.space.components[self.threads[item - len(self.entries)]].name if entry is None else entry.name
 
     def budget(self, item: int) -> Fraction | None:
-        """What an item is to use at most."""
+        """The budget of an item."""
         entry = self.entry(item)
         if entry is None:
             return None
@@ -150,14 +150,14 @@ class _Needs:
         return None if set(stated) == {None} else Fraction(sum(size or 0 for size in stated))
 
     def used(self, item: int) -> Fraction:
-        """What it needs itself or its parts do; 0 where nobody says."""
+        """The need of an item, else the sum of its parts' needs; 0 where none is stated."""
         component = self.component(item)
         if self.kind == "speed" and component is not None and self.space.components[component].category == "thread":
             return self._demand(component, self.entry(item))
         return self._own(self.entry(item)) + sum((self.figure(part) for part in self.parts.get(item, ())), ZERO)
 
     def figure(self, item: int) -> Fraction:
-        """What it counts: what it needs, or its budget where that is nothing."""
+        """The figure that counts for an item: its need, or its budget where the need is 0."""
         return self.used(item) or self.budget(item) or ZERO
 
     def _own(self, entry: Budgeted | None) -> Fraction:
@@ -167,7 +167,7 @@ class _Needs:
         return Fraction(sum(sizes[self.kind]))
 
     def _demand(self, number: int, entry: Budgeted | None) -> Fraction:
-        """What a thread needs, in MIPS."""
+        """The need of a thread, in MIPS."""
         component = self.space.components[number]
         period = period_ns(component, self.view)
         if not period:
@@ -213,7 +213,7 @@ class _Needs:
         return entry is not None and (entry.processor if kind == "processor" else entry.partition) == target
 
     def use(self, item: int) -> BudgetUse:
-        """What an item counts, and its budget."""
+        """The counted figure of an item, and its budget."""
         return BudgetUse(self.name(item), self.figure(item), self.budget(item))
 
 
@@ -249,7 +249,7 @@ def _size(memory: MemorySizes, kind: Kind) -> Fraction | None:
 
 
 def _use(needs: _Needs, name: str, capacity: Fraction | None, bound: list[int]) -> ResourceUse:
-    """What is bound to one processor, partition or memory."""
+    """The use of one processor, partition or memory by the items that are bound to it."""
     users = tuple(needs.use(item) for item in bound)
     total = sum((item.used for item in users), ZERO)
     return _result(needs, name, capacity, total, users, tuple(_of_bound(needs, name, capacity, total, bound)))

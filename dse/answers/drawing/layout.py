@@ -141,7 +141,7 @@ def _with_bends(
 
 
 def _neighbours(chains: Sequence[Sequence[int]], heavy: Collection[int]) -> dict[int, list[tuple[int, int]]]:
-    """What each node is linked to, and how strongly."""
+    """The neighbours of each node, with the weight of each link."""
     neighbours: dict[int, list[tuple[int, int]]] = {}
     for number, chain in enumerate(chains):
         pull = HEAVY if number in heavy else 1

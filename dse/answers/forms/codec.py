@@ -54,7 +54,7 @@ class Form(BaseModel):
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
 
     def __repr__(self) -> str:
-        """What there is, by the names of the fields; their values may be long."""
+        """The names of the fields; their values may be long."""
         return f"<{type(self).__name__}: {', '.join(type(self).model_fields)}>"
 
     __str__ = __repr__
@@ -206,7 +206,7 @@ def _model(cls: Any) -> type[BaseModel]:
 
 
 def _entries_of(cls: Any) -> tuple[FormEntry, ...]:
-    """What is written of an object of a class, in order."""
+    """The entries that are written for an object of a class, in order."""
     return _listed(cls)
 
 

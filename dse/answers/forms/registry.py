@@ -156,7 +156,7 @@ def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Ite
 
 
 def _location(item: ErrorDetails) -> tuple[str | int, ...]:
-    """Where it is; what tells the cases of a union apart is a field, too."""
+    """The place of a mistake; the field that selects the case of a union counts as a step."""
     path = item["loc"]
     if item["type"] not in TAGS:
         return path

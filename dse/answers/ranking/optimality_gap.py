@@ -45,7 +45,7 @@ class Outlook:
 def is_proved(result: Result, point: Point) -> bool:
     """Whether a point is proved to be non-dominated: it is in none of the regions that may hold something better.
 
-    A search that is stopped before its first point shows the best design that it has come across.
+    A search that is stopped before its first point shows the best design that it has found.
     """
     signs = {info.name: 1 if info.sense == "minimise" else -1 for info in result.objectives}
     return not any(

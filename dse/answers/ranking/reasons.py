@@ -225,7 +225,7 @@ class Reasoner:
         return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
 
     def _variants(self, point: Point) -> Iterator[Comparison]:
-        """The points that `point` stands for, with what they change, gain and give up against it."""
+        """The points that `point` stands for, with what they change, gain and lose against it."""
         for other in self.result.front:
             if self.result.variants.get(other.id) == point.id:
                 yield replace(self.against(other, point, like_other=True), with_=other.id)
@@ -313,7 +313,7 @@ def _stated_core(item: ComparedSum) -> int:
 
 
 def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:
-    """What a limit on utilisation or load is a share of, if it is one."""
+    """The whole of which a limit on utilisation or load is a share; None for a limit that is no share."""
     stated = requirement.limit.value
     return bound / stated if requirement.is_share and stated else None
 

@@ -18,7 +18,7 @@ Decisions: TypeAlias = Mapping[str, str]
 class Change:
     """The designs that a run gains and loses against the run before it on the last axis.
 
-    Designs are told apart by their decisions; the first run of an axis has no change.
+    Designs are distinguished by their decisions; the first run of an axis has no change.
     """
 
     JSON_NAME = "FrontChange"
@@ -47,7 +47,7 @@ class LimitedContention(Data):
 
 
 class _Design(Data):
-    """What is said of every design."""
+    """The fields of a design in every study."""
 
     decisions: Annotated[Decisions, "The chosen option of each open decision that matters in it."]
     metrics: Annotated[
@@ -170,7 +170,7 @@ Found: TypeAlias = Annotated[Failure | FoundFront | FoundBreaks, BY_KIND]
 
 
 class _Run(Data):
-    """What every run has."""
+    """The fields that every run of a sweep has."""
 
     values: Annotated[Mapping[str, str], "The value of each axis that has values."]
     change: Annotated[

@@ -28,7 +28,7 @@ def solve_robustly(
 ) -> RobustResult:
     """Both fronts of the question of a problem, or of a stopped search: a result and its problem file, where given.
 
-    `tell` hears of progress, and of the state so far.
+    `tell` is called with the progress, and with the state so far.
     """
     from dse.questions.robust.robust import RobustWatcher, robust_asked
 

@@ -213,7 +213,7 @@ def command(
 
 
 def _insisted(result: Result, workers: int | None, scheduler: str | None, limit: TimeLimit, *, quiet: bool) -> Result:
-    """The result with the price of insisting; on a terminal it is told how far that is."""
+    """The result with the price of insisting; a terminal shows the progress."""
     from dse.questions.sweep.workers import usable_cores
     from dse.questions.verbs.insist import Machines, insisted
 
@@ -246,7 +246,7 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
 
 
 def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None] | None:
-    """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
+    """The function that writes the result so far; where that fails the search goes on, with one message."""
     if json_path is None or json_path == "-" or is_stream(json_path):
         return None
     is_reported = False

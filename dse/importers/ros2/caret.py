@@ -133,7 +133,7 @@ class _Reader:
                 self._keep(write, read, item, "variable passing")
 
     def _keep(self, write: Callback, read: Callback, place: LocatedValue, words: str) -> Wire:
-        """What one callback of a node leaves for another to read."""
+        """Add the data that one callback of a node leaves for another to read."""
         key = (id(write), id(read))
         if key not in self.kept:
             self.kept[key] = Wire(f"{write.name}/to/{read.name.rpartition('/')[2]}", place, write, read, True, words)
@@ -307,7 +307,7 @@ class _Reader:
     def _step(
         self, step: LocatedValue, so_far: list[Callback | Wire], before: str, *, is_last: bool
     ) -> list[Callback | Wire] | None:
-        """What a path has of one node; None where it leads nowhere, which is told."""
+        """The callbacks and connections of a path in one node; None where it leads nowhere, with a remark."""
         node, topic = step["node_name"].text, step["publish_topic_name"].text
         leaving = self.published.get((node, topic), []) if topic not in ("", UNDEFINED) else []
         if not is_last and not leaving:

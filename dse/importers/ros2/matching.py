@@ -158,7 +158,7 @@ def _same_node(match: Match, known: list[str], names: list[str], first: Imported
 
 
 def _key_of(entity: str) -> str:
-    """What of a problem file says that a thread is this callback."""
+    """The fields of a thread by which it is recognised as a callback."""
     node, kind = node_of(entity), _kind(entity)
     what = kind.partition("(")[2].rstrip(")")
     if kind.startswith("Timer"):
@@ -173,7 +173,7 @@ def _is_bare(body: Mapping[str, Any]) -> bool:
 
 
 def _added(match: Match, first: Imported, second: Imported) -> Diagnostic | None:
-    """What a description adds to the threads of a problem file, which may have them already, by other names."""
+    """The remark on threads that a description adds; the problem file may have them already, by other names."""
     new = [name for name in second.entities if name not in match.threads and name not in match.left_out]
     new = [name for name in new if name not in match.heirs]
     if not first.is_own or not new or not _of(first, "threads"):
@@ -228,7 +228,7 @@ def _members(threads: Mapping[str, Any], names: Mapping[str, str] | None = None)
 
 
 def _executors(match: Match, first: Imported, second: Imported) -> None:
-    """Executors of the same threads; those of threads of which the first document has none; the others are told."""
+    """Executors of the same threads; those of threads of which the first document has none; the others are remarks."""
     ours, theirs = _of(first, "threads"), _of(second, "threads")
     known = _members({name: body for name, body in ours.items() if name not in match.replaced})
     there = {name: body for name, body in theirs.items() if name not in match.left_out}
@@ -267,7 +267,7 @@ def _processes(match: Match, first: Imported, second: Imported) -> None:
 def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
     """The ROS names of the threads of a problem file, by the nodes that it names; empty where it names none.
 
-    The topic of a callback is told by the name of a connection to it, as imports give it.
+    The topic of a callback is the name of a connection to it, as imports give it.
 
     >>> entities_of({"threads": {"cam.tick": {"process": "cam", "period": "5 ms"}}, "ros2": {"nodes": {"cam": "/cam"}}})
     {'cam.tick': '/cam@Timer(5000000)'}

@@ -31,7 +31,7 @@ OPEN_TOPICS = "who publishes the topics is not in such files"
 
 
 def merged(first: Imported, second: Imported) -> Imported:
-    """One document of two; the first one counts where they differ, which is told.
+    """One document of two; the first one counts where they differ, with a remark.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class _Merger:
         return self.second.is_measured and not (self.first.is_measured or self.first.is_own)
 
     def restated_entities(self) -> dict[str, str]:
-        """What the threads of both are in ROS where the second document counts more."""
+        """The ROS names of the threads of both documents, where the second one counts more."""
         if not self.is_overruled:
             return {}
         return {
@@ -255,7 +255,7 @@ class _Merger:
         return entry
 
     def _inherited(self, section: str, name: str) -> dict[str, Any]:
-        """What the first document says of a node whose callbacks only the second one has."""
+        """The fields of the first document for a node whose callbacks only the second one has."""
         if section != "threads" or name not in self.match.heirs:
             return {}
         body = self.first.document["threads"][self.match.heirs[name]]
@@ -325,7 +325,7 @@ class _Merger:
         return ours
 
     def _mapping(self, ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
-        """How ROS calls what there is."""
+        """The names in ROS of both documents, merged."""
         threads = (self.second.document.get("threads") or {}) if theirs else {}
         processes = {str(body.get("process")) for body in threads.values()}
         merged = {key: dict(value) if isinstance(value, dict) else value for key, value in ours.items()}
@@ -370,7 +370,7 @@ class _Merger:
         return text
 
     def _uncertain(self, theirs: Mapping[str, Any]) -> Iterable[tuple[str, Any]]:
-        """What is not known of figures that are taken from the second document."""
+        """The uncertainties of figures that come from the second document."""
         for path, body in theirs.items():
             section, _, rest = path.partition(".")
             name = next((item for item in self.names.get(section, {}) if rest.startswith(f"{item}.")), None)

@@ -314,7 +314,7 @@ def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str,
 
 
 def _wrong(node: Any) -> str:
-    """What is wrong with a type: of which there is no size, or longer than any; "" where nothing is."""
+    """The reason why a type has no size, or one beyond every limit; "" for a type with a size."""
     kind, what = node
     if kind == Kind.NAME:
         return ""

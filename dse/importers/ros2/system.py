@@ -97,7 +97,7 @@ class System:
 
 
 def _entity_of(one: Callback) -> str:
-    """What a callback is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
+    """The ROS name of a callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
     what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
     return f"{one.node}@{'' if one.is_open else what}"
 
@@ -278,7 +278,7 @@ class Writer:
                 yield name, body
 
     def _uncertainty(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """What is known of the distribution of measured execution times, of their longest."""
+        """The uncertainty of the longest execution times, from the distribution of measured ones."""
         for group in self.system.groups:
             for one in group.callbacks:
                 times = one.durations_ns

@@ -32,7 +32,7 @@ class LocatedValue:
         self.data, self.line, self.column = data, line, column
 
     def __getitem__(self, key: str) -> LocatedValue:
-        """What stands under a key; nothing where there is no such key, or this is no mapping."""
+        """The value under a key; an empty one where there is no such key, or this is no mapping."""
         entry = self.data.get(key) if isinstance(self.data, dict) else None
         return entry if entry is not None else LocatedValue(None, self.line, self.column)
 

@@ -77,7 +77,7 @@ def explain(
     seed: int = 0,
     **question: Unpack[Question],
 ) -> Explanation:
-    """Why a problem has no design, and the smallest changes that mend it.
+    """Why a problem has no design, and the smallest relaxations that make it feasible.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class Explainer:
         return self.oracle.calls + self.uncontended.oracle.calls
 
     def _impossible(self) -> tuple[Impossible, ...]:
-        """What bounds alone show; nothing where these take more time than there is."""
+        """The requirements that bounds alone prove impossible; none where bounds take more time than is left."""
         try:
             with until(self.oracle.deadline):
                 return tuple(impossible(self.designs.evaluator.limits, Ends(self.space)))
@@ -267,7 +267,7 @@ class Explainer:
             return False
 
     def _mended(self, blank: Explanation, conflicts: Conflicts) -> Explanation:
-        """The conflicts with the relaxations that mend them."""
+        """The conflicts with the relaxations that remove them."""
         self.listener.asks("looking for what makes it feasible")
         members = self._statements({number for item in conflicts.conflicts for number in item.members})
         give_up = self._give_up(conflicts.smallest)
@@ -318,13 +318,13 @@ class Explainer:
             return True
 
     def _statements(self, members: Iterable[int]) -> list[tuple[int, ...]]:
-        """What members are stated by, each with all that it states, in their order; limits on processors come first."""
+        """The statements of the members, each with all that it demands, in order; limits on processors come first."""
         named = frozenset(members)
         statements = [item for item in self.oracle.statements if not named.isdisjoint(item)]
         return sorted(statements, key=lambda item: (not limits_use(self.oracle.members[item[0]]), item))
 
     def _conflict(self, conflict: ConflictSet) -> MinimalConflict:
-        """Beside each member a design that meets the others, and as much else of the question as can be added."""
+        """A conflict with a design for each member, which meets the others and as much else as possible."""
         return MinimalConflict(
             tuple(
                 (self.designs.demand(number), self._example(self._fullest(conflict, number)))
@@ -356,7 +356,7 @@ class Explainer:
         return best
 
     def _relaxations(self, statements: Sequence[tuple[int, ...]]) -> tuple[Relaxation, ...]:
-        """What it takes of each statement alone, as far as the time reaches."""
+        """The relaxation of each statement alone, as far as time allows."""
         relaxations: list[Relaxation] = []
         try:
             relaxations += (self.relaxation(item, frozenset(item)) for item in statements)

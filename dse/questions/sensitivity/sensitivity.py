@@ -116,7 +116,7 @@ def sensitivity_asked(
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
-    """`sensitivity` with its settings in one, as far as the limit of time in force admits; `say` is told what goes on.
+    """`sensitivity` with its settings in one, as far as the time limit admits; `say` is called with the progress.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def sensitivity_asked(
 
 
 class _Parts:
-    """What is made of a result as far as the limit of time in force admits; `left_out` names the rest."""
+    """The parts of a result that are computed before the time limit in force; `left_out` names the others."""
 
     def __init__(self) -> None:
         self.left_out: list[str] = []

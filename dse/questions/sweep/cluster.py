@@ -79,7 +79,7 @@ def _connected(address: str) -> Client:
 
 
 def _quieten() -> None:
-    """Leave out what Dask logs, tracebacks for the most part: what matters is raised, and told in one line.
+    """Leave out what Dask logs, tracebacks for the most part: errors that matter are raised, and printed in one line.
 
     Its loggers have levels of their own, so that quietening the first of them is not enough.
     """

@@ -295,7 +295,7 @@ def _read(text: str) -> dict[str, Any]:
 
 
 def _taken(runs: Sequence[SweepPoint], kept: Mapping[str, str], store: Path | None) -> dict[int, dict[str, object]]:
-    """What a store has of these runs, all of it about the same objectives.
+    """The outcomes of these runs in a store, all with the same objectives.
 
     Raises
     ------

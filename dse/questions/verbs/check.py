@@ -152,7 +152,7 @@ class Description(Answer):
 
     @property
     def implied(self) -> list[str]:
-        """The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.
+        """The limits that apply without being stated: 100 % of cores, bandwidths and exclusive buses.
 
         Texts in the form of `requirements`.
         """
@@ -247,7 +247,7 @@ def _in_time(items: Iterator[T], unfinished: list[str], what: str) -> tuple[T, .
 
 
 def _setting_remarks(space: Space) -> Iterator[str]:
-    """What the settings make of what is stated."""
+    """Remarks on stated fields that the settings ignore."""
     there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
     idle = [item.name for item in there if item.processor is None]
     if idle and space.profile == "dse":
@@ -257,7 +257,7 @@ def _setting_remarks(space: Space) -> Iterator[str]:
 
 
 def _rounded(problem: Problem) -> Iterator[str]:
-    """What counts otherwise than it is written, for want of a finer unit."""
+    """Remarks on figures that are rounded because there is no finer unit."""
     exact = () if problem.space.profile == "dse" else ("data_size", "type_size", "overhead")
     figures = rounded_figures(problem.loaded)
     rounded = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
@@ -315,7 +315,7 @@ def _idle(space: Space) -> Iterator[str]:
 
 
 def _costs(part: Slot | Component) -> str:
-    """What a part adds to the sums of a design, in words; "" for nothing."""
+    """The price, power and totals that a part adds to a design, in words; "" for none."""
     figures = part.figures
     trees = {"price": figures.price_ct, "power": figures.power_mw, **figures.totals}
     return " and ".join(name for name, tree in trees.items() if any(leaf for leaf in leaves(tree)))
@@ -367,7 +367,7 @@ def _remarks(space: Space) -> Iterator[str]:
 
 
 def _uncounted_changes(space: Space) -> Iterator[str]:
-    """What could change unseen where changes are counted, and costs that nothing has."""
+    """Remarks on changes that are not counted although changes are an objective or limit, and on unused costs."""
     if asks_for_changes(space):
         counted = {index for index, _, _ in counted_decisions(space)}
         left = [

@@ -78,7 +78,7 @@ class _ComparedDesign:
 
 
 def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _ComparedDesign | None:
-    """What a side means; None for the baseline of the other."""
+    """The result or design that a side names; None for the baseline of the other side's problem."""
     if isinstance(side, Result | Analysis):
         return side
     if isinstance(side, RobustResult):
@@ -102,7 +102,7 @@ def _carried(*results: Result) -> tuple[str, ...]:
 
 
 def _name(side: Side) -> str:
-    """What a side is called."""
+    """The name of a side in titles."""
     if isinstance(side, Result | RobustResult):
         return side.problem.name
     return f"a design of {side.space.name}" if isinstance(side, Analysis) else str(side)

@@ -388,7 +388,7 @@ def _is_trace(path: Path) -> bool:
 
 
 def _read_recording(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
-    """What a trace or bag shows of the threads and connections of a problem, and what it has besides.
+    """The observations of a trace or bag about the threads and connections of a problem, and remarks on the rest.
 
     Callbacks are found by their node (the process of the thread, or its name in `ros2`) and their period or topic;
     topics by the name that an import gives their connection: ``/front/image`` is ``front.image``.

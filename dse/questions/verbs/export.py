@@ -188,10 +188,9 @@ def _check_same(result: Result, design: Design, space: Space) -> None:
 
 
 def figures(space: Space, design: Design) -> dict[str, Fraction]:
-    """Every metric of a design but how much it changes, exact, by name.
+    """Every metric of a design except `changes`, exact, by name.
 
-    Names of metrics to exact values in base units. An export is read back and must give equal figures before it is
-    written.
+    Names of metrics to exact values in base units. An export is read back; it is written only if its figures are equal.
     """
     view = View(design)
     metrics = Evaluator(space).metrics

@@ -108,7 +108,7 @@ def import_file(
 def _several(
     paths: Sequence[Path], form: str | None, options: Mapping[str, Any], traces: Mapping[Path, Imported]
 ) -> Imported:
-    """What all files say; each option goes to those whose format has it. What traces show is known to all of them."""
+    """The merged content of all files; each option goes to the files whose format has it, traces inform all files."""
     importers = [None if _is_problem(path, form) else importer_of(path, form) for path in paths]
     known = {name for item in importers if item is not None for name in item.options}
     for name in options:

@@ -167,7 +167,7 @@ def _with_cores(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str,
 def _with_period(
     name: str, ours: Mapping[str, Any], theirs: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """A thread with the period of its timer in a trace, which counts; that they differ is told."""
+    """A thread with the period of its timer in a trace, which counts, with a remark where they differ."""
     if ours["period"] == theirs["period"]:
         return dict(ours), []
     first, second = (str(of.get("source", ""))[:200] for of in (ours, theirs))

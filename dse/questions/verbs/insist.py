@@ -189,7 +189,7 @@ def _counted(figures: Mapping[str, int | None]) -> dict[str, int]:
 
 @lru_cache(maxsize=1)
 def _prepared(result: str) -> Insistence:
-    """What all options share, made once in each process."""
+    """The search state that all options share, made once in each process."""
     data = json.loads(result)
     del data["insisting"]
     problem_asked, search = search_of(data, data["problem"]["file"], None)

@@ -340,7 +340,7 @@ def _flows(
 def _disparities(
     space: Space, record: Observations, view: View, flows: Sequence[FlowObservation], drift_ppm: int
 ) -> Iterator[DisparityObservation]:
-    """What was seen at each component at which flows meet; what excuses a flow excuses it, too, and so do losses."""
+    """The disparities observed where flows meet; an excuse of a flow, and lost data, excuse the component, too."""
     for metric in all_disparities(space, range(len(space.components))):
         parts = {part.name: part for operand in metric.operands for _, part in operand}
         number = int(next(iter(parts.values())).key)
@@ -398,7 +398,7 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
 
 
 def _late(space: Space, flow: Flow, view: View, *, contention: bool) -> Iterator[str]:
-    """What may end after the deadline at which its data are said to pass."""
+    """Excuses: threads that may end after the deadline at which their data are assumed to pass."""
     longest = bounded_response_ns if contention else longest_alone_ns
     for number in dict.fromkeys(step.index for step in flow.steps if step.kind == "component"):
         component = space.components[number]

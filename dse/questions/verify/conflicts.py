@@ -130,7 +130,7 @@ class _Court:
             )
 
     def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
-        """What is to be given up together: that it is enough, and none of it too much."""
+        """Check a set of demands that are relaxed together: it is enough, and no smaller part of it is."""
         statements = [self._statement(f"{place}[{position}]", item) for position, item in enumerate(stated)]
         members = [member for statement in statements for member in statement]
         if not all(statements) or not statements:
@@ -286,7 +286,7 @@ def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
 
 
 def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction) -> tuple[list[Limit], list[Limit]]:
-    """What a design must meet to reach the closest limit, and to come nearer than it."""
+    """The demands on a design that reaches the closest limit, and on one that would come nearer."""
     off = _rounding(space, member, closest)
     if member.operator == "==":
         miss = abs(closest - own) - off

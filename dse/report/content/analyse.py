@@ -104,7 +104,7 @@ def _verdict_words(analysis: Analysis) -> str:
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
-    """What is asked of the design, and how full processors and buses are."""
+    """The nearest limits, the use of processors and buses, other metrics and warnings."""
     if analysis.verdicts:
         yield _margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
@@ -169,7 +169,7 @@ def _fullness(usage: Usage) -> Fraction:
 
 
 def _core_loads(usage: Usage) -> dict[int, Fraction]:
-    """What each core of a processor with several does, where something runs on it."""
+    """The load of each core of a processor with several cores on which threads run, in ppm."""
     loads: dict[int, Fraction] = {}
     for who, core in usage.cores.items():
         loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
@@ -331,7 +331,7 @@ def verdict_table(analysis: Analysis) -> Table:
 
 
 def _margin_table(analysis: Analysis) -> Table:
-    """What each requirement leaves, as a share of its limit: what is violated and what is nearest first.
+    """The slack of each requirement as a share of its limit: violated ones and the nearest first.
 
     Where each core has a limit the row is about the fullest one, of threads without a core in the partition shown.
     """
@@ -397,7 +397,7 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
 
 
 def _fullest_words(verdict: Verdict, digits: int) -> str:
-    """What the fullest core has, where first-fit chooses cores: less of its limit is left than of the sum's."""
+    """The fullest core in words, where first-fit chooses cores and its slack is smaller than that of the sum."""
     assignment = verdict.spread
     if assignment is None or not assignment.is_open or assignment.status == "undecided":
         return ""
@@ -406,7 +406,7 @@ def _fullest_words(verdict: Verdict, digits: int) -> str:
 
 
 def _summed_cores(analysis: Analysis, verdict: Verdict) -> Fraction | None:
-    """What the cores have whose sum a verdict compares, in ppm of one; None where there is one, or one decides."""
+    """The limit on the sum of several cores, in ppm of one core; None for one core, or where one core decides."""
     metric = verdict.requirement.metric
     if metric.kind != "utilisation" or metric.index is None or verdict.who or verdict.limit != verdict.whole_limit:
         return None
@@ -444,7 +444,7 @@ def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
 
 
 def _of_cores(analysis: Analysis, name: str) -> str:
-    """What there is in all of the processor whose utilisation a metric is, where it has several cores."""
+    """The capacity of all cores of the processor whose utilisation a metric is; None for one core."""
     for usage in analysis.processors:
         if name == f"utilisation of {usage.name}" and usage.capacity and usage.capacity > PPM:
             return f" of {readable(usage.capacity, 'ppm')}"

@@ -86,7 +86,7 @@ def _preference(comparison: DesignComparison) -> str:
 
 
 def _moves(line: Line) -> bool:
-    """Whether a metric differs, as far as it can be told."""
+    """Whether a metric differs, or has no comparable difference."""
     return line.difference is None or bool(line.difference)
 
 

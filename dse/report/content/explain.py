@@ -286,7 +286,7 @@ def _because(item: Relaxation) -> str:
 def _tell_designs(say: _Teller, explanation: Explanation) -> None:
     """The designs that were named by letters, with all that they break: what is common to all of them once.
 
-    Where it was not looked at what follows from conflicts nothing else that they break is told.
+    Violations that were not examined are left out.
     """
     if not say.examples:
         return
@@ -377,7 +377,7 @@ def _bound_words(item: Impossible, currency: str) -> str:
 
 
 def _of_each_core(item: Impossible) -> str:
-    """What a limit on the sum of several cores is of each of them."""
+    """The limit of one core that follows from a limit on the sum of several."""
     requirement = item.requirement
     share = requirement.limit.value * 10**6
     if requirement.metric.kind != "utilisation" or not share or item.limit in (0, share):

@@ -104,7 +104,7 @@ def _ms(value_ns: Exact) -> str:
 
 
 def _flow_table(simulation: Simulation) -> Table:
-    """What was observed of each flow against its bounds; those with waiting for the CPU must hold where they are."""
+    """Observed latencies of each flow against its bounds; those with waiting for the CPU must hold where they are."""
     flows = sorted(simulation.flows, key=lambda flow: not flow.is_contradiction)
     is_scheduled = any(flow.scheduled_ns is not None for flow in flows)
     rows = []
@@ -203,6 +203,6 @@ def _of_task(task: TaskObservation) -> str:
 
 
 def _closeness(task: TaskObservation) -> tuple[bool, Fraction]:
-    """What contradicts its bound, then by how much of the bound was seen; what has none last."""
+    """The order of rows: contradictions first, then the largest share of the bound, rows without a bound last."""
     share = Fraction(task.observed_ns) / task.bound_ns if task.bound_ns else Fraction(-1)
     return not task.is_contradiction, -share

@@ -62,7 +62,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
 
 
 def _varied(data: Data) -> str:
-    """What was varied, and over which values."""
+    """The sentence on the varied inputs and their values."""
     said = (f"{axis['name']} {axis.get('interval') or ', '.join(axis['values'][:12])}" for axis in data["vary"])
     return f"Varied: {'; '.join(said)}."
 

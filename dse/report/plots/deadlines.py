@@ -56,7 +56,7 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
 
 
 def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Spec:
-    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones stand out.
+    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones are highlighted.
 
     A Vega-Lite specification; the axis is in % of the deadline, so that threads with different deadlines compare.
     """

@@ -123,7 +123,7 @@ def axis_title(result: Result, axis: int) -> list[str]:
 def scatter(
     result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None, baseline: Mapping[str, Any] | None
 ) -> Spec:
-    """Two objectives against each other, the third as colour; the chosen point and today's design stand out.
+    """Two objectives against each other, the third as colour; the chosen point and today's design are highlighted.
 
     A single objective is a line of points.
     """

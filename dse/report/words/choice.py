@@ -142,7 +142,7 @@ def _between(result: Result, before: Point, after: Point) -> list[Delta]:
 
 
 def short_metrics(names: Iterable[str]) -> Mapping[str, str]:
-    """Metrics by their first word, where no other begins with it.
+    """The first word of each metric, where it is unique among the metrics; else the whole name.
 
     >>> short_metrics(["jitter of a", "price", "latency of a", "latency of b"])
     {'jitter of a': 'jitter', 'price': 'price', 'latency of a': 'latency of a', 'latency of b': 'latency of b'}

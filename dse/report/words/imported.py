@@ -66,7 +66,7 @@ def _counts(document: Mapping[str, Any]) -> str:
 
 
 def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
-    """What a problem needs that the document does not have: its field, its unit, and why."""
+    """The fields that a problem needs and the document lacks: field, unit, and reason."""
     threads, devices = (document.get(name) or {} for name in ("threads", "devices"))
     connections = document.get("connections") or {}
     types = {**(document.get("thread_types") or {}), **(document.get("device_types") or {})}

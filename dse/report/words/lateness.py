@@ -44,7 +44,7 @@ def late_words(late: Late) -> str:
 
 
 def _work(late: Late) -> str:
-    """What it does itself, and whether that alone is too much."""
+    """The thread's own work, and whether it alone exceeds the limit."""
     text = f"{_time(late.work_ns)} of its own"
     if late.limit_ns is None or not late.is_late_alone:
         return text
@@ -52,13 +52,13 @@ def _work(late: Late) -> str:
 
 
 def _behind(late: Late) -> str:
-    """What it waits for, place by place."""
+    """The waits of a late thread, for each core and accelerator."""
     waits = list(_wait_words(late.waits, told=bool(late.has_segments)))
     return f", behind {'; '.join(waits)}" if waits else ""
 
 
 def _why_endless(late: Late) -> str:
-    """Why a response time has no bound though all that goes before it has one."""
+    """The reason why a response time is unbounded although all threads of higher priority have bounds."""
     if late.budget is not None:
         has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
         if late.budget.is_served:
@@ -132,7 +132,7 @@ def _parts(waits: Sequence[Wait]) -> Iterator[str]:
 
 
 def _over(waits: Sequence[Wait]) -> str:
-    """What of it is over by then."""
+    """The part of the waits that is over when the thread is released."""
     over = sum(item.over_ns for item in waits)
     return f", of which {_time(over)} are over when it is released" if over else ""
 

@@ -87,7 +87,7 @@ def _waits_for(item: MessageResponse) -> str:
 
 
 def late_message_words(late: LateMessage) -> str:
-    """Why a message is late, what goes before it, and the identifier that would do.
+    """The reason why a message is late: messages before it, and an identifier that would be early enough.
 
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
     """

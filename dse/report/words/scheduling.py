@@ -29,7 +29,7 @@ ALWAYS = 7
 
 
 def _response_table(processor: str, responses: Sequence[Response]) -> Table:
-    """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
+    """The threads of a processor by core and priority, with their waits and response times."""
     rows = [_row(item, processor) for item in responses]
     is_served = any(item.is_served for item in responses)
     caption = f"Response times on {processor}, which serves one job at a time" if is_served else CORES.format(processor)

@@ -48,7 +48,7 @@ class Narrowing:
 
 
 def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
-    """The best design of the model as it stands, with so much work; what was proved where that is not enough.
+    """The best design of the model as it stands, with a given amount of work; what was proved where that is not enough.
 
     Bounds from below and designs from above take turns, until they meet or `work` (deterministic time) is used up.
     """
@@ -128,7 +128,7 @@ def _counts_options(call: Call) -> bool:
 
 
 def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
-    """The objectives that hang on how long threads wait: those that are no plain sums over options, where any may be.
+    """The objectives that depend on how long threads wait: those that are no plain sums over options, where any may be.
 
     What a part of the space has of them is proved once for all other objectives where these are what is minimised, the
     loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 9).

@@ -228,7 +228,7 @@ class Call:
         return Unfinished(self._bound(solver), best), best
 
     def limited(self, settings: SolverSettings, work: float) -> cp_model.CpSolver:
-        """A solver that is to do so much work, and no longer than there is time.
+        """A solver that is to do a given amount of work, and no longer than there is time.
 
         `work` is in deterministic time, which does not depend on the machine; the deadline is in seconds.
         """
@@ -259,7 +259,7 @@ class Call:
     def _judged(
         self, solver: cp_model.CpSolver, settings: SolverSettings, best: Found | None, *, is_optimal: bool
     ) -> tuple[Answer | None, Found | None]:
-        """What a solution says; no answer where the model has learnt from it."""
+        """The answer that a solution gives; None where the model has learnt from it."""
         point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
         solution = list(solver.response_proto.solution)
         design, found_design = self.encoded.design(solution), None
@@ -315,7 +315,7 @@ class Call:
 
 
 def _begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
-    """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
+    """Let the next solver start where the last one ended: it only has to repair what the model did not know then."""
     model.clear_hints()
     model.proto.solution_hint.vars.extend(range(len(solution)))
     model.proto.solution_hint.values.extend(solution)

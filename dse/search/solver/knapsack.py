@@ -170,7 +170,7 @@ def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]], tuning: 
 def _planned(
     encoded: EncodedSpace, part: Sequence[int], every: set[int]
 ) -> tuple[int, Grid, int, list[Choices]] | None:
-    """What the table of a part is made of; its axis is the objective that has fewer values."""
+    """The plan of the table of a part; its axis is the objective with fewer values."""
     held = frozenset(part)
     sums = [found for objective in encoded.objectives if (found := _sum_of(objective, held)) is not None]
     decisions = [_options(encoded, decision, held) for decision in range(len(encoded.options))]

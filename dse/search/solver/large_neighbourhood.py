@@ -1,8 +1,8 @@
 """Other designs than solutions: on other cores, better ones near a design, or with the objectives of a solution.
 
-Where threads wait longer than the model knew, the placement heuristics look for cores on which nobody is late. Where an
-optimum fills its cores to the brim, a design with its objectives that uses them less is looked for (decision record
-24).
+Where threads wait longer than the model knew, the placement heuristics search cores on which no thread is late. Where
+an optimum fills its cores to the brim, a design with the same objectives and lower utilisation is searched (decision
+record 8).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _best_around(
 ) -> Found | None:
     """The best design known, after decisions that are `free` had other options than a design, and all others the same.
 
-    Each of up to `most_moves` calls may do so much work, and ends with a lesson or an answer; `most` as in
+    Each of up to `most_moves` calls may do a given amount of work, and ends with a lesson or an answer; `most` as in
     `Call.once`.
     """
     proved = call.least
@@ -50,7 +50,7 @@ def _best_around(
 
 
 def packed(call: Call, packings: set[Design], design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
-    """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
+    """A design that is wanted where none is known: one that was refused, on cores where no thread is late.
 
     Each choice of everything but cores is tried once, and is among the `packings` then.
     """

@@ -60,7 +60,7 @@ class SolverSettings:
         return self.per_variable * len(model.proto.variables)
 
     def apply(self, parameters: Any, work: float) -> None:
-        """Set the parameters of a solver that is to do so much work at most.
+        """Set the parameters of a solver that is to do a given amount of work at most.
 
         `parameters` is CP-SAT's parameter message; `work` is in deterministic time.
         """

@@ -406,7 +406,7 @@ def _extreme(space: Space, ref: ExtremeRef) -> Metric:
 
 
 def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric]]) -> None:
-    """What is added or compared has one dimension, or one declared unit."""
+    """Check that added or compared metrics have one dimension, or one declared unit."""
     kinds: set[object] = set()
     for coefficient, metric in terms:
         inner = metric_dimension(space, metric)
@@ -442,7 +442,7 @@ def _check_extent(
 
 
 def _extent(space: Space, metric: Metric) -> tuple[Fraction, int]:
-    """What `_check_extent` finds of a metric."""
+    """The range and scale of a metric, for `_check_extent`."""
     if metric.kind == "derived":
         derived = space.derived[metric.index or 0]
         return derived.reach, derived.size

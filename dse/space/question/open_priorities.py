@@ -79,7 +79,7 @@ def _is_open(spec: Spec, component: Component) -> bool:
 
 
 def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: Iterable[int]) -> None:
-    """Beside a thread whose order is open all have numbers: there are none between those that rules order."""
+    """Check that all threads that share a core with one of open order have priority numbers."""
     whole = (number, *sorted(others))
     executed = [item for item in whole if not space.components[item].is_lone]
     if executed:

@@ -70,7 +70,7 @@ def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:
-    """What `make` gives, or nothing when it fails; a failure is noted unless it follows from one that is.
+    """The result of `make`, or an empty one when it fails; a failure is noted unless it follows from one that is.
 
     After very many failures nothing is attempted: in a large problem each takes a while.
     """
@@ -165,7 +165,7 @@ def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:
 def _stated(
     ledger: Ledger, space: Space, section: str, content: Mapping[str, Mapping[str, T]]
 ) -> Iterator[tuple[Path, str, T]]:
-    """What a section states of fields, with the place and the full name of each; unknown components are noted."""
+    """The fields that a section states, with the place and the full name of each; unknown components are noted."""
     known = [item.name for item in (*space.processors, *space.buses)] + [item.name for item in space.executors]
     known += [item.name for item in space.reservations]
     known += [item.name for item in space.components] + [item.name for item in space.connections]
@@ -192,7 +192,7 @@ def _baseline(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
 
 
 def _costs(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
-    """What changing each decision costs, where that is stated; a field that is fixed costs nothing."""
+    """The stated cost of changing each decision; a field that is fixed costs nothing."""
     result: dict[int, int] = {}
     for path, name, cost in _stated(ledger, space, "cost_of_change", spec.cost_of_change):
         decision = space.decision_index(name)

@@ -73,7 +73,7 @@ def identity_of(document: Mapping[str, Any]) -> str:
 
 
 def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
-    """A document without what nobody computes with, sections in the order of the schema, fields in that of their names.
+    """A document without descriptive keys, sections in the order of the schema, fields in that of their names.
 
     >>> _canonical({"threads": {"b": {"source": "x", "period": "1 ms"}, "a": {}}, "dse": 1, "source": "y"})
     {'threads': {'b': {'period': '1 ms'}, 'a': {}}, 'dse': 1}

@@ -105,7 +105,7 @@ class LoadedSpec:
         return self.source_of(path).diagnostic(path, message, hint, severity, at_key=at_key)
 
     def source_of(self, path: Sequence[PathPart]) -> Source:
-        """The file that has most of a path.
+        """The file that states the longest part of a path.
 
         A path that no file has completely belongs to the file with its longest beginning.
         """

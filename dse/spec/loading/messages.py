@@ -136,7 +136,7 @@ def _compute(sized: Sized, named: Named, stated: Messages, main: Path) -> None:
 
 
 class _WrongError(Exception):
-    """What is wrong with a connection: for each mistake its path in there, a message and a hint."""
+    """The mistakes of a connection: for each one its path, a message and a hint."""
 
     def __init__(self, *mistakes: tuple[tuple[PathPart, ...], str, str]) -> None:
         super().__init__(*(message for _, message, _ in mistakes))

@@ -141,7 +141,7 @@ class Respelt:
     """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic is to do with a value."""
+        """The pydantic schema of the type."""
         words = get_args(source)
         return core_schema.no_info_before_validator_function(lambda value: respelt(value, words), handler(source))
 

@@ -78,7 +78,7 @@ def beginning(path: PathLike, most: int) -> bytes:
 
 @contextmanager
 def opened(path: PathLike) -> Iterator[BinaryIO]:
-    """A regular file to read from, which nobody is waited for at.
+    """A regular file to read from; opening it never blocks.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def opened(path: PathLike) -> Iterator[BinaryIO]:
 
 
 def _read(path: PathLike, stream: BinaryIO, most: int) -> bytes:
-    """At most so many bytes; files of the kernel may have none as yet, and others to come without an end."""
+    """The first `most` bytes; files of the kernel may have none as yet, and others to come without an end."""
     try:
         data: bytes | None = stream.read(most)
     except OSError as error:
@@ -153,7 +153,7 @@ def obstacle(path: PathLike) -> str | None:
 def real(path: PathLike) -> Path:
     """The canonical path of a file, without links and dots, the same for every spelling.
 
-    As it is where that cannot be told: no name has a NUL, and symbolic links may lead in a cycle.
+    Unchanged where that is not possible: no name has a NUL, and symbolic links may lead in a cycle.
     """
     try:
         return Path(os.path.realpath(path))

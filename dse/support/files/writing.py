@@ -143,7 +143,7 @@ def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[
 
 
 def _replace(target: Path, content: bytes) -> None:
-    """A file beside the target, then in its place."""
+    """Write a file next to the target, then rename it to the target."""
     try:
         before = target.stat()
     except FileNotFoundError:

@@ -289,7 +289,7 @@ def unit_ratio(unit: str, base: str) -> Fraction | None:
 
 
 def _split(unit: str) -> dict[str, Fraction]:
-    """What the unit may be a multiple of, with the factor; of units that are not SI's, by the common prefixes only."""
+    """The units that a unit may be a multiple of, with the factors; units outside SI have the common prefixes only."""
     known = {unit: Fraction(1)} if unit in _SI else {}
     for prefix, factor in _FACTORS.items():
         if prefix and unit.startswith(prefix) and unit[len(prefix) :] in _SI:

@@ -306,7 +306,7 @@ class ChosenModel:
             self._set(value, path)
 
     def _left_out(self) -> None:
-        """What was decided and has no word in AADL."""
+        """The decisions that AADL cannot express."""
         space = self.chosen.space
         for number, item in enumerate(space.decisions):
             option = self.chosen.design[number] if number < len(self.chosen.design) else -1

@@ -77,7 +77,7 @@ class Decided:
 
     @cached_property
     def _left_open(self) -> dict[tuple[str, str], dict[str, Any]]:
-        """What the design has chosen for fields that are ``any``, or that are left open; and cores by first-fit."""
+        """The values that the design chooses for fields that are ``any`` or left open, and the cores by first-fit."""
         by_place: dict[tuple[str, str], dict[str, Any]] = {}
         for item, option in zip(self.space.decisions, self.design, strict=False):
             section = next((name for name in USERS if item.component in (self.document.get(name) or {})), None)

@@ -88,7 +88,7 @@ class FlowWriter:
         return {}
 
     def _elements(self, name: str, entry: Mapping[str, Any], inner: Mapping[int, tuple[int, str]]) -> list[str]:
-        """What each step is called; the components get flow specifications but where another flow has them."""
+        """The name of each step of a flow; components get flow specifications unless another flow has given them."""
         steps, path = self.steps[name], self._whole(entry)
         own_figures = dict(stated_in(path, steps, self.parts))
         elsewhere = {number for first, (last, _) in inner.items() for number in range(first, last + 1)}

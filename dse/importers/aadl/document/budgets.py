@@ -80,7 +80,7 @@ class BudgetWriter:
     def _entry(
         self, item: Instance, is_listed: bool, memories: dict[str, Any], *, has_memory: bool, has_speed: bool
     ) -> dict[str, Any]:
-        """What a component states of budgets, and what it uses."""
+        """The budgets that a component states, and its own use."""
         sheet = Sheet(self.model, self.places, ("budgets", self._name(item)))
         properties = self.model.properties
         budget = properties.of(item, "MIPSBudget", "SEI")

@@ -231,7 +231,7 @@ class ConnectionWriter:
         return without_places(one.value) == without_places(other.value)
 
     def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
-        """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""
+        """The buses that carry a connection, and the protocols that wrap its messages without a binding."""
         required = self._property(item, "Required_Virtual_Bus_Class")
         sheet.put("protocols", required, self.hardware.protocols(required) or None)
         binding = self._property(item, "Actual_Connection_Binding")

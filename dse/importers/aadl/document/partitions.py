@@ -60,7 +60,7 @@ class PartitionWriter:
         return sheet.result()
 
     def _module(self, partition: Instance) -> Instance | None:
-        """What a partition is bound to first, else what it is within; no virtual processor."""
+        """The first processor that a partition is bound to, else the one around it; no virtual processor."""
         bound = self.model.targets(self.model.properties.of(partition, "Actual_Processor_Binding"))
         module = next((item for item in bound if item is not partition), partition.parent)
         return module if module is not None and module.category in MODULES else None

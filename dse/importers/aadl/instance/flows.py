@@ -124,7 +124,7 @@ class Flows:
             self._by_source[item.source].append(item)
 
     def of(self, root: Instance) -> Iterator[EndToEnd]:
-        """All flows of a tree; what cannot be followed is told and left out.
+        """All flows of a tree; those that cannot be followed are left out with a remark.
 
         `EndToEnd` objects; several ways through arrays get the suffixes ``_1``, ``_2`` and so on.
         """
@@ -178,7 +178,7 @@ class Flows:
     def _of_element(
         self, context: Instance, member: Member[Flow], number: int, path: Path, depth: int
     ) -> Iterator[tuple[Element, ...]]:
-        """What one element of a flow stands for: elements, once for each choice of flow implementations."""
+        """The elements that one element of a flow stands for, for each choice of flow implementations."""
         spend(1 + depth)
         assert context.flat is not None
         key = tuple(name.lower() for name in path)
@@ -251,7 +251,7 @@ class Flows:
     def _implemented(
         self, component: Instance, flow: Member[Flow], stop: Stop, depth: int
     ) -> Iterator[tuple[Element, ...]]:
-        """What a flow implementation leads through: the component itself where it passes through that."""
+        """The elements that a flow implementation leads through; the component itself where it has none."""
         if not _inside(flow.item):  # perhaps by one feature of a group
             ends, kind = flow.item.elements, flow.item.kind
             entry = ends[0] if ends and kind != "source" else ()

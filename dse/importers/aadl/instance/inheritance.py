@@ -147,7 +147,7 @@ class Flattener:
         return self.flat(classifier, self.bindings(actuals, package, around.environment if around else {}))
 
     def _bound(self, actual: Actual, wanted: Reference) -> Flat | None:
-        """What is bound to a prototype, which may be a prototype of the classifier around."""
+        """The actual of a prototype, which may be a prototype of the classifier around."""
         reference = actual.reference
         if reference is None:
             self.library.fail(f"what is bound to the prototype {wanted.name} is not followed", wanted.place)

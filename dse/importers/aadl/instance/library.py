@@ -78,7 +78,7 @@ class Library:
         return sorted(remarks, key=lambda item: (item.file, item.line, item.column))
 
     def fail(self, message: str, place: Place, hint: str = "") -> None:
-        """A mistake, told once."""
+        """Report a mistake, once."""
         if (str(place), message) not in self._told:
             self._told.add((str(place), message))
             self.findings.append(finding(message, place, hint))

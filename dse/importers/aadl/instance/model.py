@@ -83,7 +83,7 @@ class InstanceModel:
         return value is not None and is_true(value.value)
 
     def targets(self, value: Found | None) -> list[Instance]:
-        """The components that a binding refers to; what it does not find is told.
+        """The components that a binding refers to; a reference that leads nowhere is a remark.
 
         Each once, in the order of the property; used for bindings to processors, buses and memories.
         """

@@ -133,7 +133,7 @@ class Properties:
                     yield owned, component
 
     def _outer(self, target: tuple[Instance, Path], name: str, group: str) -> Iterator[tuple[Owned, Instance]]:
-        """What enclosing components say with ``applies to``, the outermost first."""
+        """The associations of enclosing components by ``applies to``, the outermost first."""
         associations = [item for item in self._contained.get(target, ()) if _is(item[0], name, group)]
         yield from sorted(associations, key=lambda item: len(item[1].path))
 
@@ -252,7 +252,7 @@ class Properties:
     def is_asked(self, stated: Stated) -> bool:
         """Whether something looked it up.
 
-        What nobody asked for is remarked as not understood.
+        Properties that are never looked up are remarked as not understood.
         """
         if stated.holder == DATA_TYPE:
             return stated.property[0] in ("data_size", "source_data_size", "concurrency_control_protocol")

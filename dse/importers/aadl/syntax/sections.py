@@ -316,6 +316,6 @@ def _transition(cursor: Cursor) -> None:
 
 
 def _say_unread(cursor: Cursor, of: str) -> None:
-    """Read the properties of a mode or of a transition: no figure here hangs on them."""
+    """Read the properties of a mode or of a transition: no figure here depends on them."""
     for association in read_block(cursor):
         cursor.remark(f"{association.name} of a {of} is not looked at", association.place)

@@ -139,7 +139,7 @@ def _node(kind: str) -> Callable[[Given, Named, int], Entity]:
 
 
 def _actions(values: Any, line: int) -> list[Entity]:
-    """The parts of a list; what is none that is known is a part that is told."""
+    """The parts of a list; what is none that is known is a part with a remark."""
     items = values if isinstance(values, list | tuple) else [] if values is None else [values]
     actions: list[Entity] = []
     for item in items:
@@ -189,7 +189,7 @@ def _later(values: Given, named: Named, line: int) -> Entity:
 
 
 def _handled(*names: str) -> Callable[[Given, Named, int], Entity]:
-    """What is started when something else ends or begins: it runs sooner or later."""
+    """An action that runs when another one ends or begins: it counts as running."""
 
     def made(values: Given, named: Named, line: int) -> Entity:
         entity = _entity("timer", line, named)
@@ -240,7 +240,7 @@ def _words(kind: str) -> Callable[[Given, Named, int], str]:
 
 
 def _first(values: Given, named: Named, line: int) -> Any:
-    """What is only wrapped: a source of a launch description, a value with a type."""
+    """The wrapped value: of a source of a launch description, or of a value with a type."""
     return _get(values, named, 0, *(name for name in named if name not in ("value_type", "convert_types")))
 
 

@@ -42,7 +42,7 @@ def _list(values: list[Any]) -> Any:
 
 
 def _of_lists(values: list[Any], act: Callable[..., Any]) -> Any:
-    """What a function makes of lists, which are counted; NotImplemented where one is none."""
+    """The result of a function of lists, whose lengths are counted; NotImplemented where an argument is no list."""
     if not values or not all(isinstance(item, list | tuple) for item in values):
         return NotImplemented
     return [list(item) for item in act(*map(counted, values))]

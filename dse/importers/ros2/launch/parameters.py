@@ -223,7 +223,7 @@ def is_like(text: str, pattern: str, least: int = 0) -> bool:
 
 
 def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[Stated]) -> tuple[list[Timer], list[str]]:
-    """The parameters of a node that are those of timers, and what is to be told of the others.
+    """The parameters of a node that are those of timers, and remarks on the others.
 
     Parameters are recognised by their last name (`KNOWN`), unless `stated` has the user's own mapping.
     """

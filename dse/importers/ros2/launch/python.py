@@ -94,7 +94,7 @@ class _Reader:
         self.line = 1
 
     def start(self) -> Any:
-        """What the function returns that launch calls."""
+        """The result of the function that launch calls."""
         names: dict[str, Any] = {"__file__": FILE, "__name__": "launch"}
         with suppress(_Left, _Returned):  # outside of loops and functions they are mistakes
             self._run(self.tree.body, names)
@@ -108,12 +108,12 @@ class _Reader:
         return description
 
     def _left_open(self) -> list[Entity]:
-        """Branches and loops that were not followed, as actions that are told."""
+        """Branches and loops that were not followed, as actions with a remark."""
         entities, self.open = self.open, []
         return entities
 
     def call(self, function: ast.FunctionDef, values: Sequence[Any], named: Mapping[str, Any]) -> Any:
-        """What a function of the file returns."""
+        """The result of a function of the file."""
         if self.depth > DEEPEST:
             return Unknown(f"{function.name}")
         arguments = function.args
@@ -211,7 +211,7 @@ class _Reader:
         self._skip(item, item.iter, names)
 
     def _assume(self, item: ast.If, names: dict[str, Any]) -> None:
-        """Follow a branch whose condition is not known: its nodes count, which is told; values that it sets do not."""
+        """Follow a branch whose condition is not known: its nodes count, with a remark; values that it sets do not."""
         self.open.append(Entity("assumed", item.lineno, {"name": str(Unknown(self._words(item.test)))}))
         self._run(item.body, names)
         for name in assigned([item]):
@@ -306,7 +306,7 @@ class _Reader:
         return NotImplemented
 
     def _rounds(self, one: ast.comprehension, names: Mapping[str, Any], act: Callable[[Any], Any]) -> Any:
-        """What each round of a comprehension gives; NotImplemented where that is not known."""
+        """The values of a comprehension; NotImplemented where that is not known."""
         items = self.value(one.iter, names)
         if not isinstance(items, list | tuple):
             return NotImplemented

@@ -101,7 +101,7 @@ class Launch:
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once.
 
-        A warning with file and line; equal remarks are told once.
+        A warning with file and line; equal remarks count once.
         """
         message = _PYTHON.sub(r"\1", message).translate(SHOWN)
         remark = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
@@ -222,7 +222,7 @@ class Launch:
         return self._actions(items, context, scope)
 
     def _leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
-        """What is no node."""
+        """Leave out an action that is no node."""
         words = resolve(action.text("cmd", "name", "value"), context)[:80]
         self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
 
@@ -231,7 +231,7 @@ class Launch:
         resolve(action.text("name"), context)
 
     def assumed(self, action: Entity, context: Context, scope: Scope) -> None:
-        """A branch of a Python file that is followed although its condition is not known: that is told."""
+        """A branch of a Python file that is followed although its condition is not known: with a remark."""
         try:
             resolve(action.text("name"), context)
         except NotStaticError as error:
@@ -320,7 +320,7 @@ class Launch:
         )
 
     def _known(self, action: Entity, context: Context, what: str, *names: str) -> str:
-        """A text without which a node is still one; "" where it is not static, which is told."""
+        """A text without which a node is still one; "" where it is not static, with a remark."""
         try:
             return resolve(action.text(*names), context)
         except NotStaticError as error:

@@ -387,7 +387,7 @@ class Document:
         )
 
     def _bindings(self, point: Point) -> Table:
-        """What carries each connection, how much and how often."""
+        """The connections: buses, sizes and rates."""
         view = View(point.design)
         rows: list[tuple[str, ...]] = []
         for number, item in enumerate(self.space.connections):

@@ -69,7 +69,7 @@ def _lead(result: Result) -> str:
 
 
 def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Section:
-    """What changes the decision, what was found and proved, the recommendation; why there is no design, if so."""
+    """Warnings, status and recommendation; the conflicts where there is no design."""
     proof, *more = document.summary
     result = document.result
     said = (
@@ -85,7 +85,7 @@ def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Sec
 
 
 def _verdict_blocks(screen: Screen) -> list[Block]:
-    """What changes the decision, and the recommendation, for files."""
+    """Warnings and the recommendation, for files."""
     return [*screen.warning_blocks(), *screen.choice(with_baseline=False)]
 
 
