@@ -106,9 +106,11 @@ class Busy(Data):
     """The share of the time that a bus is busy."""
 
     unit: Annotated[Unit, "`ppm`, where the busy time is known.", Json(default="")]
-    shares: Annotated[Mapping[str, Fraction], "What each connection takes of the time.", Json(default=None)]
+    shares: Annotated[Mapping[str, Fraction], "Share of the time that each connection takes.", Json(default=None)]
     total: Annotated[Fraction | None, "The sum; null where it cannot be computed."]
-    reason: Annotated[str | None, "Why it cannot be computed, where it cannot.", Json(default=None)]
+    reason: Annotated[
+        str | None, "Reason why the busy time cannot be computed; empty where it can.", Json(default=None)
+    ]
 
 
 @dataclass(frozen=True)
@@ -121,19 +123,19 @@ class Usage:
 
     name: str
     type: Annotated[str, "The chosen type; `none` where the slot is left empty."]
-    shares: Annotated[Mapping[str, Fraction], "What each thread or connection uses."]
-    capacity: Annotated[Fraction | None, "What there is; null where the problem does not state it."]
+    shares: Annotated[Mapping[str, Fraction], "Use by each thread or connection."]
+    capacity: Annotated[Fraction | None, "Capacity; null where the problem does not state it."]
     busy: Mapping[str, Fraction] | None = None
     no_busy: str = ""
     cores: Annotated[
-        Mapping[str, int], "Of a processor with several cores: the core of each thread, from 1.", Json(default={})
+        Mapping[str, int], "Core of each thread, from 1, on a processor with several cores.", Json(default={})
     ] = field(default_factory=dict)
     payload: Annotated[
         Mapping[str, Fraction] | None,
-        "Of a bus with frames: what each connection carries without them, as OSATE counts; `shares` are of the wire.",
+        "For a bus with frames: the load of each connection without frames, as OSATE counts; `shares` count frames.",
         Json(default=None, kind=Mapping[str, Fraction]),
     ] = None
-    unit: Annotated[Unit, "What the figures count: `ppm` of one core, or `B/s`."] = "ppm"
+    unit: Annotated[Unit, "Unit of the figures: `ppm` of one core, or `B/s`."] = "ppm"
     budget: Annotated[
         BusBudget | None, "Under `osate-2.19`, where budgets are stated: those of the bus.", Json(default=None)
     ] = None
@@ -185,8 +187,8 @@ class MetricValue(Data):
 
     JSON_NAME = "Metric"
 
-    value: Annotated[Fraction, NULL, "Its exact value; null where it is unbounded."]
-    unit: Annotated[Unit, "What the value counts."]
+    value: Annotated[Fraction, NULL, "Exact value of the metric; null where it is unbounded."]
+    unit: Annotated[Unit, "Unit of the value."]
 
 
 @dataclass(frozen=True, repr=False)
@@ -233,9 +235,9 @@ class Analysis(Answer):
     buses: Annotated[tuple[Usage, ...], "The load of each bus.", Json(kind=Annotated[tuple[BusUse, ...], BY_NAME])]
     metrics: Mapping[str, Fraction]
     metric_units: Mapping[str, str]
-    verdicts: Annotated[tuple[Verdict, ...], "How it meets each requirement.", Json("requirements")]
+    verdicts: Annotated[tuple[Verdict, ...], "Verdict and slack for each requirement.", Json("requirements")]
     warnings: Annotated[tuple[str, ...], "Warnings about the design that no requirement covers."] = ()
-    breaches: Annotated[tuple[str, ...], "Why it is no valid design; then the tables are empty."] = ()
+    breaches: Annotated[tuple[str, ...], "Reasons why the design is not valid; then the tables are empty."] = ()
     responses: Annotated[
         Mapping[str, tuple[Response, ...]],
         "The threads of each processor, where these were asked for.",
@@ -258,7 +260,7 @@ class Analysis(Answer):
     ] = ()
     contended: Annotated[
         Contended | None,
-        "What it keeps when response times count, where the question leaves them out.",
+        "Verdict on the design with response times, where the question leaves them out.",
         Json("contention", default=None, kind=Contended),
     ] = None
 

@@ -71,9 +71,10 @@ class TwoValues(Data):
     """A metric in two designs."""
 
     values: Annotated[
-        tuple[Fraction | None, Fraction | None], "In each; null where a design has none, or it is unbounded."
+        tuple[Fraction | None, Fraction | None],
+        "Value of the metric in each design; null where a design does not have the metric, or it is unbounded.",
     ]
-    unit: Annotated[Unit, "What they count."]
+    unit: Annotated[Unit, "Unit of the values."]
 
 
 def _pairs(lines: Iterable[Line]) -> dict[str, tuple[Any, Any]]:
@@ -94,7 +95,7 @@ class DesignComparison(Answer):
         *("requirements", "unlike"),
     )
 
-    names: Annotated[tuple[str, str], "What the two are called."]
+    names: Annotated[tuple[str, str], "Names of both."]
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
     verdicts: tuple[Line, ...]
@@ -161,10 +162,10 @@ class PointComparison:
 
     JSON_NAME = "ComparedPoint"
     WRITTEN = (
-        Of("point.id", "Its id in its own result.", kind=int),
+        Of("point.id", "Id of the point in its own result.", kind=int),
         Of(
             "point.objectives",
-            "Its objectives, in the units of its own result; null where one is unbounded.",
+            "Objectives of the point, in the units of its own result; null where one is unbounded.",
             kind=Values,
         ),
         *("equal", "dominated_by"),
@@ -186,7 +187,7 @@ class ResultComparison(Answer):
     JSON_NAME = "Results"
     WRITTEN = ("of", "names", Of("fact_texts", key="facts"), "points", "unlike")
 
-    names: Annotated[tuple[str, str], "What the two are called."]
+    names: Annotated[tuple[str, str], "Names of both."]
     results: tuple[Result, Result]
     facts: tuple[Line, ...]
     points: Annotated[tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]], "The points of each front."]

@@ -42,13 +42,13 @@ class Objective(Data):
 
     name: Annotated[str, "The metric."]
     sense: Annotated[Sense, "Whether less or more of it is better."]
-    unit: Annotated[Unit, "What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`."]
+    unit: Annotated[Unit, "Unit of the objective: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`."]
 
 
 class Include(Data):
     """A file that the problem includes."""
 
-    file: Annotated[str, "Its path, as found from the folder of the problem file."]
+    file: Annotated[str, "Path of the file, relative to the folder of the problem file."]
     sha256: Annotated[str, "The SHA-256 of its content."]
 
 

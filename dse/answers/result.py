@@ -91,7 +91,7 @@ class Result(Answer):
     objectives: Annotated[
         tuple[ObjectiveInfo, ...], "The objectives, in the order of the question.", Json(kind=list[Objective])
     ]
-    counting_units: Annotated[Mapping[str, Unit], "What the figures of each metric count.", Json("metric_units")]
+    counting_units: Annotated[Mapping[str, Unit], "Unit of each metric.", Json("metric_units")]
     front: tuple[Point, ...]
     unexplored: Annotated[
         tuple[Counts, ...],
@@ -99,8 +99,8 @@ class Result(Answer):
     ]
     refuted: Annotated[tuple[Counts, ...], "Regions, bounded likewise, that are proved to hold no design."]
     potential: Annotated[Counts, "The best value of each objective that may still be unexplored."]
-    conflicts: Annotated[tuple[Conflict, ...], "Of an infeasible problem: what clashes."]
-    search: Annotated[Search, "What the search did."]
+    conflicts: Annotated[tuple[Conflict, ...], "Conflicts of an infeasible problem."]
+    search: Annotated[Search, "Effort and settings of the search."]
     baseline: Design | None = None
     ranking: str = "ideal"
     ranking_words: str = METHOD
@@ -120,7 +120,9 @@ class Result(Answer):
     interrupted: bool = False
     contended: Mapping[str, Contended] = field(default_factory=dict)
     insisting: Annotated[
-        Insisting | None, "What each option costs, where that was asked for.", Json(default=None, kind=Insisting)
+        Insisting | None,
+        "Price of insisting on each option, where it was asked for.",
+        Json(default=None, kind=Insisting),
     ] = None
     under_way: Annotated[
         bool,
@@ -410,8 +412,8 @@ class Clash:
 
     text: Annotated[str, "In the words of the problem."]
     origin: Annotated[str, "Where it stands: `FILE:LINE`, or `command line`."]
-    unit: Annotated[Unit, "What the figures count; empty where there are none."] = ""
-    limit: Annotated[Fraction | None, "Its limit, in `unit`; null for a rule."] = None
+    unit: Annotated[Unit, "Unit of the figures; empty where there are none."] = ""
+    limit: Annotated[Fraction | None, "Limit of the requirement, in `unit`; null for a rule."] = None
     closest: Annotated[
         Fraction | None, "The closest limit with which there is a design while all else holds, if any."
     ] = None
@@ -448,7 +450,7 @@ class Conflict:
     A minimal conflict: each member has the closest limit with which it would hold beside the others.
     """
 
-    members: Annotated[tuple[Clash, ...], "They, in the order of the problem."]
+    members: Annotated[tuple[Clash, ...], "The demands of the conflict, in the order of the problem."]
     by_waiting: Annotated[bool, BY_WAITING] = True
 
 
@@ -459,11 +461,11 @@ class Search:
     It is the only part of a result that differs between two runs of one question with the same seed.
     """
 
-    solver_calls: Annotated[int, "How often the solver was called."]
+    solver_calls: Annotated[int, "Number of solver calls."]
     wall_s: Annotated[float, "Seconds that passed."]
     space_size: Annotated[int, "The number of designs that the decisions make at most."]
     solver: Annotated[str, "The solver and its version."]
-    workers: Annotated[int, "How many solvers worked side by side."]
+    workers: Annotated[int, "Number of solvers that worked in parallel."]
     seed: Annotated[int, "The seed."]
 
 

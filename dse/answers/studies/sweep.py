@@ -38,7 +38,7 @@ class VariedAxis:
 
     name: Annotated[str, "The path of an input, or the metric of a limit."]
     kind: Annotated[str, "`limit` or what kind of input it is."]
-    values: Annotated[tuple[str, ...], "Its values as texts.", Json(default=[])] = ()
+    values: Annotated[tuple[str, ...], "Values of the axis as texts.", Json(default=[])] = ()
     interval: Annotated[str, "The interval of a limit whose break-points are exact.", Json(default="")] = ""
 
 
@@ -96,8 +96,10 @@ class ScaledObjective:
     name: str
     sense: str
     unit: str
-    best: Annotated[Fraction, NULL, "Its best value on all fronts, in `unit`; null where it is unbounded."]
-    worst: Annotated[Fraction, NULL, "Its worst value on all fronts, in `unit`; null where it is unbounded."]
+    best: Annotated[Fraction, NULL, "Best value of the objective on all fronts, in `unit`; null where it is unbounded."]
+    worst: Annotated[
+        Fraction, NULL, "Worst value of the objective on all fronts, in `unit`; null where it is unbounded."
+    ]
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,9 @@ class Changes(Data):
     fix: Annotated[list[str], "Fixed decisions.", Json(default=[])]
     profile: Annotated[str, "The profile, where another was asked for.", Json(default=None)]
     worst_case: Annotated[str, "The worst-case setting, likewise.", Json(default=None)]
-    processing: Annotated[str, "What a flow counts for a thread, likewise.", Json(default=None)]
+    processing: Annotated[
+        str, "What a flow counts for a thread (`processing`), which varies with the runs.", Json(default=None)
+    ]
     deadlines: Annotated[str, "Which deadlines count, likewise.", Json(default=None)]
     overload: Annotated[str, "Whether cores and buses may be used beyond all of them, likewise.", Json(default=None)]
 
@@ -129,7 +133,7 @@ class SweptProblem(StudiedProblem):
 
     WRITTEN = (*StudiedProblem.WRITTEN, "changes")
 
-    changes: Annotated[Changes, "What the caller asked beyond the file."]
+    changes: Annotated[Changes, "Changes by the caller: limits, fixed decisions and settings beyond the file."]
 
 
 @dataclass(frozen=True, repr=False)
@@ -156,14 +160,14 @@ class SweepResult(DataAnswer):
 
     problem: Annotated[Mapping[str, Any], "Which problem was swept.", Json(kind=SweptProblem)]
     semantics: Annotated[str, "The version of what the figures mean, with a digest of the code that found them."]
-    axes: Annotated[tuple[VariedAxis, ...], "What was varied.", Json("vary")]
+    axes: Annotated[tuple[VariedAxis, ...], "Axes of the sweep.", Json("vary")]
     runs: tuple[SweepRun, ...]
     seed: Annotated[int, "The seed."] = 0
-    ranking: Annotated[SweepRanking, "How designs are ranked."] = SweepRanking(RANKING, ())
-    remarks: Annotated[tuple[str, ...], "What varying an input cannot show."] = ()
+    ranking: Annotated[SweepRanking, "Ranking of the designs."] = SweepRanking(RANKING, ())
+    remarks: Annotated[tuple[str, ...], "Remarks on effects that varying an input does not show."] = ()
     contention: Annotated[
         Mapping[str, Any] | None,
-        "What all fronts leave out; null where that is nothing.",
+        "Contention that all fronts leave out; null where they count it.",
         Json(kind=ContentionBasis | None),
     ] = None
     bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
