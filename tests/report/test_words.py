@@ -113,6 +113,22 @@ def test_public_docstrings_begin_with_a_noun_or_a_verb() -> None:
     assert found == []
 
 
+LEANING_TEXT = re.compile(r"(They|It|Its|That|Those|The same|In each|As for|Why it|Whether (it|that))\b")
+"""How the text of a field begins that needs another one to be understood."""
+
+
+def test_no_text_of_an_answer_leans_on_its_neighbour() -> None:
+    """Texts of fields of JSON stand by themselves in a schema and in docs/formats.md."""
+    answers = {path: tree for path, tree in modules().items() if path.is_relative_to(DSE / "answers")}
+    leaning = [
+        f"{path.relative_to(DSE)}:{line}: {text[:80]}"
+        for path, tree in answers.items()
+        for line, text in texts(tree)
+        if LEANING_TEXT.match(text)
+    ]
+    assert leaning == []
+
+
 def test_the_words_are_found() -> None:
     assert WORDS.search("What each metric hangs on most")
     assert not WORDS.search("The most influential input")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from dse.report.words.basis import counting_words
 from dse.report.words.contention import core_words, uncounted_words
 from dse.space.model.criteria import Requirement
 from dse.space.model.metric_kinds import KINDS
+from dse.space.model.space import Space
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, is_unbounded
 from dse.support.units.text import count_words, format_count
@@ -47,7 +49,9 @@ def limits_words(result: Result, room: int) -> str:
     """
     stated = [item for item in result.space.requirements if not item.implied]
     asked = [item for item in stated if item.origin == ORIGIN] or stated
-    limits = list(dict.fromkeys(_limit_words(item) for item in asked if not item.text.endswith(DEADLINE)))
+    of_all = _limits_of_every_flow(result.space, asked)
+    said = (of_all.get(item.text) or _limit_words(item) for item in asked if not item.text.endswith(DEADLINE))
+    limits = list(dict.fromkeys(said))
     limits += ["every deadline met"] if any(item.text.endswith(DEADLINE) for item in asked) else []
     if result.space.overload == "allowed":
         limits.insert(0, "overload allowed")
@@ -55,10 +59,22 @@ def limits_words(result: Result, room: int) -> str:
         more = len(limits) - told
         noun = f"{'more ' if told else ''}limit{'s' if more > 1 else ''}"
         rest = [f"{more} {noun}"] if more else []
-        said = ", ".join([*limits[:told], *rest])
-        if len(said) <= room:
+        words = ", ".join([*limits[:told], *rest])
+        if len(words) <= room:
             break
-    return said if limits else ""
+    return words if limits else ""
+
+
+def _limits_of_every_flow(space: Space, asked: Sequence[Requirement]) -> dict[str, str]:
+    """The phrase for requirements that limit each of several flows alike, by their texts: results state them singly."""
+    groups: dict[tuple[str, str], dict[int, str]] = {}
+    for item in asked:
+        kind = KINDS.get(item.metric.kind)
+        if item.metric.index is not None and kind is not None and kind.of == "flow":
+            rest = item.text.removeprefix(f"{item.metric.kind} of {space.flows[item.metric.index].name}")
+            groups.setdefault((item.metric.kind, rest), {})[item.metric.index] = item.text
+    whole = {key: texts for key, texts in groups.items() if 1 < len(texts) == len(space.flows)}
+    return {text: f"{kind} of every flow{rest}" for (kind, rest), texts in whole.items() for text in texts.values()}
 
 
 def _limit_words(item: Requirement) -> str:
