@@ -86,7 +86,7 @@ class Answer:
         return written(type(self), self)
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """`to_dict` as text; also written to `path`, where one is given: whole or not at all."""
+        """The answer as JSON text (`to_dict`), also written to `path` where one is given: whole or not at all."""
         return to_file(json_text(self.to_dict()), path)
 
 

@@ -20,6 +20,7 @@ from dse.space.model.metric_kinds import parts_of
 from dse.space.model.space import Space
 from dse.space.question.settings import SETTINGS, settings_of
 from dse.support.json_fields import Data, Json, Of, Unit, Values
+from dse.support.units.text import count_words
 
 if TYPE_CHECKING:
     import pandas
@@ -135,6 +136,11 @@ class DesignComparison(Answer):
         Texts of requirements to pairs of ``holds``-verdicts.
         """
         return _pairs(self.verdicts)
+
+    def _verdict(self) -> str:
+        return (
+            f"{sum(line.differs for line in self.decisions)} of {count_words(len(self.decisions), 'decision')} differ"
+        )
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each decision, metric and requirement.

@@ -133,9 +133,9 @@ class Result(Answer):
     semantics: ClassVar[int] = SEMANTICS
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """`to_dict` as text, also written to `path`; on one line, which is made soonest, while the search goes on.
+        """The result as JSON text, also written to `path` where one is given: whole or not at all.
 
-        Returned in any case. The result of a search that goes on is written on one line, other results are indented.
+        Indented; on one line while the search goes on, because that is the fastest.
         """
         if not self.under_way:
             return super().to_json(path)

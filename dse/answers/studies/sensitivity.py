@@ -16,6 +16,7 @@ from dse.answers.tables.display import exact
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.support.json_fields import NULL, Json, Unit
+from dse.support.units.text import count_words
 
 if TYPE_CHECKING:
     import pandas
@@ -195,6 +196,10 @@ class SensitivityResult(DataAnswer):
     def currency(self) -> str:
         """The currency of prices, which count in cents."""
         return str(self.problem["currency"])
+
+    def _verdict(self) -> str:
+        broken = f"violates {count_words(len(self.broken), 'requirement')}, " if self.broken else ""
+        return f"{broken}{count_words(len(self.margins), 'margin')}"
 
     @property
     def exit_code(self) -> int:

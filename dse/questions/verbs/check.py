@@ -31,7 +31,7 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_INVALID, TooLargeError
 from dse.support.json_fields import Data, Json, Of, Unit
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.support.units import TimeRange
-from dse.support.units.text import writable
+from dse.support.units.text import count_words, writable
 
 if TYPE_CHECKING:
     import pandas
@@ -110,6 +110,11 @@ class Description(Answer):
         `UnreadFlow` entries with the flow's name and the reason; empty for problem files that were not imported.
         """
         return self.space.unread
+
+    def _verdict(self) -> str:
+        size = f"{count_words(len(self.decisions), 'decision')}, at most {count_words(self.size, 'design')}"
+        remarks = f", {count_words(len(self.remarks), 'remark')}" if self.remarks else ""
+        return f"{'too large' if self.too_large else 'valid'}, {size}{remarks}"
 
     def frame(self) -> pandas.DataFrame:
         """The open decisions; columns ``decision`` and ``options``, one text.

@@ -38,7 +38,7 @@ def description_page(description: Description) -> Page:
     basis, counted = f"{basis_words(settings_of(space))}.", counting_words(space)
     blocks.append(
         Text(
-            f"{'Counted':<{HANG}} {basis} {counted}".rstrip(),
+            " ".join(filter(None, (f"{'Counted':<{HANG}}", counted, f"{basis[:1].upper()}{basis[1:]}"))),
             brief=f"{'Counted':<{HANG}} {counted or basis}",
             hang=HANG + 1,
         )
