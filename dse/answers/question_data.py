@@ -30,7 +30,9 @@ class Settings(Data):
     bus_queuing: Annotated[Literal["counted", "not_counted"], "OSATE's setting for buses."]
     processing: Annotated[Literal["execution_time", "response_time"], "What a flow counts for a thread."]
     deadlines: Annotated[Literal["stated", "all", "none"], "Which deadlines count."]
-    overload: Annotated[Literal["forbidden", "allowed"], "Whether cores and buses may be used beyond all of them."]
+    overload: Annotated[
+        Literal["forbidden", "allowed"], "Whether a load of more than 100 % of cores and buses is allowed."
+    ]
 
 
 OF_SPACE = tuple(Of(f"space.{name}", kind=get_type_hints(Settings, include_extras=True)[name]) for name in SETTINGS)

@@ -375,7 +375,7 @@ class _Reader:
     ) -> list[str] | None:
         """The tasks of a chain, with the connections between them; None where it is no way, with a remark."""
         if any(True for item in chain.of("strands")) or chain.attributes.get("itemType", "sequence") != "sequence":
-            self._remark(f"the event chain {chain.name} is left out: it has ways beside each other", chain)
+            self._remark(f"the event chain {chain.name} is left out: it has parallel paths", chain)
             return None
         links = [item for item in chain.all() if item is not chain and "stimulus" in item.attributes] or [chain]
         named = [name for link in links for key in ("stimulus", "response") for name in link.refers(key)]

@@ -182,7 +182,7 @@ class _Reader:
         open_ = [message for message in messages if not message.cycle_time]
         for pattern in self.cycles:
             if pattern != "*" and not any(fnmatchcase(message.name, pattern) for message in open_):
-                raise UsageError(f"--cycle {pattern}=...: no message without a cycle time is called so")
+                raise UsageError(f"--cycle {pattern}=...: no message without a cycle time has this name")
         cycle_of = {id(message): _stated(self.cycles, message.name) for message in open_}
         unknown = [message for message in open_ if cycle_of[id(message)] is None]
         if unknown:
@@ -216,7 +216,7 @@ class _Reader:
         long = any(message.is_extended_frame for message in messages)
         if long and not all(message.is_extended_frame for message in messages):
             self._remark(
-                f"{name} has identifiers of 11 and of 29 bits: all count as 29, and as none is kept nobody waits for it"
+                f"{name} has identifiers of 11 and of 29 bits: all count as 29, none is kept, no waiting is counted"
             )
         body: dict[str, Any] = {"bandwidth": format_bandwidth(int(bandwidth)), "exclusive": True}
         frame: dict[str, Any] = {"protocol": "can", "identifier_bits": 29} if long else {"protocol": "can"}

@@ -123,11 +123,11 @@ IMPORTERS: tuple[Importer, ...] = (
         "CAN databases: DBC, KCD, SYM, ARXML",
         "dse.importers.can",
         {
-            "bandwidth": "the bit rate of the buses, such as 500 kbit/s; where the file does not say it.",
-            "data-bandwidth": "the bit rate of the data of CAN FD, where the file does not say it.",
-            "cycle": "the cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
+            "bandwidth": "bit rate of the buses, such as 500 kbit/s, where the file does not state it.",
+            "data-bandwidth": "bit rate of the data of CAN FD, where the file does not state it.",
+            "cycle": "cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
             "none leaves them out.",
-            "to": "the node at which messages end that several receive.",
+            "to": "the receiver at which messages with several receivers end.",
         },
     ),
     Importer(
@@ -135,7 +135,7 @@ IMPORTERS: tuple[Importer, ...] = (
         (".amxmi",),
         "Amalthea models (APP4MC; the XML of the WATERS challenges)",
         "dse.importers.amalthea",
-        {"frequency": "that of the processing units, such as 200 MHz; where the model does not say it."},
+        {"frequency": "frequency of the processing units, such as 200 MHz, where the model does not state it."},
     ),
     Importer(
         "caret",
@@ -178,8 +178,8 @@ IMPORTERS: tuple[Importer, ...] = (
         "dse.importers.autoware.reading",
         {
             **OF_ROS2,
-            "mode": "the mode of the system; else its default one.",
-            "workspace": "the folder with the design files that FILE needs; else that around its package, or `design`.",
+            "mode": "mode of the system; default: its default mode.",
+            "workspace": "folder with the design files that FILE needs; default: around its package, or `design`.",
         },
         telltale=r"^autoware_system_design_format\s*:",
         sure=tuple(f".{kind}.yaml" for kind in ("node", "module", "system")),
@@ -321,7 +321,7 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
     if importer is None:
         _check_content(path)
         known = "; ".join(f"{item.name} ({item.what})" for item in importers())
-        raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
+        raise UsageError(f"{path}: its name does not say which format it has; name it with --format: {known}")
     stated = dict(options or {})
     for name in stated:
         if name not in importer.options and name not in (CHOICES, NODES, PUBLISHERS):

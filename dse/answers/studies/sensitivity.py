@@ -180,7 +180,7 @@ class SensitivityResult(DataAnswer):
         Scaling | None, "All execution times together; null where time was too short.", Json("execution_times")
     ]
     bars: Annotated[tuple[Bar, ...], "Effect of each input on each metric.", Json("tornado")]
-    swing: Annotated[str, "Over what the bars go."]
+    swing: Annotated[str, "Range of the inputs over which the bars go."]
     uncertain: Annotated[
         UncertainResult | None,
         "Effect of the stated uncertainties; null where none are stated.",

@@ -69,7 +69,7 @@ PLAIN_STEP_S = 5.0
     help="Where finished runs are kept; else NAME.runs.sqlite next to the result (--json, --csv, --report), and "
     "nowhere where none is written.",
 )
-@click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
+@click.option("--no-store", is_flag=True, help="Keep no finished runs; a stopped sweep starts from the beginning.")
 @time_limit_option("with the runs that are finished")
 @all_option
 @study_report_options

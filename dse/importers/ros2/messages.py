@@ -274,7 +274,7 @@ def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
     package = package_around(home) or home.name
     if not re.fullmatch(r"\w+", package):
         words = f"{package[:80]!r} cannot be the name of a package with messages"
-        raise ProblemError([Diagnostic(words, file=str(file), hint="a package.xml beside its folder states the name")])
+        raise ProblemError([Diagnostic(words, file=str(file), hint="a package.xml next to its folder states the name")])
     parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
     parts = [part.lstrip("-") for part in parts]
     line = 1

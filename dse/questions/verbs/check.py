@@ -268,7 +268,7 @@ def _rounded(problem: Problem) -> Iterator[str]:
     rounded = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
     yield from rounded[:MOST_ROUNDED]
     if len(rounded) > MOST_ROUNDED:
-        yield f"{len(rounded) - MOST_ROUNDED} more figures are rounded likewise"
+        yield f"{len(rounded) - MOST_ROUNDED} more figures are rounded"
 
 
 def _lists_for_ranges(space: Space) -> Iterator[str]:
@@ -337,7 +337,7 @@ def _shares(space: Space) -> Iterator[str]:
             yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
         is_upper = item.is_upper and not item.implied
         if is_upper and (of := overload_needed(space, item, item.limit.value)):
-            yield f"{item.text} lifts no implied limit: 100 % counts all the same, unless `overload: allowed` for {of}"
+            yield f"{item.text} lifts no implied limit: 100 % applies anyway, unless `overload: allowed` for {of}"
 
 
 def _remarks(space: Space) -> Iterator[str]:

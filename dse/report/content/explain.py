@@ -67,7 +67,7 @@ def explanation_page(explanation: Explanation) -> Page:
     _tell_offers(say, explanation)
     _tell_designs(say, explanation)
     if explanation.status != "incomplete" and explanation.left_open:
-        say.strongly("Stopped early. Not looked at:")
+        say.strongly("Stopped early. Left open:")
         for text in explanation.left_open:
             say.item(text)
         say.line("A longer --time-limit looks further.")

@@ -321,7 +321,7 @@ def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
         item["id"] in robust["entered"] and tuple(item["objectives"].items()) in reached for item in data["front"]
     )
     alike = f"{same} as good with other decisions, " if same else ""
-    unjudged = f", {count} were not looked at: the time was up" if count else ""
+    unjudged = f", {count} were not judged for want of time" if count else ""
     yield from texts(
         f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
         f"{len(robust['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "

@@ -82,7 +82,7 @@ def _waits_for(item: MessageResponse) -> str:
     if item.earlier_ns:
         waits.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
     if item.over_ns:
-        waits.append(f"of which {in_ms(item.over_ns)} are over when it comes")
+        waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
     return ", ".join(waits)
 
 

@@ -82,7 +82,7 @@ def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> li
     except (QuestionError, ExpressionError) as error:
         ledger.failures += 1
         if ledger.failures == MOST_FAILURES:
-            ledger.error(path, f"{MOST_FAILURES} questions cannot be read; those behind this one were not looked at")
+            ledger.error(path, f"{MOST_FAILURES} questions cannot be read; the rest of them was not read")
         if not ledger.mentions_doubt(path, text):
             ledger.error(path, error.message, error.hint, unknown=error.unknown)
         return []

@@ -89,7 +89,7 @@ class ConnectionWriter:
             if item not in counted and kind in ACCESSES:
                 text = f"{kind} connections are not looked at where no flow leads over them"
                 text += " and no Access_Right says who reads" if kind == "data access" else ""
-                text += ": what they share makes nobody wait, and starts nobody"
+                text += ": data that they share cause no waiting, and dispatch no thread"
                 for wire in item.wires:
                     if wire in looked_at:
                         continue
