@@ -54,6 +54,15 @@ def test_a_result_that_is_read_again_has_its_title(robot: dse.Result, tmp_path: 
     assert titles == ["Intelligent Marking line-marking robot: jitter of every flow <= 20 ms"] * 2
 
 
+def test_a_long_name_leaves_room_for_a_limit() -> None:
+    titles = [title_words(dse.solve(example_path(name))) for name in ("inmark_chapter2", "inmark_chapter3")]
+    assert [title.partition(": ")[2] for title in titles] == [
+        "jitter of f_gnss_lat < 200 ms, 1 more limit",
+        "latency of every flow <= 10 ms, 4 more limits",
+    ]
+    assert all(title.startswith("Intelligent Ma") and len(title) <= 80 for title in titles)
+
+
 def test_deadlines_stand_last_in_a_title() -> None:
     result = dse.solve(example_path("perception"))
     assert title_words(result) == "Perception pipeline: latency of brake <= 150 ms, every deadline met"

@@ -29,6 +29,8 @@ LINE = 80
 """Letters of the first line."""
 DEADLINE = "<= its deadline"
 """The end of the text of a requirement that is a deadline."""
+SHORT_NAME = 32
+"""Letters of a name that is cut so that a limit has room."""
 MOST_IDS = 6
 """The greatest number of designs that a warning lists."""
 
@@ -36,10 +38,16 @@ MOST_IDS = 6
 def title_words(result: Result) -> str:
     """The problem's name and the limits that were asked for, in a line of a terminal.
 
-    At most `LINE` characters.
+    At most `LINE` characters. A name that leaves no room for a limit is cut in its middle.
     """
-    limits = limits_words(result, LINE - len(result.problem.name) - 2)
-    return f"{result.problem.name}: {limits}" if limits else result.problem.name
+    name = result.problem.name
+    limits = limits_words(result, LINE - len(name) - 2)
+    if limits[:1].isdecimal() and len(name) > SHORT_NAME:  # none is named, only their number
+        shown = limits_words(result, LINE - SHORT_NAME - 2)
+        if not shown[:1].isdecimal():
+            half = SHORT_NAME // 2
+            name, limits = f"{name[: half - 2].rstrip()} ... {name[half - SHORT_NAME + 3 :].lstrip()}", shown
+    return f"{name}: {limits}" if limits else name
 
 
 def limits_words(result: Result, room: int) -> str:
