@@ -22,6 +22,7 @@ from dse.report.words.lateness import delayed_words, late_words, overload_words,
 from dse.report.words.messages import late_message_words
 from dse.report.words.reasons import exclusion_words
 from dse.space.question.open_cores import is_scheduled
+from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, format_number, format_ratio
 from dse.support.units.text import count_words
 
@@ -30,6 +31,8 @@ MOST_DECISIONS = 24
 """Maximum number of decisions of a design in one line."""
 ROOM = 180
 """Letters of a design on a terminal: two lines."""
+MOST_ASKED = 2
+"""Demands of the caller that a title names."""
 MOST_UNSEEN = 4
 """Maximum number of demands of a design that are named though it was not looked at why it breaks them."""
 MOST_REDUCED = 20
@@ -72,10 +75,13 @@ def explanation_page(explanation: Explanation) -> Page:
             say.item(text)
         say.line("A longer --time-limit looks further.")
     spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
-    say.line(f"{spent}; every design recomputed without the solver.")
+    basis = basis_words(explanation.problem.effective)
+    say.line(f"{spent}; every design recomputed without the solver. {basis[:1].upper()}{basis[1:]}.")
     name = explanation.problem.name
     section = Section("explanation", "Conflicts and relaxations", tuple(say.blocks))
-    return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
+    asked = dict.fromkeys(item.demand.text for item in explanation.relaxations if item.demand.origin == ORIGIN)
+    lead = f"{name}: {few(list(asked), MOST_ASKED, 'limits')}" if asked else name
+    return Page(f"{name}: explanation", lead, (section,))
 
 
 class _Teller:
