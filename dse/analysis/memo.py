@@ -183,7 +183,7 @@ class Recall(Generic[T]):
         Several solvers work in threads, each of which may be the first to ask.
         """
         with self._admitting:
-            shared = next((found for other, found in self._trees.values() if _same_figures(space, other)), {})
+            shared = next((tree for other, tree in self._trees.values() if _same_figures(space, other)), {})
             if len(self._trees) >= KEPT_SPACES:
                 self._trees.pop(next(iter(self._trees)), None)
             self._trees[id(space)] = entry = space, shared

@@ -56,7 +56,7 @@ class ExistingPath(click.Path):
 def _near(path: Path) -> Path | None:
     """The file of the same folder whose name is the nearest."""
     try:
-        there = [found.name for found in path.parent.iterdir()]
+        there = [entry.name for entry in path.parent.iterdir()]
     except (OSError, ValueError):
         return None
     near = nearest(path.name, there, 0.75)
@@ -66,10 +66,10 @@ def _near(path: Path) -> Path | None:
 def _example_in(folder: str | os.PathLike[str]) -> str:
     """A problem file of a folder, as an example; empty where it has none."""
     try:
-        there = sorted(found for found in Path(folder).iterdir() if found.suffix in (".yaml", ".yml"))
+        there = sorted(path for path in Path(folder).iterdir() if path.suffix in (".yaml", ".yml"))
     except OSError:
         return ""
-    return next((f" such as {str(found)!r}" for found in there if _holds_a_problem(found)), "")
+    return next((f" such as {str(path)!r}" for path in there if _holds_a_problem(path)), "")
 
 
 class ProblemPath(ExistingPath):
@@ -107,8 +107,8 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
                 from dse.questions.problem import Model
 
                 if str(options["file"]) == "-" or not is_model(Path(options["file"])):
-                    given = "--root" if root else "--mode" if mode else "--library"
-                    raise UsageError(f"{given} is for AADL models, and {options['file']} is none: leave it out")
+                    option = "--root" if root else "--mode" if mode else "--library"
+                    raise UsageError(f"{option} is for AADL models, and {options['file']} is none: leave it out")
                 options["file"] = Model(options["file"], root, mode, library)
             return command(*arguments, **options)
 

@@ -42,7 +42,7 @@ class Branch:
 
         For the grid of values that the sum can have in a part of the space.
         """
-        coefficients = {index: sign * found // step for index, found in self.form.coefficients.items()}
+        coefficients = {index: sign * coefficient // step for index, coefficient in self.form.coefficients.items()}
         return frozenset(item.index for item in self.chosen), (sign * self.form.constant - offset) // step, coefficients
 
 

@@ -137,9 +137,9 @@ def _whole(text: str) -> int:
 
 def _ranges(text: str, form: str) -> Iterator[tuple[Place, int, int]]:
     if form == "sym":
-        for found in _RANGE_OF_SYM.finditer(text):
-            yield found, int(found[1][-16:], 16), int(found[2][-16:], 16)
+        for match in _RANGE_OF_SYM.finditer(text):
+            yield match, int(match[1][-16:], 16), int(match[2][-16:], 16)
         return
-    for found in _RANGES_OF_DBC.finditer(text):
-        for first, last in _RANGE.findall(found[0]):
-            yield found, _whole(first), _whole(last)
+    for match in _RANGES_OF_DBC.finditer(text):
+        for first, last in _RANGE.findall(match[0]):
+            yield match, _whole(first), _whole(last)

@@ -80,12 +80,12 @@ def _with_slots(space: Space, made: Sequence[int]) -> list[int]:
     design = list(made)
     users = [(slot, uses) for slot, uses in slot_users(space) if slot.optional]
     for _ in range(len(users) + 1):  # a virtual bus that turns out to be used makes the bus that carries it used
-        for slot, found in users:
+        for slot, numbers in users:
             if made[slot.type_decision] >= 0:
                 continue
             empty = slot.types.index(EMPTY)
             view = View([max(option, 0) for option in design])
-            used = any(uses(view) for _, uses in found)
+            used = any(uses(view) for _, uses in numbers)
             types = [option for option in range(len(slot.types)) if option != empty]
             design[slot.type_decision] = empty if not used else types[0] if len(types) == 1 else -1
     return design

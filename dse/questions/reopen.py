@@ -268,8 +268,8 @@ def read(path: str | Path) -> DataAnswer | Form:
         module, answer = ANSWERS[name]
         kind: type[DataAnswer] = getattr(import_module(module), answer)
         return kind.from_dict(data)
-    found: Any = FORMS[name].model_validate(data)
-    form: Form = getattr(found, "root", found)
+    parsed: Any = FORMS[name].model_validate(data)
+    form: Form = getattr(parsed, "root", parsed)
     return form
 
 

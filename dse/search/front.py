@@ -162,7 +162,7 @@ class _State:
             self.incumbent,
             *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.strategies)),
         ]
-        return next((found for found in known if found is not None), None)
+        return next((better for better in known if better is not None), None)
 
     def _bare(self, design: Design) -> Design:
         """The design without decisions that it does not use."""

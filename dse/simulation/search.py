@@ -45,8 +45,8 @@ class Observations:
         self.events += seen.events
         for name, response in seen.responses.items():
             self.responses[name] = max(self.responses.get(name, 0), response)
-        for number, found in seen.disparities.items():
-            self.disparities[number] = max(self.disparities.get(number, 0), found)
+        for number, disparity in seen.disparities.items():
+            self.disparities[number] = max(self.disparities.get(number, 0), disparity)
         self.lost.update(seen.lost)
         for flow, counter in enumerate(seen.latencies):
             self.latencies[flow].update(counter)

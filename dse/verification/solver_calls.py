@@ -157,12 +157,12 @@ def is_over(deadline: float | None) -> bool:
 
 def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: float | None) -> Any:
     """Solve while this thread waits in short steps: Ctrl-C ends it, and the deadline if its own clock does not."""
-    found: list[Any] = []
+    results: list[Any] = []
     done = threading.Event()
 
     def work() -> None:
         try:
-            found.append(solver.solve(model))
+            results.append(solver.solve(model))
         finally:
             done.set()
 
@@ -178,4 +178,4 @@ def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: f
             if done.wait(0.01):
                 break
         raise
-    return found[0]
+    return results[0]

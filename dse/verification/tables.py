@@ -227,7 +227,7 @@ class _TableBuilder:
 
     def _threads_of(self, key: int) -> int:
         """Of how many threads a waiting that is left open is; one where it is a message's."""
-        return next((len(chain) for chain, found in self.chains.items() if found == key), 1)
+        return next((len(chain) for chain, other in self.chains.items() if other == key), 1)
 
     def _least(self, term: Term, owner: str) -> Diagram:
         """A summand where nothing waits."""
@@ -332,9 +332,9 @@ class _TableBuilder:
         ]
         return Sum(tuple(made), low, high, picks, waits, passages, tuple(floors))
 
-    def _times(self, found: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
+    def _times(self, counted_waits: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
         """How often units of waiting count in a sum."""
-        listed = [(number, weight * scale / self.wait_scale) for number, weight in found]
+        listed = [(number, weight * scale / self.wait_scale) for number, weight in counted_waits]
         if any(times.denominator != 1 for _, times in listed):
             raise TooLarge("response times have no common unit with the figures that they are added to")
         return tuple((number, int(times)) for number, times in listed)

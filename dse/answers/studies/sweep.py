@@ -374,10 +374,10 @@ def rank_together(
     infos: Sequence[Outcome] = solved[0]["objectives"] if solved else []
     senses = [info["sense"] for info in infos]
     known = {number: _alternatives(item) for number, item in enumerate(outcomes) if item is not None}
-    vectors = {number: [_vector(item, infos) for item in found] for number, found in known.items()}
-    scale = range_of([vector for found in vectors.values() for vector in found], senses)
-    distances = {number: ideal_distances(found, senses, scale=scale) for number, found in vectors.items()}
-    texts = iter(score_texts([sqrt(value) for found in distances.values() for value in found]))
+    vectors = {number: [_vector(item, infos) for item in items] for number, items in known.items()}
+    scale = range_of([vector for items in vectors.values() for vector in items], senses)
+    distances = {number: ideal_distances(items, senses, scale=scale) for number, items in vectors.items()}
+    texts = iter(score_texts([sqrt(value) for items in distances.values() for value in items]))
     signs = {name: 1 if operator == "<=" else -1 for name, operator in limits}
     result: list[Outcome | None] = []
     for number, outcome in enumerate(outcomes):

@@ -80,7 +80,7 @@ class Entity:
             self.lists[list_name] = [one for one in self.entries(key) if one.text("name") not in gone]
             if list_name == "components":
                 ends = [(one, ends_of(one.value)) for one in self.entries("connections")]
-                kept = [one for one, found in ends if not any(end.split(".")[0] in gone for end in found)]
+                kept = [one for one, names in ends if not any(end.split(".")[0] in gone for end in names)]
                 self.lists["connections"] = kept
         cut = {frozenset(ends_of(item)) for item in part.value["connections"]}
         self.lists["connections"] = [

@@ -291,18 +291,18 @@ class _Reader:
     def _named_path(self, path: LocatedValue) -> None:
         name = self.file.needed(path, "path_name")
         steps = list(path["node_chain"])
-        found: list[Callback | Wire] = []
+        parts: list[Callback | Wire] = []
         before = ""
         for number, step in enumerate(steps):
-            part = self._step(step, found, before, is_last=number == len(steps) - 1)
+            part = self._step(step, parts, before, is_last=number == len(steps) - 1)
             if part is None:
                 return
-            found += part
+            parts += part
             before = step["publish_topic_name"].text
-        if len([item for item in found if isinstance(item, Callback)]) < 2:
+        if len([item for item in parts if isinstance(item, Callback)]) < 2:
             self.file.remark(path, f"the path {name} is left out: it has fewer than two callbacks")
             return
-        self.found.flows[name] = (path, found)
+        self.found.flows[name] = (path, parts)
 
     def _step(
         self, step: LocatedValue, so_far: list[Callback | Wire], before: str, *, is_last: bool

@@ -123,8 +123,8 @@ class _Court:
         }
         if not least:
             return
-        found = self._ask(place, [item for item in members if item not in least], list(least.values()))
-        if found is not None and found.answer == "design":
+        design = self._ask(place, [item for item in members if item not in least], list(least.values()))
+        if design is not None and design.answer == "design":
             self.bench.find(
                 f"{place}.by_waiting", "is not so: if no thread waited for another a design would meet all of it"
             )
@@ -169,16 +169,16 @@ class _Court:
         except (ExpressionError, QuestionError):
             said = ()
         known = {(one.metric, one.operator, one.limit) for one in said}
-        found = [
+        statement = [
             demand
             for demand in self.demands
             if isinstance(demand, Requirement)
             and (demand.metric, demand.operator, demand.limit) in known
             and self._place(demand.origin) == meant
         ]
-        if not found:
+        if not statement:
             self.bench.find(place, f"nothing in the question says {item['text']!r}")
-        return found
+        return statement
 
     def _place(self, origin: str) -> str:
         """Where a demand stands; in a file that has changed since only that it stands there."""

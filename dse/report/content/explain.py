@@ -79,8 +79,8 @@ def explanation_page(explanation: Explanation) -> Page:
     say.line(f"{spent}; every design recomputed without the solver. {basis[:1].upper()}{basis[1:]}.")
     name = explanation.problem.name
     section = Section("explanation", "Conflicts and relaxations", tuple(say.blocks))
-    asked = dict.fromkeys(item.demand.text for item in explanation.relaxations if item.demand.origin == ORIGIN)
-    lead = f"{name}: {few(list(asked), MOST_ASKED, 'limits')}" if asked else name
+    limits = dict.fromkeys(item.demand.text for item in explanation.relaxations if item.demand.origin == ORIGIN)
+    lead = f"{name}: {few(list(limits), MOST_ASKED, 'limits')}" if limits else name
     return Page(f"{name}: explanation", lead, (section,))
 
 

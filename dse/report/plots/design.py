@@ -152,7 +152,7 @@ def _bars(processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[s
         for core in range(1, count + 1):
             here = {who: share for who, share in usage.shares.items() if usage.cores.get(who) == core}
             name = f"core {core} of {usage.name}"
-            own = [found for found in (limit, limits.get(name)) if found is not None]
+            own = [mark for mark in (limit, limits.get(name)) if mark is not None]
             if here:
                 yield _Bar(name, usage.type, here, Fraction(PPM), min(own, default=None))
         if idle := sorted(set(range(1, count + 1)) - set(usage.cores.values())):

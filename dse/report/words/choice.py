@@ -242,7 +242,7 @@ def minor_words(result: Result, kinds: Kinds, names: Names) -> Iterator[str]:
                     options[names.option(name, here.get(name))] = None
                     for delta in _between(result, kind.point, point):
                         moved.setdefault(delta.name, []).append(delta)
-        effects = [text for found in moved.values() if (text := _range_words(found, result.space.currency))]
+        effects = [text for deltas in moved.values() if (text := _range_words(deltas, result.space.currency))]
         if options and effects:
             order = {names.option(item.name, option): at for item in result.space.decisions if item.name == name
                      for at, option in enumerate(item.options)}  # fmt: skip

@@ -172,7 +172,7 @@ def _planned(
 ) -> tuple[int, Grid, int, list[Choices]] | None:
     """The plan of the table of a part; its axis is the objective with fewer values."""
     held = frozenset(part)
-    sums = [found for objective in encoded.objectives if (found := _sum_of(objective, held)) is not None]
+    sums = [total for objective in encoded.objectives if (total := _sum_of(objective, held)) is not None]
     decisions = [_options(encoded, decision, held) for decision in range(len(encoded.options))]
     known = {index for pairs in decisions for _, index in pairs}
     if len(sums) < 2 or any(not coefficients.keys() - every <= known for _, coefficients in sums):

@@ -49,8 +49,8 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     for number, text in enumerate(spec.requirements):
         path: Path = ("requirements", number)
         origin = ledger.origin(path)
-        for found in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
-            requirements.extend(found)
+        for requirement in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
+            requirements.extend(requirement)
     rules: list[Rule] = []
     names = rule_names(space)
     for number, text in enumerate(spec.rules):

@@ -298,14 +298,14 @@ class _SpecLoader:
         stated = source.node.to_data()
         listed = stated.get("library") if isinstance(stated, dict) else None
         folders = [listed] if isinstance(listed, str) else listed if isinstance(listed, list) else []
-        found = []
+        paths = []
         for name in (item for item in folders if isinstance(item, str)):
             folder = self.main.parent / name
             if not folder.is_dir():
                 hint = "the path is relative to this file"
                 raise ProblemError([source.diagnostic(["library"], f"there is no folder {name!r}"[:300], hint)])
-            found.append(str(folder))
-        return found
+            paths.append(str(folder))
+        return paths
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
         errors = error.errors(include_url=False)

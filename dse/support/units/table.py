@@ -242,7 +242,7 @@ def expectation(kind: QuantityKind) -> str:
 
 def units_of(dimension: Dimension) -> tuple[str, ...]:
     """The units of a dimension, in the table's order."""
-    return tuple(unit for unit, (_, found) in UNITS.items() if found == dimension)
+    return tuple(unit for unit, (_, of_unit) in UNITS.items() if of_unit == dimension)
 
 
 def unit_hint(unit: str, dimension: Dimension | None = None) -> str:

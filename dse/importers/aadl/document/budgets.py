@@ -126,7 +126,7 @@ class BudgetWriter:
         if data[0] is None and (size := self.model.size_of_data(item.flat, item)):
             sheet.fields["ram_used"] = f"{ceil(size)} B"
         total = sum((size for _, size in (data, *ram)), Fraction(0))
-        place = next((found for found, _ in (data, *ram) if found is not None), None)
+        place = next((value for value, _ in (data, *ram) if value is not None), None)
         if place is not None and total:
             stated = sheet.fields.get("ram_used", "0 B").partition(" ")[0]
             sheet.put("ram_used", place, f"{number_text(Fraction(-(-(total + int(stated)) // 1)))} B")

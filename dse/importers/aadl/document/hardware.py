@@ -64,22 +64,22 @@ class Sheet:
         self.put(name, stated, value.text if isinstance(value, Span) else value)
         return value
 
-    def extra(self, found: Found | None) -> None:
+    def extra(self, association: Found | None) -> None:
         """Further fields of ours, ``key: value``, each a text of a list."""
-        if found is None:
+        if association is None:
             return
-        items = found.value.items if isinstance(found.value, Listed) else (found.value,)
+        items = association.value.items if isinstance(association.value, Listed) else (association.value,)
         for item in items:
             try:
                 stated = yaml.safe_load(item.text) if isinstance(item, Text) else None
             except yaml.YAMLError:
                 stated = None
             if not isinstance(stated, dict):
-                self.model.library.fail('Extra: expected a list of texts "key: value"', found.place)
+                self.model.library.fail('Extra: expected a list of texts "key: value"', association.place)
                 return
             self.fields |= {str(key): value for key, value in stated.items()}
             for key in stated:
-                self.places[*self.key, str(key)] = found.place
+                self.places[*self.key, str(key)] = association.place
 
     def result(self) -> dict[str, Any]:
         """The fields, and ``source``."""

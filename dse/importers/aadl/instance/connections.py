@@ -334,12 +334,12 @@ class Wiring:
             context = component.parent or component
             if not self._is_source(node, context):
                 continue
-            for found in self._traced(root, node, context):
+            for traced in self._traced(root, node, context):
                 count += 1
                 if count > MAX_INSTANCES:
                     self.library.fail(f"more than {MAX_INSTANCES} connections", root.place)
                     return
-                yield found
+                yield traced
 
     def _is_source(self, node: Node, context: Instance) -> bool:
         """Whether something begins here: it leaves, and nothing within the component leads to it."""

@@ -50,8 +50,8 @@ class Library:
                 self.findings.append(
                     finding(f"package {package.name} is declared twice, first in {first}", package.place)
                 )
-        for found in parsed.unit.sets:
-            self.sets.setdefault(found.name.lower(), found)
+        for property_set in parsed.unit.sets:
+            self.sets.setdefault(property_set.name.lower(), property_set)
         return [name for package in parsed.unit.packages for name in _asked(package)]
 
     def remark(self, message: str, place: Place, hint: str = "", *, about: str = "") -> None:
@@ -97,7 +97,7 @@ class Library:
             return None
         if key in here.classifiers:
             return here.classifiers[key]
-        return next((found for found in self._renamed(here, key) if found is not None), None)
+        return next((classifier for classifier in self._renamed(here, key) if classifier is not None), None)
 
     def _package(self, name: str, here: Package | None) -> Package | None:
         aliases = [item for item in (here.renames if here else ()) if not item.name]

@@ -268,7 +268,7 @@ def _used(library: Library, everything: list[Classifier]) -> set[int]:
     for item in everything:
         references: list[Reference] = [one.classifier for one in item.subcomponents if one.classifier is not None]
         references += [item.extends] if item.extends is not None else []
-        used |= {id(found) for one in references if (found := library.find(one, item.package)) is not None}
+        used |= {id(classifier) for one in references if (classifier := library.find(one, item.package)) is not None}
     return used
 
 

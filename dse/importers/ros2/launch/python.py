@@ -242,8 +242,8 @@ class _Reader:
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         """The value of an expression, as far as it is known."""
         spend()
-        found = self._value(node, names)
-        return Unknown(self._words(node)) if found is NotImplemented else found
+        result = self._value(node, names)
+        return Unknown(self._words(node)) if result is NotImplemented else result
 
     def _value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         match node:
