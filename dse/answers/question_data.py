@@ -81,7 +81,7 @@ class AskedQuestion(Settings):
     implied: Annotated[
         list[str], "The limits that are not stated, but implied: 100 % of cores, bandwidths and exclusive buses."
     ]
-    rules: Annotated[list[str], "The rules, likewise."]
+    rules: Annotated[list[str], "The rules, in the order of the file; then those that were added."]
     objectives: Annotated[list[str], "The objectives with their senses, such as `minimise price`."]
     fixed: Annotated[Mapping[str, str], "The decisions that were fixed, each with its option."]
     robust: Annotated[bool, "Whether every requirement had to hold for all values that `uncertainty` states."]

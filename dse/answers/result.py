@@ -97,7 +97,9 @@ class Result(Answer):
         tuple[Counts, ...],
         "Regions that may still hold better designs: everything better than these exclusive bounds in every objective.",
     ]
-    refuted: Annotated[tuple[Counts, ...], "Regions, bounded likewise, that are proved to hold no design."]
+    refuted: Annotated[
+        tuple[Counts, ...], "Regions, bounded like the unexplored ones, that are proved to hold no design."
+    ]
     potential: Annotated[Counts, "The best value of each objective that may still be unexplored."]
     conflicts: Annotated[tuple[Conflict, ...], "Conflicts of an infeasible problem."]
     search: Annotated[Search, "Effort and settings of the search."]

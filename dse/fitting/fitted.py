@@ -75,9 +75,11 @@ class Transport:
         Json(kind=tuple[Fraction, ...]),
     ]
     per_byte_ns: Annotated[
-        tuple[Fraction, Fraction], "Least and greatest time per byte, likewise.", Json(kind=tuple[Fraction, ...])
+        tuple[Fraction, Fraction],
+        "Least and greatest time per byte, rounded outwards, as the catalogue has them.",
+        Json(kind=tuple[Fraction, ...]),
     ]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    remarks: Annotated[tuple[Remark, ...], "Remarks on the fit."]
     tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
 
     @property
@@ -128,7 +130,7 @@ class Execution:
     name: Annotated[str, "The thread type."]
     platform: Annotated[str, "The processor type; empty where the files do not say it."]
     summary: Annotated[Summary, "Its samples in a few figures.", Json("measured")]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    remarks: Annotated[tuple[Remark, ...], "Remarks on the fit."]
     tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
 
     @property

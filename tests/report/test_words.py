@@ -14,7 +14,7 @@ DSE = Path(__file__).parents[2] / "dse"
 UNUSED = (
     "hangs? on", "is told", "are told", "mends?", "mended", "must give", "goes before", "stands out", "fellow",
     "comes across", "at rest", "counts it otherwise", "nobody", "besides?", "gives? up", "given up",
-    "so manieth", "keeps everything",
+    "so manieth", "keeps everything", "told", "anew", "likewise", "go before", "come across", "mending",
 )  # fmt: skip
 WORDS = re.compile(rf"\b({'|'.join(UNUSED)})\b", re.IGNORECASE)
 INNER = ("analysis/scheduling", "encode", "verification", "importers")

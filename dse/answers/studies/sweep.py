@@ -120,12 +120,14 @@ class Changes(Data):
     objectives: Annotated[list[str], "The objectives that take the place of those of the file.", Json(default=[])]
     fix: Annotated[list[str], "Fixed decisions.", Json(default=[])]
     profile: Annotated[str, "The profile, where another was asked for.", Json(default=None)]
-    worst_case: Annotated[str, "The worst-case setting, likewise.", Json(default=None)]
+    worst_case: Annotated[str, "The worst-case setting, where another was asked for.", Json(default=None)]
     processing: Annotated[
-        str, "What a flow counts for a thread (`processing`), which varies with the runs.", Json(default=None)
+        str, "What a flow counts for a thread, where another setting was asked for.", Json(default=None)
     ]
-    deadlines: Annotated[str, "Which deadlines count, likewise.", Json(default=None)]
-    overload: Annotated[str, "Whether cores and buses may be used beyond all of them, likewise.", Json(default=None)]
+    deadlines: Annotated[str, "Which deadlines count, where another setting was asked for.", Json(default=None)]
+    overload: Annotated[
+        str, "Whether a load of more than 100 % is allowed, where another setting was asked for.", Json(default=None)
+    ]
 
 
 class SweptProblem(StudiedProblem):

@@ -94,7 +94,7 @@ def _busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
         said += f", {in_ms(left)} before its deadline" if left >= 0 else f", {in_ms(-left)} after its deadline"
     caption = f"{where} where it is tightest: {said}"
     if busy.is_segment:
-        said = f"{busy.name} ends at most {in_ms(response)} after its own release, with all that may go before it"
+        said = f"{busy.name} ends at most {in_ms(response)} after its own release, with all interference"
         caption = f"{where} where a segment takes longest: {said}"
     marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {in_ms(busy.released_ns)}."),)
     return Timeline(caption, tuple(lanes), ("0", in_ms(busy.end_ns)), marks if busy.released_ns else ())

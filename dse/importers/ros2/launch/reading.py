@@ -50,7 +50,7 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     file = LocatedFile(path, "a launch file", LocatedValue({}, 0, 0))
     system = _system(launch, file, _stated(options), options.get(PUBLISHERS, {}))
     if not system.groups:
-        file.wrong(LocatedValue({}, 1, 0), "it starts no node that can be told without launching it")
+        file.wrong(LocatedValue({}, 1, 0), "it starts no node that is known without launching it")
         file.mistakes += list(launch.told)[:MOST_TOLD]
         file.check()
     writer = Writer(file, system, options, "launch file")
