@@ -105,6 +105,7 @@ def _verdict_words(analysis: Analysis) -> str:
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
     """The nearest limits, the use of processors and buses, other metrics and warnings."""
+    yield from listing(analysis.warnings, "warning", 0, "doubtful", brief=1)
     if analysis.verdicts:
         yield _margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
@@ -129,7 +130,6 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
         item.name for findings in analysis.messages.values() for item in findings if item.meets_deadline is False
     ]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
-    yield from listing(analysis.warnings, "warning", 0, brief=1)
     findings = [finding for flow in analysis.flows for finding in flow.findings]
     findings += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
     findings += [finding for use in analysis.resources for finding in use.findings]
