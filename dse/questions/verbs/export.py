@@ -182,8 +182,8 @@ def _check_same(result: Result, design: Design, space: Space) -> None:
     """The exported problem must have the design as its baseline, with the very figures; from there nothing changes."""
     there = complete_design(space, space.baseline)
     mine, theirs = figures(result.space, design), figures(space, there)
-    common = {name: value for name, value in theirs.items() if name in mine}  # more have figures where less is open
-    differing = {name: (value, mine[name]) for name, value in common.items() if mine[name] != value}
+    told = {name: value for name, value in theirs.items() if name in mine}  # more have figures where less is open
+    differing = {name: (value, mine[name]) for name, value in told.items() if mine[name] != value}
     assert not differing, f"the exported problem has other figures: {differing}"
 
 

@@ -58,10 +58,10 @@ def counted_parts(space: Space) -> tuple[list[str], list[str]]:
     asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     if not any(flows_in(space, metric) or is_scheduled(space, metric) for metric in asked):
         return [], []
-    is_counted = counts_responses(space)
+    is_counted = counts_responses(space) and any(item.processor is not None for item in space.components)
     counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
     counted += ["waiting for the bus"] if counted_buses(space) else []
-    left = [] if is_counted else ["waiting for the CPU"]
+    left = [] if counts_responses(space) else ["waiting for the CPU"]
     if leaves_out_buses(space):
         of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
         left += [f"bus arbitration{of}"]
