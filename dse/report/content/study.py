@@ -45,8 +45,10 @@ def study_page(data: Data) -> Page:
     problem = data["problem"]
     kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
     kind = kinds.get(data["format"], "robustness")
-    title = f"{problem['name']}: {kind}"
-    return Page(title, title, (*sections_of(data), _basis(data)))
+    axes = " and ".join(axis["name"].rstrip(" <=>") for axis in data.get("vary", ()))
+    what = {"sweep": f"sweep of {axes}" if axes else "sweep", "sensitivity": "margins and influence of the inputs"}
+    lead = f"{problem['name']}: {what.get(kind, 'robust front')}"
+    return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
 
 
 def _basis(data: Mapping[str, Any]) -> Section:
