@@ -141,7 +141,7 @@ class ComparedSum:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a design meets a requirement.
+    """The verdict on a requirement in a design.
 
     `value` and `limit` are those of the sum, unless the limit of one core is nearer, or broken by more: then those of
     the thread, which `worst_term` names, or of `worst_core`, from 1. `whole_limit` is the limit of the sum. `spread`
@@ -261,9 +261,9 @@ def _deadline_ns(space: Space, thread: Component, view: View) -> int:
 
 
 def excess(space: Space, limit: Limit) -> Measure:
-    """How far a design is beyond a limit, in the measure's unit: positive when broken. Leaves out the limit per thread.
+    """The excess of a design over a limit, in the measure's unit: positive when violated.
 
-    The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
+    Leaves out the limit per thread. The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
     """
     sign = 1 if limit.requirement.operator in ("<=", "<", "==") else -1
     measure = limit.measure

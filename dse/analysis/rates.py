@@ -64,7 +64,7 @@ def is_joined(component: Component, view: View) -> bool:
 
 
 def input_room(space: Space, component: Component, wire: int, view: View) -> int | None:
-    """How many messages of a trigger of a join of all wait at most for the others; None where all that come do.
+    """The largest number of messages of a trigger of a join of all that wait for the others; None: no limit.
 
     The timer of a hybrid thread takes all that has come, and so does a pairing of the newest.
     """

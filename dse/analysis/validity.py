@@ -324,7 +324,7 @@ class Rulebook:
         self.covers = covers(space)
 
     def breaches(self, design: Design) -> list[str]:
-        """Why the design is not valid, in words; empty when it is.
+        """The reasons why the design is not valid, in words; empty when it is.
 
         Raises
         ------

@@ -115,7 +115,7 @@ class Busy(Data):
 
 @dataclass(frozen=True)
 class Usage:
-    """How much of a processor or bus is used, and by whom.
+    """The use of a processor or bus, by thread or connection.
 
     `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
     `no_busy` explains, and for what has none.
@@ -169,14 +169,14 @@ class Usage:
 
 
 class ProcessorUse(Data):
-    """How much of a processor is used, and by whom."""
+    """The use of a processor, by thread."""
 
     OF = Usage
     WRITTEN = ("type", "unit", "shares", "total", "capacity", "cores")
 
 
 class BusUse(Data):
-    """How much of a bus is used, by whom, and for how long."""
+    """The use of a bus, by connection, and its busy time."""
 
     OF = Usage
     WRITTEN = ("type", "unit", "shares", "total", "capacity", "payload", Of("busy_use", key="busy"), "budget")

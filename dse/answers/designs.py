@@ -202,7 +202,7 @@ class ListedDesigns:
 
 @dataclass(frozen=True)
 class FurtherAsked:
-    """How many further designs were asked for, and where."""
+    """The question for further designs: their number, and the points."""
 
     count: Annotated[int, "Number of further designs for each point."]
     within: Annotated[Fraction | None, "Within which share of each objective; null: with the same objectives."]

@@ -75,7 +75,7 @@ class Example:
 
 
 class Why(Data):
-    """Why a design breaks what it breaks."""
+    """The reasons why a design violates requirements."""
 
     overloads: Annotated[tuple[Overload, ...], "The cores and buses that it uses beyond a limit that it violates."]
     late: Annotated[

@@ -134,7 +134,7 @@ class Input:
 
 @dataclass(frozen=True)
 class KeptValue:
-    """How a requirement is met."""
+    """The value, slack and verdict of a requirement."""
 
     value: Annotated[Fraction, NULL, "The value; null where it is unbounded."]
     slack: Annotated[Fraction, NULL, "Slack to the limit; negative where it is violated, null where unbounded."]

@@ -16,7 +16,7 @@ Sense: TypeAlias = Literal["minimise", "maximise"]
 
 
 class Settings(Data):
-    """How the question was read."""
+    """The settings with which the question was read."""
 
     profile: Annotated[Literal["dse", "osate-2.2", "osate-2.19"], "The latency rules that were applied."]
     worst_case: Annotated[Literal["execution_time", "deadline"], "OSATE's worst-case setting."]
@@ -89,7 +89,7 @@ class AskedQuestion(Settings):
 
 @dataclass(frozen=True)
 class Origin:
-    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+    """The solved problem: name, file, hashes, and the complete question.
 
     `identity` is described in `dse.spec.loading.document`; `texts` are the files of the problem by name, as found from
     the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was here.
@@ -120,14 +120,14 @@ class Origin:
 
 
 class ExplainedProblem(Data):
-    """Which problem was explained, and what was asked of it."""
+    """The explained problem, and its question."""
 
     OF = Origin
     WRITTEN = ("name", "file", "sha256", "included", "effective")
 
 
 class SolvedProblem(Data):
-    """Which problem was solved, and what was asked of it."""
+    """The solved problem, and its question."""
 
     OF = Origin
     WRITTEN = (

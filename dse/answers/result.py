@@ -258,7 +258,7 @@ class Result(Answer):
         return {**self.counting_units, **{item.name: item.unit for item in self.objectives}}
 
     def __len__(self) -> int:
-        """How many designs the front has."""
+        """The number of designs of the front."""
         return len(self.front)
 
     def __iter__(self) -> Iterator[Point]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a design of the nominal front is not robust.
+    """The reason why a design of the nominal front is not robust.
 
     The place is the corner of the stated ranges where the requirement is missed most.
     """
@@ -45,7 +45,7 @@ class Failure:
 
 
 class NominalState(Data):
-    """How far the nominal front of a robust question is proved."""
+    """The status of the nominal front of a robust question."""
 
     OF = Result
     WRITTEN = (
@@ -104,7 +104,7 @@ class RobustResult(Answer):
 
     @property
     def problem(self) -> Origin:
-        """Which problem this is, and what was asked of it."""
+        """The solved problem, and its question."""
         return self.robust.problem
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:

@@ -75,7 +75,7 @@ class FlowObservation:
 
     @property
     def count(self) -> int:
-        """How many data reached the end."""
+        """The number of data that reached the end."""
         return sum(self.latencies.values())
 
     @property

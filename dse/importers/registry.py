@@ -29,7 +29,7 @@ STORED_PORTS = ("data", "data_access")
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where something stands in a file; line and column count from 1."""
+    """A place in a file; line and column count from 1."""
 
     file: str
     line: int

@@ -412,7 +412,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
 
 
 def origin_of(problem: Problem) -> Origin:
-    """Which problem this is: name, file, hashes, and the question as it is asked.
+    """The origin of a problem: name, file, hashes, and the complete question.
 
     An `Origin` with the SHA-256 hashes of the file and of what it includes, the texts themselves, and the effective
     question, so that a result can be checked without its file.

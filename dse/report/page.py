@@ -124,7 +124,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Lane:
-    """Who has something, and when: pieces as (begin, end), from 0 to 1 of the whole time."""
+    """One user of a resource over time: pieces as (begin, end), from 0 to 1 of the whole time."""
 
     name: str
     pieces: tuple[tuple[float, float], ...]

@@ -34,7 +34,7 @@ class Grid:
     paths: tuple[int, ...] = ()
 
     def least(self, at: int, *, wrapped: bool) -> int:
-        """How wide a column is at least: its longest cell (`wrapped`: word), and the longest word of its heading.
+        """The least width of a column: its longest cell (`wrapped`: word), and the longest word of its heading.
 
         Cells of up to `LEAST` letters, such as a number with its unit, stay in one line.
         """

@@ -145,7 +145,7 @@ class _State:
 
     @cached_property
     def frame(self) -> ObjectiveScale:
-        """How the search counts."""
+        """The offset and step in which the search counts each objective."""
         objectives = self.encoded.objectives
         return ObjectiveScale(
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)

@@ -41,7 +41,7 @@ class StrategyPool(Generic[Tag, Outcome]):
 
     @property
     def calls(self) -> int:
-        """How many questions were asked."""
+        """The number of questions asked."""
         return sum(strategy.calls for strategy in self.strategies)
 
     @property

@@ -29,7 +29,7 @@ class Prover(Protocol):
 
     @property
     def words(self) -> str:
-        """How it knows."""
+        """The method of the proof, in words."""
         ...
 
     @property
@@ -84,7 +84,7 @@ class AllDesigns:
 
     @property
     def words(self) -> str:
-        """How many designs there are."""
+        """The number of designs, in words."""
         feasible = len(self.found.vectors)
         return f"every design looked at: {self.found.looked_at} that are possible, {feasible} of them feasible"
 
@@ -155,7 +155,7 @@ class AskedModel(SecondModel):
 
     @property
     def words(self) -> str:
-        """How many times it was asked."""
+        """The number of questions to the model, in words."""
         return f"a second model asked {self.calls} times, with other settings and another search"
 
     @property

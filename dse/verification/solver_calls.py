@@ -31,7 +31,7 @@ MOST_STOPS = 500
 
 
 class SolverWay(NamedTuple):
-    """How a solver branches, with how much linear relaxation, and whether with cuts.
+    """The branching of a solver, its amount of linear relaxation, and whether it makes cuts.
 
     One that is `plain` does nothing before it branches, nor in between: where a question is easy that is most of it.
     """

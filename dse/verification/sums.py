@@ -123,7 +123,7 @@ class Summands:
 
     @property
     def weights(self) -> Iterator[Fraction]:
-        """How often waiting counts in it."""
+        """The factor of each waiting time in the sum."""
         yield from (weight for _, weight in (*self.waits, *self.passages))
         for _, sums in self.extremes:
             for item in sums:

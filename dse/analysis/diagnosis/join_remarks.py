@@ -63,7 +63,7 @@ def drifting_joins(space: Space) -> Iterator[str]:
 
 
 def endless_waits(space: Space, view: View) -> Iterator[str]:
-    """Why a message of a flow may wait for other inputs without a bound, in a design.
+    """The reasons why a message of a flow may wait for other inputs without a bound, in a design.
 
     One sentence for each cause, over all flows.
     """

@@ -111,7 +111,7 @@ def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None
 
 
 def _played_in(item: Queued, worst_job: WorstJob) -> tuple[Piece, ...]:
-    """Who has the core until the end of the worst job in an executor; no gaps.
+    """The jobs on the core until the end of the worst job in an executor; no gaps.
 
     What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those
     that come with it, or the most urgent that waits.
@@ -183,7 +183,7 @@ def _urgency(item: Response) -> tuple[bool, Exact]:
 
 
 def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:
-    """Who has the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
+    """The jobs on the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
     >>> a, b = periodic("a", 2, 5), periodic("b", 4, 20)

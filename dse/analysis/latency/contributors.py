@@ -121,7 +121,7 @@ def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) ->
 
 
 def start_delay_ns(space: Space, step: Step, view: View) -> Exact:
-    """How long after its release the job of a timer may begin, and read; 0 where it reads at its release.
+    """The longest time from the release of a timer's job until it reads, in ns; 0 where it reads at its release.
 
     A job that begins so late and takes its longest execution time ends within the response time. Latency is counted
     from the release of the first component of a flow.

@@ -128,6 +128,6 @@ def waits_apart(space: Space, step: Step, kind: str) -> bool:
 
 
 def waited_ns(space: Space, step: Step, view: View) -> Fraction:
-    """How long the job of a thread of a flow waits for others, behind those before it in its chain."""
+    """The time that the job of a thread of a flow waits for others, behind those before it in its chain, in ns."""
     longest = longer_by_ns(space, (*step.chain, step.index), view)
     return ZERO + longest - longest_alone_ns(space, step.index, "thread", view)

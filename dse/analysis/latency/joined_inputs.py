@@ -201,7 +201,7 @@ class Join:
 
 
 def latest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: View) -> Exact | None:
-    """How long after the k-th release of an origin the k-th event of `origins` comes at the latest; None: no bound."""
+    """The longest time from the k-th release of an origin to the k-th event of `origins`, in ns; None: no bound."""
     times_ns: list[Exact] = []
     for other in origins:
         phase = _phase_ns(space, origin, other, view)[1]
@@ -212,7 +212,7 @@ def latest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: Vie
 
 
 def soonest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: View) -> Exact:
-    """How long after the k-th release of an origin the k-th event of `origins` comes at the soonest."""
+    """The shortest time from the k-th release of an origin to the k-th event of `origins`, in ns."""
     times_ns: list[Exact] = [0]
     for other in origins:
         phase = _phase_ns(space, origin, other, view)[0]
@@ -245,7 +245,7 @@ class Start(NamedTuple):
     has_figures: bool = False
 
     def spread_ns(self, join: Join, origin: Origin) -> Exact | None:
-        """How much later than at the soonest the time may begin, counted from the release of an origin."""
+        """The difference between the latest and the soonest begin, from the release of an origin, in ns."""
         if not self.is_late:
             return 0
         if self.releases is None:

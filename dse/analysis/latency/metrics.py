@@ -367,7 +367,7 @@ AT_ONCE = ("latency", "min latency", "jitter")
 def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
     """The latency, minimum latency or jitter of a flow at once; None for other metrics.
 
-    The same as the measure's value.
+    Equal to the value of the measure.
     """
     if metric.kind not in AT_ONCE:
         return None

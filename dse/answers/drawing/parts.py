@@ -25,7 +25,7 @@ class Area:
 
 @dataclass
 class Use:
-    """How a component uses a physical bus: whether it sends and receives there, and over which connections.
+    """The use of a physical bus by a component: whether it sends and receives there, and over which connections.
 
     `always` tells whether one of the connections can be on no other bus.
     """

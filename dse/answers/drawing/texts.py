@@ -141,7 +141,7 @@ def _rate(rate: Fraction) -> str:
 
 
 def columns(text: str) -> int:
-    """How wide a text is, in columns: wide letters take two.
+    """The width of a text in columns: wide letters take two.
 
     >>> columns("sprayer"), columns("噴霧")
     (7, 4)

@@ -162,7 +162,7 @@ PINNED = "# Response times hold where each thread is pinned to its cpu (taskset,
 
 
 def pinning_table(space: Space, design: Design, title: str) -> str:
-    """Where each thread of a processor runs, as CSV: one line of a thread or callback, by processor, core and level.
+    """The core of each thread of a processor, as CSV: one line of a thread or callback, by processor, core and level.
 
     ``core`` counts from 1, ``cpu`` from 0 as operating systems do; ``chosen_by`` is whose choice it is (`core_by`);
     ``level`` 1 goes first on its core, threads of one level share it; ``response_ns`` is empty without a bound.

@@ -36,7 +36,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Margin:
-    """How much room a requirement leaves, in `unit`; `thread` is named where the limit is that of one core alone.
+    """The slack of a requirement, in `unit`; `thread` is named where the limit is that of one core alone.
 
     `capacity` is what the limit is a share of (all cores, the bandwidth), where it is stated as a share.
     """

@@ -39,7 +39,7 @@ class Break:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one input may move while all others stay, before a requirement is violated.
+    """The margin of one input: its range within which no requirement is violated while all others stay.
 
     `below` and `above` have the last value that meets every requirement in each direction, exact in `unit`; None where
     no requirement is violated within `searched`.

@@ -104,7 +104,7 @@ class ScaledObjective:
 
 @dataclass(frozen=True)
 class SweepRanking:
-    """How designs are ranked, on one scale for the whole sweep."""
+    """The ranking of designs, on one scale for the whole sweep."""
 
     words: Annotated[str, "The method in words."]
     scale: Annotated[tuple[ScaledObjective, ...], "The scale: each objective with its best and worst value."]
@@ -131,7 +131,7 @@ class Changes(Data):
 
 
 class SweptProblem(StudiedProblem):
-    """Which problem was swept, and what was asked of it."""
+    """The swept problem, and its question."""
 
     WRITTEN = (*StudiedProblem.WRITTEN, "changes")
 

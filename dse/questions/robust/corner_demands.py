@@ -215,7 +215,7 @@ class RobustQuestion:
         )
 
     def failures(self, point: int, design: Design) -> list[Failure]:
-        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst.
+        """The failures of a nominal design: each requirement that is violated somewhere, at its worst.
 
         At most one `Failure` for each requirement, at the corner where it is missed most, with both sides in the unit
         of the metric and the values of the uncertain inputs there. `point` is the id of the design on the nominal

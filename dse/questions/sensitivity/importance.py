@@ -35,7 +35,7 @@ def random_shares(count: int, samples: int, seed: int) -> Any:
 
 
 def chance(function: DesignFunction, uncertain: Sequence[Uncertain], shares: Any) -> Chance:
-    """How often the design meets its requirements for the given samples.
+    """The share of the given samples in which the design meets its requirements.
 
     They are the same for every design, so that designs compare.
     """

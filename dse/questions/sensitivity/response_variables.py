@@ -134,7 +134,7 @@ def _counted(response_ns: Any) -> Fraction:
 
 @dataclass(frozen=True)
 class Motion:
-    """How the response times of a design move with the uncertain inputs."""
+    """The dependence of a design's response times on the uncertain inputs."""
 
     least: Corner
     most: Corner
@@ -165,9 +165,9 @@ class Motion:
 
 
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
-    """How response times move over the box; None where that is not known by the theorem, as where messages wait.
+    """The direction in which response times move over the box; None where the theorem does not give it.
 
-    It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
+    It does not where messages wait. It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
 
     Raises
     ------

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Settings:
-    """How far bars go where nothing is stated, and how uncertain inputs are sampled.
+    """The swing of bars without stated ranges, and the sampling of uncertain inputs.
 
     `front` asks for the chance of each alternative.
     """
@@ -68,7 +68,7 @@ def sensitivity(
     time_limit_s: arguments.Span | None = None,
     **question: Unpack[Question],
 ) -> SensitivityResult:
-    """How far each input of a design may move before a requirement breaks, and which inputs matter.
+    """The margin of each input of a design, and the inputs that matter most.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ Vector = tuple[int, ...]
 
 @dataclass(frozen=True)
 class MetricReader:
-    """How to say what a design amounts to: the evaluator of a space, every metric in its base unit.
+    """The reader of a design's metrics: the evaluator of a space, every metric in its base unit.
 
     `jury` says what it keeps with contention.
     """

@@ -187,7 +187,7 @@ class Store:
         return self._number("SELECT count(*) FROM solves")
 
     def kept(self) -> int:
-        """How many outcomes there are."""
+        """The number of outcomes in the store."""
         return self._number("SELECT count(*) FROM runs")
 
 

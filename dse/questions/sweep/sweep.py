@@ -31,7 +31,7 @@ from dse.support.timelimit import NEVER, OutOfTime, TimeLimit
 
 @dataclass(frozen=True)
 class SweepProgress:
-    """Where a sweep stands: runs in all, finished (of which `found` in the store), seconds.
+    """The progress of a sweep: runs in all, finished (of which `found` in the store), seconds.
 
     And those still expected.
     """

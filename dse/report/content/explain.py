@@ -423,7 +423,7 @@ def _exact(value: Fraction, unit: str, currency: str) -> str:
 
 
 def conflict_blocks(result: Result) -> Iterator[Block]:
-    """Why an infeasible result has no design, in short."""
+    """The conflicts of an infeasible result, in short."""
     for text, items in _conflict_words(result):
         yield from texts(text)
         yield from listing(items)

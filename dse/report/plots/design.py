@@ -163,7 +163,7 @@ def _bars(processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[s
 def usage_records(
     processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]
 ) -> list[dict[str, Any]]:
-    """Who uses each core and each bus that has a capacity, in per cent of the core or the bandwidth.
+    """The use of each core and each bus with a capacity, by thread and connection, in per cent.
 
     `limits` are shares of the capacity, by the name of a processor, which limits each of its cores, of a core
     (``core 2 of computer``), or of a bus.
@@ -201,7 +201,7 @@ def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]
 
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar.
+    """The chart of the use of cores and buses, with the limit as a mark across the bar.
 
     A Vega-Lite specification with stacked bars, in % of one core or of the bandwidth.
     """

@@ -122,7 +122,7 @@ def _also(names: Names, point: Point, other: Point) -> str:
 
 
 def tie_words(result: Result, tied: Sequence[Kind], names: Names) -> Iterator[str]:
-    """Why no design is recommended, and what the first two exchange.
+    """The reason why no design is recommended, and the differences of the first two.
 
     Two lines: the ids and scores that tie, and the differences of the first two in each objective.
     """

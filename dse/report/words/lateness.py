@@ -27,7 +27,7 @@ MOST_DELAYS = 6
 
 
 def late_words(late: Late) -> str:
-    """Why a thread is late, and what would have to be shorter.
+    """The reason why a thread is late, and the shorter times that would be enough.
 
     ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
     2 ms less of a``.
@@ -147,7 +147,7 @@ def _enough(late: Late) -> str:
 
 
 def delayed_words(delayed: Delayed) -> str:
-    """Who waits how long for whom in what a requirement counts, and which single shorter time would keep it.
+    """The waits of threads that a requirement counts, and the single shorter times that would meet it.
 
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
@@ -166,7 +166,7 @@ def delayed_words(delayed: Delayed) -> str:
 
 
 def overload_words(overload: Overload) -> str:
-    """Who uses more than there is, and who has no bound because of that.
+    """The users of an overloaded core or bus, and the threads without a bound because of it.
 
     ``core 1 of p is used to 105 %, at most 100 %: a 60 %, b 45 %; because of it b has no bound; kept with 1 ms less of
     b each time``.

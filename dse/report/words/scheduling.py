@@ -152,7 +152,7 @@ def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: 
 
 
 def no_bound_words(causes: Sequence[str]) -> str:
-    """Why a response time has no bound: the threads or messages that have none themselves.
+    """The reason why a response time has no bound: the threads or messages that have none themselves.
 
     One phrase; `causes` are names, in the order in which they were found.
     """

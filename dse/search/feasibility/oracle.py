@@ -122,7 +122,7 @@ def find_design(
 
 
 class Oracle:
-    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
+    """Decides which sets of members have a design; remembers witnesses and refuted sets to ask few questions.
 
     Sets are those of positions in `members`; `statements` has those together that a user stated as one. The space is
     encoded once, with a switch for each member; once a question has taken `SHARED_WORK` in vain, each is encoded for
@@ -157,7 +157,7 @@ class Oracle:
 
     @property
     def deadline(self) -> float | None:
-        """When questions end, by the monotonic clock; None without a limit.
+        """The time at which questions end, by the monotonic clock; None without a limit.
 
         Seconds of `time.monotonic()`.
         """
@@ -188,7 +188,7 @@ class Oracle:
         return self.solve(kept)
 
     def shown(self, design: Design) -> frozenset[int]:
-        """Know a design that was found elsewhere; the members that it meets, none where it is no design.
+        """Note a design that was found elsewhere; returns the members that it meets, none for an invalid design.
 
         Positions of members. Later questions that the design answers take no solver call.
         """

@@ -24,7 +24,7 @@ seconds, where searches that find their design have some 1,000 conflicts in 0.01
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """How much linear relaxation a call uses.
+    """The amount of linear relaxation that a call uses.
 
     `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
     `per_variable` is how much work a call takes at least for each variable of the model. With `in_order` the search is

@@ -315,7 +315,7 @@ def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:
 
 
 def busy_obstacle(space: Space, number: int) -> str:
-    """Why the busy time of a bus is not computable, in words that go on from its name; "" where it is.
+    """The reason why the busy time of a bus is not computable, as a predicate of its name; "" where it is.
 
     Middleware, a type without transmission times, or a connection that states a data rate alone.
     """

@@ -139,7 +139,7 @@ def read_text(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> s
 
 
 def obstacle(path: PathLike) -> str | None:
-    """Why there is nothing to read at a path: no such file, or no regular one; None where there is.
+    """The reason why there is nothing to read at a path: no such file, or no regular one; None where there is.
 
     A phrase for a message, such as "is a folder".
     """

@@ -268,7 +268,7 @@ def canonical_unit(unit: str) -> str:
 
 
 def unit_ratio(unit: str, base: str) -> Fraction | None:
-    """How many `base` one `unit` is; None where they do not measure the same, or nothing says so.
+    """The ratio of `unit` to `base`; None where they do not measure the same, or nothing says so.
 
     Units of the table count as they do there (amounts of money as their own currency only); others where they differ
     in their SI prefix.

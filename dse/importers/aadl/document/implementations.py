@@ -105,7 +105,7 @@ def with_implementations(
 
 
 def conflict(chosen: Sequence[Subsystem]) -> str:
-    """Why subsystems cannot be chosen beside each other; "" where they can."""
+    """The reason why subsystems cannot be chosen independently; "" where they can."""
     for one in chosen:
         for other in chosen:
             if one is not other and one.component in other.component.around():

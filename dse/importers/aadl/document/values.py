@@ -170,7 +170,7 @@ def shown_place(place: Place) -> str:
 
 
 def told(value: Found) -> str:
-    """Where a value is from, in words."""
+    """The origin of a value, in words."""
     return shown_place(value.place) + (" (inherited)" if value.via == "inherited" else "")
 
 

@@ -56,7 +56,7 @@ class Started:
 
 @dataclass(frozen=True)
 class Scope:
-    """Where an action stands: its namespace, and what was set for all nodes so far."""
+    """The scope of an action: its namespace, and what was set for all nodes before it."""
 
     namespace: str = "/"
     remaps: tuple[tuple[str, str], ...] = ()

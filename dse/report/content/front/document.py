@@ -230,7 +230,7 @@ class Document:
 
     @property
     def conflicts(self) -> list[Block]:
-        """Why there is no design, if that was proved."""
+        """The conflicts of a problem that is proved infeasible."""
         return list(conflict_blocks(self.result)) if self.result.status == "infeasible" else []
 
     def table_of(self, points: Sequence[Point]) -> Table:
