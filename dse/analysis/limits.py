@@ -263,7 +263,8 @@ def _deadline_ns(space: Space, thread: Component, view: View) -> int:
 def excess(space: Space, limit: Limit) -> Measure:
     """The excess of a design over a limit, in the measure's unit: positive when violated.
 
-    Leaves out the limit per thread. The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
+    Leaves out the limit per thread. The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=``
+    and ``>``.
     """
     sign = 1 if limit.requirement.operator in ("<=", "<", "==") else -1
     measure = limit.measure

@@ -167,7 +167,8 @@ class Motion:
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
     """The direction in which response times move over the box; None where the theorem does not give it.
 
-    It does not where messages wait. It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
+    It does not where messages wait. It is known of threads that keep their cores and priorities, where execution
+    and transmission times may vary.
 
     Raises
     ------
