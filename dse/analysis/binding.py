@@ -57,12 +57,12 @@ def ways_over(space: Space, connection: Connection, bus: int, view: View) -> tup
         stack = bus_stack(space, connection, view)
         return (stack,) if bus in stack else ()
     first = at(connection.bus, view)
-    found: dict[tuple[int, ...], tuple[int, ...]] = {}
+    ways: dict[tuple[int, ...], tuple[int, ...]] = {}
     for start in () if first is None else (first, *connection.further):
         for chain in _chains(space, start, view):
             if bus in chain:
-                found.setdefault(chain[: chain.index(bus) + 1], chain)
-    return tuple(found.values())
+                ways.setdefault(chain[: chain.index(bus) + 1], chain)
+    return tuple(ways.values())
 
 
 def _chains(space: Space, bus: int, view: View) -> Iterator[tuple[int, ...]]:
@@ -216,7 +216,7 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
     """
     least: Exact = 0
     most: Exact = 0
-    given = False
+    is_stated = False
     for number in bus_stack(space, connection, view):
         bus = space.buses[number]
         for size in message_sizes(space, connection, number, view):
@@ -226,9 +226,9 @@ def transmission_ns(space: Space, connection: Connection, view: View) -> tuple[E
             if times is None:
                 times = bus_figure(space, bus.latency_ns, connection, view)
             if times is not None:
-                least, most, given = least + times[0], most + times[1], True
+                least, most, is_stated = least + times[0], most + times[1], True
     own = at(connection.latency_ns, view)
-    if given:
+    if is_stated:
         return least, most, "transmission time"
     if own is not None and not _is_local(space, connection, view):
         return own[0], own[1], "specified"

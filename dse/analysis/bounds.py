@@ -105,23 +105,23 @@ def impossible(limits: Iterable[Limit], ends: Ends) -> Iterator[Impossible]:
         sides: tuple[tuple[Side, str], ...] = (("least", "<"), ("most", ">"))
         for side, direction in sides:
             if requirement.operator[0] in (direction, "="):
-                found = _beyond(ends, limit, side, requirement.operator)
-                if found is not None:
+                excess = _beyond(ends, limit, side, requirement.operator)
+                if excess is not None:
                     parts = _parts(ends, limit, side)
-                    is_all = sum((part.value for part in parts), ZERO) == found[0]
-                    yield Impossible(requirement, side, *found, limit.measure.unit, parts if is_all else ())
+                    is_all = sum((part.value for part in parts), ZERO) == excess[0]
+                    yield Impossible(requirement, side, *excess, limit.measure.unit, parts if is_all else ())
                     break
 
 
 def _parts(ends: Ends, limit: Limit, side: Side) -> tuple[Contribution, ...]:
     """The contributions to the bound of a sum, largest first; empty unless the range of every term is known."""
-    found: dict[str, Fraction] = {}
+    by_label: dict[str, Fraction] = {}
     for term in limit.measure.terms:
         bound = _bound(ends, term, side, nonnegative=False)
         if bound is None or not term.label:
             return ()
-        found[term.label] = found.get(term.label, ZERO) + bound
-    parts = [Contribution(name, value) for name, value in found.items() if value]
+        by_label[term.label] = by_label.get(term.label, ZERO) + bound
+    parts = [Contribution(name, value) for name, value in by_label.items() if value]
     return tuple(sorted(parts, key=lambda part: -abs(part.value)))
 
 
@@ -146,11 +146,13 @@ def _beyond(ends: Ends, limit: Limit, side: Side, operator: str) -> tuple[Fracti
 def _with_limit(
     ends: Ends, term: Term, side: Side, limit: Limit, bounds: list[Fraction] | None
 ) -> list[tuple[Fraction, Fraction]] | None:
-    """A figure and its limit, case by case: both may hang on the same decision."""
+    """A figure and its limit, case by case: both may depend on the same decision."""
     if bounds is None or len(bounds) != 1:
         return _cases(ends.space, lambda view: (_end(term, side, view), limit.bound(view)))
-    found = ends.of(term)
-    return None if found is None else [(pair[0 if side == "least" else 1], bounds[0]) for pair in found]
+    bounds_of_term = ends.of(term)
+    return (
+        None if bounds_of_term is None else [(pair[0 if side == "least" else 1], bounds[0]) for pair in bounds_of_term]
+    )
 
 
 def best_possible(space: Space, measure: Measure, sense: str) -> int | None:
@@ -182,8 +184,8 @@ def largest(ends: Ends, measure: Measure) -> Fraction | None:
 
     Exact; used to see that sums fit into the solver's integers.
     """
-    found = _largest(ends, measure.terms)
-    return None if found is None else measure.scale * found
+    bound = _largest(ends, measure.terms)
+    return None if bound is None else measure.scale * bound
 
 
 def _largest(ends: Ends, terms: Iterable[Term]) -> Fraction | None:
@@ -212,8 +214,8 @@ def _bound(ends: Ends, term: Term, side: Side, *, nonnegative: bool) -> Fraction
     """The least or most that a summand has in any design; None where that is not known."""
     if term.extreme is not None:
         totals = [_total(ends, terms, side) for terms in term.extreme.sums]
-        found: Fraction | None = None if None in totals else term.extreme.pick(totals)
-        return found
+        total: Fraction | None = None if None in totals else term.extreme.pick(totals)
+        return total
     pairs = ends.of(term)
     if pairs:
         return min(least for least, _ in pairs) if side == "least" else max(most for _, most in pairs)

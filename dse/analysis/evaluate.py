@@ -106,12 +106,12 @@ class Evaluator:
 
     def _view(self, design: Design) -> View:
         """The view of a design for all that is asked of it, which remembers rates and flows."""
-        found = self._views.get(design)
-        if found is None:
+        known_view = self._views.get(design)
+        if known_view is None:
             if len(self._views) >= VIEWS:
                 self._views.clear()
-            found = self._views[design] = View(design)
-        return found
+            known_view = self._views[design] = View(design)
+        return known_view
 
     def find_metrics(self) -> None:
         """Build what a result lists, while there is time.
@@ -133,18 +133,18 @@ class Evaluator:
 
         The last evaluations are remembered: a search asks for the same design again and again.
         """
-        found = self._known.get(design)
-        if found is None:
-            found = self._evaluate(design)
+        evaluation = self._known.get(design)
+        if evaluation is None:
+            evaluation = self._evaluate(design)
             if len(self._known) >= REMEMBERED:
                 self._known.clear()
-            self._known[design] = found
-        return found
+            self._known[design] = evaluation
+        return evaluation
 
     def _evaluate(self, design: Design) -> Evaluation:
-        found = self.invalid(design)
-        if found:
-            return Evaluation(design, (), tuple(found), ())
+        breaches = self.invalid(design)
+        if breaches:
+            return Evaluation(design, (), tuple(breaches), ())
         view = self._view(design)
         objectives = tuple(measure.integer(view) for measure in self.objectives)
         verdicts = tuple(self._verdict(number, view) for number in in_time(range(len(self.limits))))
@@ -156,7 +156,7 @@ class Evaluator:
         Sentences; empty for a valid design, which may still violate requirements.
         """
         try:
-            found = self.rulebook.breaches(design)
+            breaches = self.rulebook.breaches(design)
         except NotOffered:
             return ["a chosen option is not offered"]
         view = self._view(design)
@@ -165,10 +165,10 @@ class Evaluator:
                 rate_hz(self.space, ("activation", number), view)
         except CyclicActivation:
             cycle = " -> ".join(self.space.components[number].name for number in active_cycle(self.space, view))
-            found.append(f"event-triggered components dispatch each other in a cycle and have no rate: {cycle}")
+            breaches.append(f"event-triggered components dispatch each other in a cycle and have no rate: {cycle}")
         except NotOffered:
-            found.append("a chosen option is not offered")
-        return found
+            breaches.append("a chosen option is not offered")
+        return breaches
 
     def metric_values(self, design: Design) -> dict[str, int]:
         """Every metric of a valid design, in its counting unit; the last ones are remembered, as by `evaluate`.
@@ -176,14 +176,16 @@ class Evaluator:
         Names to integers; an unbounded metric has the stand-in of `UNBOUNDED_NS`. At most `REMEMBERED` designs are
         kept.
         """
-        found = self._figures.get(design)
-        if found is None:
+        figures = self._figures.get(design)
+        if figures is None:
             view = self._view(design)
-            found = {item.metric.name: self._metric(number, view) for number, item in enumerate(in_time(self.metrics))}
+            figures = {
+                item.metric.name: self._metric(number, view) for number, item in enumerate(in_time(self.metrics))
+            }
             if len(self._figures) >= REMEMBERED:
                 self._figures.clear()
-            self._figures[design] = found
-        return dict(found)
+            self._figures[design] = figures
+        return dict(figures)
 
     @property
     def is_slow(self) -> bool:

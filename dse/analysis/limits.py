@@ -141,7 +141,7 @@ class ComparedSum:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a design meets a requirement.
+    """The verdict on a requirement in a design.
 
     `value` and `limit` are those of the sum, unless the limit of one core is nearer, or broken by more: then those of
     the thread, which `worst_term` names, or of `worst_core`, from 1. `whole_limit` is the limit of the sum. `spread`
@@ -224,9 +224,7 @@ def build_limit(space: Space, requirement: Requirement, *, counted: bool = True,
     dimension = metric_dimension(space, metric)
     bound = quantity.value * (display_unit(dimension)[1] if dimension is not None else 1)
     if is_asked and may_be_unbounded(space, metric) and bound > unbounded_from(space, metric):
-        raise TooLargeError(
-            f"{requirement.shown}: no limit; beyond 50 000 s a response time cannot be told from one without a bound"
-        )
+        raise TooLargeError(f"{requirement.shown}: no limit; beyond 50 000 s a response time counts as unbounded")
     return Limit(requirement, measure, lambda view: bound)
 
 
@@ -258,14 +256,15 @@ def _deadline_ns(space: Space, thread: Component, view: View) -> int:
 
     Where only stated deadlines count a thread without one has none, else its period.
     """
-    found = at(thread.deadline_ns, view) if space.deadlines == "stated" else deadline_ns(thread, view)
-    return UNBOUNDED_NS if found is None else found
+    deadline = at(thread.deadline_ns, view) if space.deadlines == "stated" else deadline_ns(thread, view)
+    return UNBOUNDED_NS if deadline is None else deadline
 
 
 def excess(space: Space, limit: Limit) -> Measure:
-    """How far a design is beyond a limit, in the measure's unit: positive when broken. Leaves out the limit per thread.
+    """The excess of a design over a limit, in the measure's unit: positive when violated.
 
-    The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=`` and ``>``.
+    Leaves out the limit per thread. The sign is such that less is better for ``<=`` and ``<`` as well as for ``>=``
+    and ``>``.
     """
     sign = 1 if limit.requirement.operator in ("<=", "<", "==") else -1
     measure = limit.measure
@@ -329,9 +328,9 @@ def core_comparison(cores: EachCore, loads: Mapping[str, Fraction], view: View) 
     (`spread`).
     """
     used = on_processor(cores.space, cores.processor, loads, view)
-    found = spread(cores.space, cores.processor, used, view, cores.room)
-    value = ZERO if found.status == "undecided" else found.loads[found.fullest - 1] * PPM
-    return ComparedSum(value, cores.most, core=found.fullest, spread=found)
+    assignment = spread(cores.space, cores.processor, used, view, cores.room)
+    value = ZERO if assignment.status == "undecided" else assignment.loads[assignment.fullest - 1] * PPM
+    return ComparedSum(value, cores.most, core=assignment.fullest, spread=assignment)
 
 
 def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None) -> bool:
@@ -346,8 +345,8 @@ def keeps_cores(limit: Limit, view: View, threads: Collection[str] | None = None
 
 def _fits_on_cores(limit: Limit, cores: EachCore, loads: Mapping[str, Fraction], view: View) -> bool:
     """Whether a limit is kept, or nothing is found against it, where threads use what `loads` says."""
-    found = core_comparison(cores, loads, view)
-    return HOLDS[limit.requirement.operator](found.value, found.bound)
+    comparison = core_comparison(cores, loads, view)
+    return HOLDS[limit.requirement.operator](comparison.value, comparison.bound)
 
 
 def too_many(limit: Limit, view: View) -> tuple[str, ...]:
@@ -412,12 +411,12 @@ def _sharing(limit: Limit, thread: str, view: View) -> str:
     return f"executor {space.executors[executor].name}" if executor is not None and is_shared else thread
 
 
-def core_words(found: Spread) -> str:
+def core_words(assignment: Spread) -> str:
     """The fullest core in words: its number where every core is stated or decided.
 
     With open cores the number has no meaning, because equal cores are interchangeable.
     """
-    return FULLEST if found.is_open else f"core {found.fullest}"
+    return FULLEST if assignment.is_open else f"core {assignment.fullest}"
 
 
 def judge(limit: Limit, view: View, value: Exact | None = None) -> Verdict:

@@ -107,9 +107,9 @@ def build_measure(space: Space, metric: Metric, *, counted: bool = True) -> Meas
         return formula(space, metric, counted)
     plugin = plugged_metric(metric.kind)
     assert plugin is not None  # whoever read the metric has found it
-    found = plugin.measure(space, metric)
-    assert isinstance(found, Measure)
-    return found
+    measure = plugin.measure(space, metric)
+    assert isinstance(measure, Measure)
+    return measure
 
 
 def _of_flow(space: Space, metric: Metric, counted: bool) -> Measure:

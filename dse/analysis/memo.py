@@ -30,7 +30,7 @@ def _same_figures(space: Space, other: Space) -> bool:
 
 
 def _limits_on_cores(space: Space) -> list[tuple[int | None, str, object]]:
-    """What requirements say of the use of cores: threads without a core are put on cores such that it holds."""
+    """The limits of requirements on cores, by which threads without a core get one."""
     return [
         (item.metric.index, item.operator, item.limit.value)
         for item in space.requirements
@@ -92,8 +92,8 @@ class Watching(View):
 
         In ns; `key` is (number, part). The question is noted with its answer.
         """
-        found = self.asked[key] = self.design[key]
-        return default if found is ABSENT else found
+        value = self.asked[key] = self.design[key]
+        return default if value is ABSENT else value
 
     def __getitem__(self, decision: int) -> int:
         option = self.design[decision]
@@ -127,7 +127,7 @@ class _Node(Generic[T]):
 
 
 class _Tree(Generic[T]):
-    """What is remembered of one formula: `values` were found, and `recalled` times one was there already."""
+    """The values of one formula that are remembered; `recalled` counts the times when one was used again."""
 
     __slots__ = ("recalled", "root", "values")
 
@@ -183,15 +183,15 @@ class Recall(Generic[T]):
         Several solvers work in threads, each of which may be the first to ask.
         """
         with self._admitting:
-            shared = next((found for other, found in self._trees.values() if _same_figures(space, other)), {})
+            shared = next((tree for other, tree in self._trees.values() if _same_figures(space, other)), {})
             if len(self._trees) >= KEPT_SPACES:
                 self._trees.pop(next(iter(self._trees)), None)
             self._trees[id(space)] = entry = space, shared
             return entry
 
     @staticmethod
-    def _plant(node: _Node[T], asked: dict[Any, Any], value: T) -> None:
-        for decision, option in asked.items():
+    def _plant(node: _Node[T], leaves: dict[Any, Any], value: T) -> None:
+        for decision, option in leaves.items():
             node.decision = decision
             node = node.branches.setdefault(option, _Node())
         node.value = value

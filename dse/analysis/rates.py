@@ -51,8 +51,8 @@ def passes_rates_on(component: Component, view: View) -> bool:
 
     A cycle of such components has no rate, so that the design is invalid.
     """
-    found = arrivals(component, view)
-    return found.by_inputs or (found.by_timer and is_joined(component, view))
+    arrival = arrivals(component, view)
+    return arrival.by_inputs or (arrival.by_timer and is_joined(component, view))
 
 
 def is_joined(component: Component, view: View) -> bool:
@@ -64,7 +64,7 @@ def is_joined(component: Component, view: View) -> bool:
 
 
 def input_room(space: Space, component: Component, wire: int, view: View) -> int | None:
-    """How many messages of a trigger of a join of all wait at most for the others; None where all that come do.
+    """The largest number of messages of a trigger of a join of all that wait for the others; None: no limit.
 
     The timer of a hybrid thread takes all that has come, and so does a pairing of the newest.
     """
@@ -83,10 +83,10 @@ def kept_jobs(space: Space, component: Component, part: str, view: View) -> int 
     """
     if not may_poll(space, component) or not polls(space, component, view):
         return None
-    found = arrivals(component, view)
-    if is_joined(component, view) or found.is_separated:
+    arrival = arrivals(component, view)
+    if is_joined(component, view) or arrival.is_separated:
         return None
-    if part == "thread" and found.by_timer:
+    if part == "thread" and arrival.by_timer:
         return 1
     if len(component.triggers) != 1:
         return None
@@ -121,10 +121,10 @@ def rate_hz(space: Space, key: RateKey, view: View) -> Fraction:
     CyclicActivation
         when event-triggered components dispatch each other in a cycle.
     """
-    found = view.memo.get(key)
-    if found is None:
-        found = _summed_up(space, key, view)
-    rate: Fraction = found
+    known = view.memo.get(key)
+    if known is None:
+        known = _summed_up(space, key, view)
+    rate: Fraction = known
     return rate
 
 
@@ -205,12 +205,14 @@ def dispatch(component: Component, view: View) -> Dispatch:
     A `Dispatch` with rates in Hz, exact: the timer's, whether inputs count, the most that a separation admits, and
     whether inputs are joined.
     """
-    found = arrivals(component, view)
-    timer = _frequency_hz(at(component.period_ns, view)) if found.has_period else ZERO
+    arrival = arrivals(component, view)
+    timer = _frequency_hz(at(component.period_ns, view)) if arrival.has_period else ZERO
     joins = is_joined(component, view)
-    if joins and found.by_timer:  # a hybrid thread goes on at a release if all have come
+    if joins and arrival.by_timer:  # a hybrid thread goes on at a release if all have come
         return Dispatch(ZERO, True, timer, True)
-    return Dispatch(timer if found.by_timer else ZERO, found.by_inputs, timer if found.is_separated else None, joins)
+    return Dispatch(
+        timer if arrival.by_timer else ZERO, arrival.by_inputs, timer if arrival.is_separated else None, joins
+    )
 
 
 def _frequency_hz(period_ns: Exact) -> Fraction:
@@ -302,28 +304,28 @@ def source_rates_hz(space: Space) -> Mapping[RateKey, frozenset[Fraction]]:
     for components, connections, known in _LAST:
         if components is space.components and connections is space.connections:
             return known
-    found = _find_source_rates(space)
-    _LAST[:] = [(space.components, space.connections, found)]
-    return found
+    rates = _find_source_rates(space)
+    _LAST[:] = [(space.components, space.connections, rates)]
+    return rates
 
 
 _LAST: list[tuple[tuple[Component, ...], tuple[Connection, ...], Mapping[RateKey, frozenset[Fraction]]]] = []
 
 
 def _find_source_rates(space: Space) -> dict[RateKey, frozenset[Fraction]]:
-    found = {key: source_rates_of(space, key) for key in all_keys(space)}
-    sums: dict[RateKey, list[RateKey]] = {key: [] for key in found}
-    for key in found:
+    rates = {key: source_rates_of(space, key) for key in all_keys(space)}
+    sums: dict[RateKey, list[RateKey]] = {key: [] for key in rates}
+    for key in rates:
         for item in summands(space, key):
             sums[item].append(key)
-    grown = deque(found)
+    grown = deque(rates)
     while grown:
         key = grown.popleft()
         for larger in sums[key]:
-            if not found[key] <= found[larger]:
-                found[larger] |= found[key]
+            if not rates[key] <= rates[larger]:
+                rates[larger] |= rates[key]
                 grown.append(larger)
-    return found
+    return rates
 
 
 def all_keys(space: Space) -> list[RateKey]:

@@ -45,7 +45,7 @@ class Term:
 
     Where it is a coefficient times a rate, both parts are there too, for the search's sake. Where it is, or holds, a
     response time, which consults whatever shares its processor, `ends` are bounds of it that consult less. Where it is
-    the greatest or least of several sums, `extreme` has them. Where it hangs on offsets that are open, `phased` takes
+    the greatest or least of several sums, `extreme` has them. Where it depends on offsets that are open, `phased` takes
     them apart from all else.
     """
 
@@ -79,10 +79,10 @@ class Term:
         """The value in units of 1 / `scale`, every single figure in it rounded up."""
         if self.extreme is None:
             return ceil(self.value(view) * scale)
-        found: int = self.extreme.pick(
+        extreme: int = self.extreme.pick(
             sum(term._rounded_up(view, scale) for term in terms) for terms in self.extreme.sums
         )
-        return found
+        return extreme
 
 
 @dataclass(frozen=True)
@@ -295,8 +295,8 @@ def exact_sum(values: Iterable[int | Fraction]) -> Fraction:
             numerators[value.denominator] = numerators.get(value.denominator, 0) + value.numerator
         else:
             others.append(value)
-    found = [Fraction(above, below) for below, above in numerators.items()]
-    return found[0] if len(found) == 1 and not others else sum((*others, *found), ZERO)
+    sums = [Fraction(above, below) for below, above in numerators.items()]
+    return sums[0] if len(sums) == 1 and not others else sum((*others, *sums), ZERO)
 
 
 def product_term(space: Space, label: str, coefficient: Callable[[View], Fraction], key: RateKey, of: str) -> Term:
@@ -362,7 +362,9 @@ def extreme_term(label: str, extreme: ExtremeOfSums) -> Term:
     """
 
     def value(view: View) -> Fraction:
-        found: Fraction = extreme.pick([exact_sum(term.value(view) for term in terms) for terms in extreme.sums])
-        return found
+        extreme_value: Fraction = extreme.pick(
+            [exact_sum(term.value(view) for term in terms) for terms in extreme.sums]
+        )
+        return extreme_value
 
     return Term(label, value, extreme=extreme)

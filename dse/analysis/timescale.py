@@ -99,8 +99,8 @@ def _component_scale(component: Component) -> int:
         component.deadline_ns, component.response_ns, component.stated_period_ns, component.offset_ns,
     )  # fmt: skip
     errors = [leaf.error_ns for leaf in leaves(component.clock) if leaf is not None]
-    found = lcm(1, *(Fraction(error).denominator for error in errors))
-    return lcm(found, _denominator(*times) * _denominator(component.queue_size))
+    scale = lcm(1, *(Fraction(error).denominator for error in errors))
+    return lcm(scale, _denominator(*times) * _denominator(component.queue_size))
 
 
 def _connection_scale(space: Space, connection: Connection) -> int:
@@ -113,8 +113,8 @@ def _connection_scale(space: Space, connection: Connection) -> int:
     if space.profile != "dse":  # where sizes in bits count as they are
         sizes |= {Fraction(unrounded(size)) for size in _stated(connection, buses)}
     each = set(_numbers(*(bus.per_byte_ns for bus in buses))).union(*map(byte_times_ns, buses))
-    found = lcm(_denominator(*times), *((one * size).denominator for one in each for size in sizes))
-    return lcm(found, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
+    scale = lcm(_denominator(*times), *((one * size).denominator for one in each for size in sizes))
+    return lcm(scale, *(unit.denominator for bus in buses for unit in bit_times_ns(bus)))
 
 
 def _stated(connection: Connection, buses: Sequence[Bus]) -> Iterator[Exact]:

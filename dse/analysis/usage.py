@@ -60,10 +60,10 @@ def _work_term(space: Space, processor: int, core: int | None, number: int, kind
             return ZERO
         if core is not None and _core(space, processor, number, view) != core:
             return ZERO
-        found = at(tree, view)
-        if found is None:
+        rate = at(tree, view)
+        if rate is None:
             return ZERO
-        worst = found[1]
+        worst = rate[1]
         return Fraction(worst, 1000) if type(worst) is int else (ZERO + worst) / 1000
 
     label = component.name if kind == "activation" else f"{component.name} (callback)"

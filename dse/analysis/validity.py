@@ -41,7 +41,7 @@ class Predicate:
     why: Callable[[Design], str] | None = None
 
     def _breach(self, design: Design) -> str:
-        """What to say of a design in which it does not hold."""
+        """The sentence about a design that violates the condition."""
         return self.text if self.why is None else self.why(design)
 
 
@@ -82,7 +82,7 @@ def _unanswered(space: Space, view: View) -> list[Decision]:
 
 
 def _structural_predicates(space: Space) -> Iterator[Predicate]:
-    """What the architecture itself demands of every design."""
+    """The conditions of the architecture on every design."""
     for number, decision in enumerate(space.decisions):
         if _mentions_not_offered(decision.home):
             why = partial(_what_is_offered, decision, number)
@@ -163,11 +163,13 @@ def _is_offered(home: Tree, view: View) -> bool:
 
 def _what_is_offered(decision: Decision, number: int, design: Design) -> str:
     """The options of a decision beside the others of a design, which has one that is not among them."""
-    found = []
+    offers = []
     for option, text in enumerate(decision.options):
         if _is_offered(decision.home, View((*design[:number], option, *design[number + 1 :]))):
-            found.append(text)
-    listed = ", ".join(found[:MOST_LISTED]) + (f" and {len(found) - MOST_LISTED:,} more" if found[MOST_LISTED:] else "")
+            offers.append(text)
+    listed = ", ".join(offers[:MOST_LISTED]) + (
+        f" and {len(offers) - MOST_LISTED:,} more" if offers[MOST_LISTED:] else ""
+    )
     chosen = f" {decision.options[design[number]]}" if design[number] >= 0 else ""
     return f"{decision.name}:{chosen or ' it'} is not offered with the other choices (offered: {listed or 'nothing'})"
 
@@ -357,7 +359,7 @@ class Rulebook:
         self.covers = covers(space)
 
     def breaches(self, design: Design) -> list[str]:
-        """Why the design is not valid, in words; empty when it is.
+        """The reasons why the design is not valid, in words; empty when it is.
 
         Raises
         ------
@@ -365,15 +367,15 @@ class Rulebook:
             when the bindings cannot even be followed.
         """
         view = View(design)
-        found = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
-        found += [item._breach(design) for item in self.predicates if not item.holds(view)]
+        broken = [f"{item.name} has no option" for item in _unanswered(self.space, view)]
+        broken += [item._breach(design) for item in self.predicates if not item.holds(view)]
         for cover in self.covers:
             filled = cover.slot.types[view[cover.slot.type_decision]] != EMPTY
             if filled and not any(uses(view) for uses in cover.users):
-                found.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
-        found += [rule.text for rule in self.space.rules if is_broken(rule, view)]
+                broken.append(f"nothing is bound to the optional slot {cover.slot.name}: it is empty")
+        broken += [rule.text for rule in self.space.rules if is_broken(rule, view)]
         for decision, option in self.space.fixed.items():
             item = self.space.decisions[decision]
             if design[decision] != option and is_met(item, decision, view):
-                found.append(f"{item.name} is fixed at {item.options[option]}")
-        return found
+                broken.append(f"{item.name} is fixed at {item.options[option]}")
+        return broken

@@ -87,10 +87,10 @@ class FlowTable:
 
         In ns, from the flow specifications of the AADL model alone; None where a row has no specification.
         """
-        given = [row.specified_ns for row in self.rows]
-        if None in given:
+        ranges = [row.specified_ns for row in self.rows]
+        if None in ranges:
             return None
-        ends = [sum((item[end] for item in given if item is not None), Fraction(0)) for end in (0, 1)]
+        ends = [sum((item[end] for item in ranges if item is not None), Fraction(0)) for end in (0, 1)]
         return whole(ends[0]), whole(ends[1])
 
     @property
@@ -106,14 +106,16 @@ class Busy(Data):
     """The share of the time that a bus is busy."""
 
     unit: Annotated[Unit, "`ppm`, where the busy time is known.", Json(default="")]
-    shares: Annotated[Mapping[str, Fraction], "What each connection takes of the time.", Json(default=None)]
+    shares: Annotated[Mapping[str, Fraction], "Share of the time that each connection takes.", Json(default=None)]
     total: Annotated[Fraction | None, "The sum; null where it cannot be computed."]
-    reason: Annotated[str | None, "Why it cannot be computed, where it cannot.", Json(default=None)]
+    reason: Annotated[
+        str | None, "Reason why the busy time cannot be computed; empty where it can.", Json(default=None)
+    ]
 
 
 @dataclass(frozen=True)
 class Usage:
-    """How much of a processor or bus is used, and by whom.
+    """The use of a processor or bus, by thread or connection.
 
     `busy` has the busy time of a physical bus by connection, in ppm; None where it is not computable, which
     `no_busy` explains, and for what has none.
@@ -121,19 +123,19 @@ class Usage:
 
     name: str
     type: Annotated[str, "The chosen type; `none` where the slot is left empty."]
-    shares: Annotated[Mapping[str, Fraction], "What each thread or connection uses."]
-    capacity: Annotated[Fraction | None, "What there is; null where the problem does not state it."]
+    shares: Annotated[Mapping[str, Fraction], "Use by each thread or connection."]
+    capacity: Annotated[Fraction | None, "Capacity; null where the problem does not state it."]
     busy: Mapping[str, Fraction] | None = None
     no_busy: str = ""
     cores: Annotated[
-        Mapping[str, int], "Of a processor with several cores: the core of each thread, from 1.", Json(default={})
+        Mapping[str, int], "Core of each thread, from 1, on a processor with several cores.", Json(default={})
     ] = field(default_factory=dict)
     payload: Annotated[
         Mapping[str, Fraction] | None,
-        "Of a bus with frames: what each connection carries without them, as OSATE counts; `shares` are of the wire.",
+        "For a bus with frames: the load of each connection without frames, as OSATE counts; `shares` count frames.",
         Json(default=None, kind=Mapping[str, Fraction]),
     ] = None
-    unit: Annotated[Unit, "What the figures count: `ppm` of one core, or `B/s`."] = "ppm"
+    unit: Annotated[Unit, "Unit of the figures: `ppm` of one core, or `B/s`."] = "ppm"
     budget: Annotated[
         BusBudget | None, "Under `osate-2.19`, where budgets are stated: those of the bus.", Json(default=None)
     ] = None
@@ -167,14 +169,14 @@ class Usage:
 
 
 class ProcessorUse(Data):
-    """How much of a processor is used, and by whom."""
+    """The use of a processor, by thread."""
 
     OF = Usage
     WRITTEN = ("type", "unit", "shares", "total", "capacity", "cores")
 
 
 class BusUse(Data):
-    """How much of a bus is used, by whom, and for how long."""
+    """The use of a bus, by connection, and its busy time."""
 
     OF = Usage
     WRITTEN = ("type", "unit", "shares", "total", "capacity", "payload", Of("busy_use", key="busy"), "budget")
@@ -185,8 +187,8 @@ class MetricValue(Data):
 
     JSON_NAME = "Metric"
 
-    value: Annotated[Fraction, NULL, "Its exact value; null where it is unbounded."]
-    unit: Annotated[Unit, "What the value counts."]
+    value: Annotated[Fraction, NULL, "Exact value of the metric; null where it is unbounded."]
+    unit: Annotated[Unit, "Unit of the value."]
 
 
 @dataclass(frozen=True, repr=False)
@@ -233,9 +235,9 @@ class Analysis(Answer):
     buses: Annotated[tuple[Usage, ...], "The load of each bus.", Json(kind=Annotated[tuple[BusUse, ...], BY_NAME])]
     metrics: Mapping[str, Fraction]
     metric_units: Mapping[str, str]
-    verdicts: Annotated[tuple[Verdict, ...], "How it meets each requirement.", Json("requirements")]
-    warnings: Annotated[tuple[str, ...], "What no requirement forbids but an engineer should know."] = ()
-    breaches: Annotated[tuple[str, ...], "Why it is no valid design; then the tables are empty."] = ()
+    verdicts: Annotated[tuple[Verdict, ...], "Verdict and slack for each requirement.", Json("requirements")]
+    warnings: Annotated[tuple[str, ...], "Warnings about the design that no requirement covers."] = ()
+    breaches: Annotated[tuple[str, ...], "Reasons why the design is not valid; then the tables are empty."] = ()
     responses: Annotated[
         Mapping[str, tuple[Response, ...]],
         "The threads of each processor, where these were asked for.",
@@ -258,7 +260,7 @@ class Analysis(Answer):
     ] = ()
     contended: Annotated[
         Contended | None,
-        "What it keeps when response times count, where the question leaves them out.",
+        "Verdict on the design with response times, where the question leaves them out.",
         Json("contention", default=None, kind=Contended),
     ] = None
 
@@ -458,7 +460,7 @@ def _bus_usage(space: Space, number: int, view: View) -> Usage:
 
 
 def _placed(usage: Usage, terms: tuple[Term, ...], cores: Mapping[str, int]) -> Usage:
-    """With the core of each of those who use the processor."""
+    """The usage of a processor, with the core of each thread that runs on it."""
     threads = {term.label: term.component for term in terms}
     placed = {label: cores[threads[label]] for label in usage.shares if threads[label] in cores}
     return replace(usage, cores=placed)
@@ -467,12 +469,12 @@ def _placed(usage: Usage, terms: tuple[Term, ...], cores: Mapping[str, int]) -> 
 def _warnings(
     space: Space, flows: Sequence[FlowTable], processors: Sequence[Usage], buses: Sequence[Usage]
 ) -> list[str]:
-    """What no requirement forbids but an engineer should know."""
-    found = []
+    """Warnings about the design that no requirement covers."""
+    warnings = []
     for flow, table in zip(space.flows, flows, strict=True):
         if flow.required_ns is not None and table.min_ns < flow.required_ns[0]:
-            found.append(f"{flow.name}: the minimum latency is below the required minimum")
+            warnings.append(f"{flow.name}: the minimum latency is below the required minimum")
     for usage in (*processors, *buses):
         if usage.capacity is not None and usage.total > usage.capacity:
-            found.append(f"{usage.name} is overloaded: it has less capacity than it would use")
-    return found
+            warnings.append(f"{usage.name} is overloaded: it has less capacity than it would use")
+    return warnings

@@ -70,11 +70,11 @@ class Answer:
         from html import escape
 
         make = getattr(self, "frame", None)
-        told = f"<p>{escape(repr(self)[1:-1])}</p>"
+        heading = f"<p>{escape(repr(self)[1:-1])}</p>"
         if make is None:
-            return told
+            return heading
         frame = make()
-        return f"{told}{frame.to_html(index=False, escape=True, max_rows=60)}"
+        return f"{heading}{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer in its format, as plain data: exact figures, fractions as text where they are no integers.
@@ -86,7 +86,7 @@ class Answer:
         return written(type(self), self)
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """`to_dict` as text; also written to `path`, where one is given: whole or not at all."""
+        """The answer as JSON text (`to_dict`), also written to `path` where one is given: whole or not at all."""
         return to_file(json_text(self.to_dict()), path)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
@@ -20,6 +20,7 @@ from dse.space.model.metric_kinds import parts_of
 from dse.space.model.space import Space
 from dse.space.question.settings import SETTINGS, settings_of
 from dse.support.json_fields import Data, Json, Of, Unit, Values
+from dse.support.units.text import count_words
 
 if TYPE_CHECKING:
     import pandas
@@ -71,9 +72,10 @@ class TwoValues(Data):
     """A metric in two designs."""
 
     values: Annotated[
-        tuple[Fraction | None, Fraction | None], "In each; null where a design has none, or it is unbounded."
+        tuple[Fraction | None, Fraction | None],
+        "Value of the metric in each design; null where a design does not have the metric, or it is unbounded.",
     ]
-    unit: Annotated[Unit, "What they count."]
+    unit: Annotated[Unit, "Unit of the values."]
 
 
 def _pairs(lines: Iterable[Line]) -> dict[str, tuple[Any, Any]]:
@@ -94,7 +96,7 @@ class DesignComparison(Answer):
         *("requirements", "unlike"),
     )
 
-    names: Annotated[tuple[str, str], "What the two are called."]
+    names: Annotated[tuple[str, str], "Names of both."]
     decisions: tuple[Line, ...]
     metrics: tuple[Line, ...]
     verdicts: tuple[Line, ...]
@@ -103,6 +105,8 @@ class DesignComparison(Answer):
         tuple[str, ...], "The settings by which figures of both are counted otherwise.", Json("not_comparable")
     ] = ()
     carried: tuple[str, ...] = ()
+    senses: Mapping[str, int] = field(default_factory=dict)
+    """The objectives of both problems by name: 1 for one that is minimised, -1 for one that is maximised."""
 
     @property
     def of(self) -> Literal["designs"]:
@@ -133,6 +137,11 @@ class DesignComparison(Answer):
         """
         return _pairs(self.verdicts)
 
+    def _verdict(self) -> str:
+        return (
+            f"{sum(line.differs for line in self.decisions)} of {count_words(len(self.decisions), 'decision')} differ"
+        )
+
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """A row for each decision, metric and requirement.
 
@@ -159,10 +168,10 @@ class PointComparison:
 
     JSON_NAME = "ComparedPoint"
     WRITTEN = (
-        Of("point.id", "Its id in its own result.", kind=int),
+        Of("point.id", "Id of the point in its own result.", kind=int),
         Of(
             "point.objectives",
-            "Its objectives, in the units of its own result; null where one is unbounded.",
+            "Objectives of the point, in the units of its own result; null where one is unbounded.",
             kind=Values,
         ),
         *("equal", "dominated_by"),
@@ -184,7 +193,7 @@ class ResultComparison(Answer):
     JSON_NAME = "Results"
     WRITTEN = ("of", "names", Of("fact_texts", key="facts"), "points", "unlike")
 
-    names: Annotated[tuple[str, str], "What the two are called."]
+    names: Annotated[tuple[str, str], "Names of both."]
     results: tuple[Result, Result]
     facts: tuple[Line, ...]
     points: Annotated[tuple[tuple[PointComparison, ...], tuple[PointComparison, ...]], "The points of each front."]
@@ -245,7 +254,13 @@ def compare_designs(names: tuple[str, str], one: Analysis, other: Analysis) -> D
         verdicts=_lines(*held),
         currencies=currencies,
         unlike=_said(ruled) if affected else (),
+        senses={name: sense for name, sense in _senses(one.space).items() if _senses(other.space).get(name) == sense},
     )
+
+
+def _senses(space: Space) -> dict[str, int]:
+    """The objectives of a space by name: 1 for one that is minimised, -1 for one that is maximised."""
+    return {item.metric.name: 1 if item.sense == "minimise" else -1 for item in space.objectives}
 
 
 def compare_results(names: tuple[str, str], one: Result, other: Result) -> ResultComparison:
@@ -256,8 +271,8 @@ def compare_results(names: tuple[str, str], one: Result, other: Result) -> Resul
     ValueError
         when they do not, or count money in two currencies.
     """
-    asked = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
-    if asked[0] != asked[1]:
+    objectives = [[(info.name, info.sense) for info in result.objectives] for result in (one, other)]
+    if objectives[0] != objectives[1]:
         raise ValueError("the results have different objectives: compare designs of them instead (RESULT.json#ID)")
     currencies = [result.space.currency for result in (one, other)]
     if currencies[0] != currencies[1] and any(info.unit == "ct" for info in one.objectives):
@@ -290,16 +305,16 @@ def _decisions(one: Analysis, other: Analysis) -> tuple[Line, ...]:
 def _ruled_otherwise(one: Space, other: Space) -> dict[str, tuple[str, str]]:
     """The settings by which two spaces count figures otherwise; OSATE's worst case is none of the own profile."""
     mine, theirs = settings_of(one), settings_of(other)
-    found = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
+    differing = {name: (mine[name], theirs[name]) for name in COUNTING if mine[name] != theirs[name]}
     if one.profile == other.profile == "dse":
-        found.pop("worst_case", None)
-    return found
+        differing.pop("worst_case", None)
+    return differing
 
 
 def _rules_of(space: Space, metric: Metric) -> frozenset[str]:
     """The settings that a metric is counted by."""
-    found = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
-    return found.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
+    rules = frozenset(name for name, kinds in COUNTING.items() if metric.kind in kinds)
+    return rules.union(*(_rules_of(space, part) for _, part in parts_of(space, metric)))
 
 
 def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
@@ -307,14 +322,14 @@ def _said(ruled: Mapping[str, tuple[str, str]]) -> tuple[str, ...]:
 
 
 def _facts(result: Result) -> dict[str, str]:
-    asked = result.problem.effective
+    question = result.problem.effective
     return {
         "problem": result.problem.name,
         "problem SHA-256": result.problem.sha256[:12],
-        **{name.replace("_", " "): str(asked[name]) for name in SETTINGS},
-        "requirements": "; ".join(asked["requirements"]),
-        "rules": "; ".join(asked["rules"]),
-        "fixed": "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()),
+        **{name.replace("_", " "): str(question[name]) for name in SETTINGS},
+        "requirements": "; ".join(question["requirements"]),
+        "rules": "; ".join(question["rules"]),
+        "fixed": "; ".join(f"{name} = {value}" for name, value in question["fixed"].items()),
         "status": result.status,
         "points": str(len(result.front)),
     }
@@ -334,11 +349,11 @@ def _against(point: Point, mine: Result, theirs: Result) -> PointComparison:
 
 def _losses(point: Point, infos: Sequence[ObjectiveInfo]) -> list[Fraction]:
     """Objectives to be minimised, in base units: the counting units of two results may differ."""
-    found = []
+    losses = []
     for info in infos:
         value = Fraction(point.objectives[info.name], scaled_unit(info.unit)[0])
-        found.append(value if info.sense == "minimise" else -value)
-    return found
+        losses.append(value if info.sense == "minimise" else -value)
+    return losses
 
 
 def _lines(one: Mapping[str, Any], other: Mapping[str, Any]) -> tuple[Line, ...]:

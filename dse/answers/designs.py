@@ -62,13 +62,13 @@ class Point(Figures):
     """
 
     id: Annotated[int, "The number by which commands call it; it is the same whatever the ranking."]
-    rank: Annotated[int, "Its rank, from 1; equally good points share one."]
+    rank: Annotated[int, "Rank of the point, from 1; equally good points share a rank."]
     objectives: Objectives
     counts: Metrics
     counting_units: Mapping[str, str]
     decisions: Decisions
     design: Design
-    score: Annotated[str, "What the rank is founded on, in words or figures."] = ""
+    score: Annotated[str, "Score by which the point is ranked, as text or figure."] = ""
     is_first: Annotated[
         bool,
         "False where it is not proved that of all designs with these objectives this is the first in the order of the "
@@ -83,10 +83,10 @@ class Point(Figures):
     def __repr__(self) -> str:
         """One line: its number, rank and objectives."""
         units = self.counting_units
-        told = ", ".join(
+        figures = ", ".join(
             f"{name} {counted(value, units.get(name, ''), '').strip()}" for name, value in self.objectives.items()
         )
-        return f"<Point {self.id}, rank {self.rank}: {told}>"
+        return f"<Point {self.id}, rank {self.rank}: {figures}>"
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,11 @@ class KeptBy:
         Mapping[str, int], "The core, from 1, of each thread with several to choose from.", Json(default={})
     ]
     core_use: Annotated[
-        Mapping[str, CoreUse], "How each processor with several cores is used, core by core.", Json(default={})
+        Mapping[str, CoreUse], "Use of each core of the processors with several cores.", Json(default={})
     ]
     contention: Annotated[
         Contended | Mapping[str, Any] | None,
-        "What it keeps when response times count, where the question leaves them out.",
+        "Verdict on the design with response times, where the question leaves them out.",
         Json(default=None, kind=Contended),
     ]
 
@@ -202,11 +202,11 @@ class ListedDesigns:
 
 @dataclass(frozen=True)
 class FurtherAsked:
-    """How many further designs were asked for, and where."""
+    """The question for further designs: their number, and the points."""
 
-    count: Annotated[int, "How many of each point."]
+    count: Annotated[int, "Number of further designs for each point."]
     within: Annotated[Fraction | None, "Within which share of each objective; null: with the same objectives."]
-    points: Annotated[tuple[int, ...], "Of which points."]
+    points: Annotated[tuple[int, ...], "Points for which further designs were searched."]
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class InsistedPoint(Figures):
 
     WRITTEN = ("id", "objectives", "counts", "decisions")
 
-    id: Annotated[int, "Its number, after those of the points of `front`."]
+    id: Annotated[int, "Id of the design; ids go on after those of the points of `front`."]
     objectives: Objectives
     counts: Metrics
     counting_units: Mapping[str, str]

@@ -75,7 +75,7 @@ class Example:
 
 
 class Why(Data):
-    """Why a design breaks what it breaks."""
+    """The reasons why a design violates requirements."""
 
     overloads: Annotated[tuple[Overload, ...], "The cores and buses that it uses beyond a limit that it violates."]
     late: Annotated[
@@ -120,7 +120,12 @@ class ConflictMember:
         *OF_DEMAND,
         Of("example.design", "A design that meets all the other members.", key="without_it"),
         Of("example.broken_texts", "Every demand of the question that this design violates.", key="breaks"),
-        Of("example", "Why it does.", key="why", kind=Why),
+        Of(
+            "example",
+            "The reasons: overloads, late threads, late messages and delayed flows of the design.",
+            key="why",
+            kind=Why,
+        ),
     )
 
     demand: Demand
@@ -135,7 +140,7 @@ class MinimalConflict:
     matters.
     """
 
-    WRITTEN = (Of("listed", "They.", key="members"), "by_waiting")
+    WRITTEN = (Of("listed", "The demands of the conflict.", key="members"), "by_waiting")
 
     members: tuple[tuple[Demand, Example], ...]
     by_waiting: Annotated[bool, BY_WAITING] = True
@@ -179,9 +184,9 @@ class Relaxation:
     )
 
     demand: Demand
-    helps: Annotated[bool, "Whether that leaves a design."]
+    helps: Annotated[bool, "Whether a design exists when this demand alone is relaxed."]
     example: Example = field(default_factory=lambda: Example({}))
-    unit: Annotated[Unit, "What the figures count; empty where there are none."] = ""
+    unit: Annotated[Unit, "Unit of the figures; empty where there are none."] = ""
     limit: Annotated[Fraction | None, "The requirement's limit, in `unit`; null for what has none."] = None
     closest: Annotated[Fraction | None, "The closest limit at which there is a design; null where there is none."] = (
         None
@@ -198,7 +203,7 @@ class Relaxation:
     ] = ""
     together: Annotated[
         tuple[str, ...],
-        "Of a limit that is stated once for several flows, processors, cores or buses: their requirements, which move "
+        "For a limit stated once for several flows, processors, cores or buses: their requirements, which are relaxed "
         "as one.",
         Json(default=[]),
     ] = ()
@@ -236,14 +241,14 @@ class Offer:
 
     texts: Annotated[tuple[str, ...], "The options, in words.", Json("options")]
     price: Annotated[int | None, "The price of the cheapest design with them; null where there is none."]
-    unit: Annotated[Unit, "What the price counts."]
-    design: Annotated[Decisions, "That design."]
+    unit: Annotated[Unit, "Unit of the price."]
+    design: Annotated[Decisions, "The cheapest design with the offers."]
 
 
 class Effort(Data):
     """The effort of an explanation: solver calls and wall time."""
 
-    solver_calls: Annotated[int, "How often the solver was called."]
+    solver_calls: Annotated[int, "Number of solver calls."]
     wall_s: Annotated[float, "Seconds that passed."]
 
 
@@ -284,13 +289,13 @@ class Explanation(Answer):
         "`no structure`: even without demands there is no design; `incomplete`: time ran out before it was decided.",
     ]
     currency: str
-    design: Annotated[Decisions, "Of a feasible problem: a design."] = field(default_factory=dict)
+    design: Annotated[Decisions, "A design, where the problem is feasible."] = field(default_factory=dict)
     conflicts: Annotated[tuple[MinimalConflict, ...], "Minimal conflicts."] = ()
     every: Annotated[bool, "Whether these are all there are.", Json("all_conflicts")] = False
     limited: Annotated[
         bool, "Whether the number of conflicts that were asked for was reached.", Json("limit_reached")
     ] = False
-    relaxations: Annotated[tuple[Relaxation, ...], "What happens when one demand alone gives."] = ()
+    relaxations: Annotated[tuple[Relaxation, ...], "Relaxations of one demand alone."] = ()
     give_up: Annotated[GiveUp | None, "The fewest demands to relax together, where relaxing one is not enough."] = None
     least: Annotated[
         GiveUp | None,
@@ -302,11 +307,11 @@ class Explanation(Answer):
     without_waiting: Annotated[
         bool, "Whether there is no design even if no thread waited for another, where threads do."
     ] = False
-    offers: Annotated[tuple[Offer, ...], "What they would change."] = ()
+    offers: Annotated[tuple[Offer, ...], "Offers and their effect."] = ()
     offered: Annotated[Sequence[str], "The options that were asked about."] = ()
     excluded: Annotated[Sequence[str], "Combinations that are no designs though nothing in the file forbids them."] = ()
     complete: Annotated[bool, "Whether nothing that was asked for is missing."] = True
-    left_open: Annotated[tuple[str, ...], "What was not looked at, in words."] = ()
+    left_open: Annotated[tuple[str, ...], "Questions that were left open, in words."] = ()
     reduced: Annotated[
         tuple[Demand, ...],
         "Where time ran out: demands that have no design together, fewer of which may have none either.",

@@ -27,7 +27,7 @@ class Seen:
     low: Annotated[Fraction, "The least."]
     high: Annotated[Fraction, "The greatest."]
     mean: Annotated[Fraction | None, NUMBER, "The mean; null where the file does not say it."]
-    count: Annotated[int | None, "How many samples; null where the file does not say it."]
+    count: Annotated[int | None, "Number of samples; null where the file does not state it."]
     place: Annotated[str, "`FILE:LINE`, of the first of them."]
 
 
@@ -41,12 +41,14 @@ class Prediction:
     JSON_NAME = "PredictedMetric"
     WRITTEN = (*("name", "unit", "predicted", "seen", "verdict", "beyond", "of_measured", "of_predicted", "outside"),)
 
-    name: Annotated[str, "Its name.", Json("metric")]
+    name: Annotated[str, "Name of the metric.", Json("metric")]
     unit: Annotated[Unit, "The unit of its figures."]
     low: Fraction | None
     high: Fraction
-    seen: Annotated[Seen, "What was measured.", Json("measured")]
-    outside: Annotated[int | None, "How many samples lie beyond; null where only their extremes are known."] = None
+    seen: Annotated[Seen, "Measured values.", Json("measured")]
+    outside: Annotated[int | None, "Number of samples outside the prediction; null where only extremes are known."] = (
+        None
+    )
 
     @property
     def predicted(self) -> tuple[Fraction | None, Fraction]:
@@ -106,13 +108,14 @@ class Input:
     JSON_NAME = "MeasuredInput"
     WRITTEN = ("name", "unit", "stated", "seen", "drifted", "counted")
 
-    name: Annotated[str, "What it is, such as `execution time of filter`.", Json("figure")]
+    name: Annotated[str, "Name of the figure, such as `execution time of filter`.", Json("figure")]
     unit: Annotated[Unit, "The unit of its figures."]
     low: Fraction
     high: Fraction
-    seen: Annotated[Seen, "What was measured.", Json("measured")]
+    seen: Annotated[Seen, "Measured values.", Json("measured")]
     counted: Annotated[
-        tuple[Fraction, Fraction] | None, "What counts in its place then; null where the stated figure stands."
+        tuple[Fraction, Fraction] | None,
+        "Measured figure that replaces the stated one; null where the stated figure counts.",
     ] = None
 
     @property
@@ -125,19 +128,17 @@ class Input:
 
     @property
     def drifted(self) -> bool:
-        """Whether that lies beyond what the file states."""
+        """Whether the measured figure lies outside the stated one."""
         return self.counted is not None
 
 
 @dataclass(frozen=True)
 class KeptValue:
-    """How a requirement is met."""
+    """The value, slack and verdict of a requirement."""
 
     value: Annotated[Fraction, NULL, "The value; null where it is unbounded."]
-    slack: Annotated[
-        Fraction, NULL, "How far it is from the limit; negative where it is violated, null where unbounded."
-    ]
-    holds: Annotated[bool, "Whether it holds."]
+    slack: Annotated[Fraction, NULL, "Slack to the limit; negative where it is violated, null where unbounded."]
+    holds: Annotated[bool, "Whether the requirement holds."]
 
 
 @dataclass(frozen=True)
@@ -149,15 +150,15 @@ class Kept:
 
     text: Annotated[str, "In the words of the problem.", Json("requirement")]
     unit: Annotated[Unit, "The unit of its figures."]
-    limit: Annotated[Fraction, "Its limit."]
+    limit: Annotated[Fraction, "Limit of the requirement."]
     values: tuple[Fraction, Fraction]
     slacks: tuple[Fraction, Fraction]
     holds: tuple[bool, bool]
     observed: Annotated[
         Fraction | None,
-        "What was measured of its metric itself, at the end that the requirement looks at; null where nothing was.",
+        "Measured value of the metric itself, at the end that the requirement limits; null where it was not measured.",
     ] = None
-    observed_holds: Annotated[bool | None, "Whether that keeps it."] = None
+    observed_holds: Annotated[bool | None, "Whether the measured value of the metric meets the requirement."] = None
 
     @property
     def is_newly_broken(self) -> bool:
@@ -169,12 +170,12 @@ class Kept:
 
     @property
     def stated(self) -> KeptValue:
-        """With the figures of the file."""
+        """The value of the requirement with the figures that the file states."""
         return KeptValue(self.values[0], self.slacks[0], self.holds[0])
 
     @property
     def measured(self) -> KeptValue:
-        """With the measured ones."""
+        """The value of the requirement with the measured figures."""
         return KeptValue(self.values[1], self.slacks[1], self.holds[1])
 
 
@@ -201,7 +202,7 @@ class MeasuredComparison(Answer):
     predictions: Annotated[tuple[Prediction, ...], "Metrics."]
     inputs: Annotated[tuple[Input, ...], "Figures of the problem file."]
     requirements: Annotated[tuple[Kept, ...], "Each requirement of the question."]
-    remarks: Annotated[tuple[str, ...], "What else is to be known."] = ()
+    remarks: Annotated[tuple[str, ...], "Further remarks."] = ()
 
     @property
     def of(self) -> Literal["measured"]:

@@ -16,7 +16,7 @@ Sense: TypeAlias = Literal["minimise", "maximise"]
 
 
 class Settings(Data):
-    """How the question was read."""
+    """The settings with which the question was read."""
 
     profile: Annotated[Literal["dse", "osate-2.2", "osate-2.19"], "The latency rules that were applied."]
     worst_case: Annotated[Literal["execution_time", "deadline"], "OSATE's worst-case setting."]
@@ -30,7 +30,9 @@ class Settings(Data):
     bus_queuing: Annotated[Literal["counted", "not_counted"], "OSATE's setting for buses."]
     processing: Annotated[Literal["execution_time", "response_time"], "What a flow counts for a thread."]
     deadlines: Annotated[Literal["stated", "all", "none"], "Which deadlines count."]
-    overload: Annotated[Literal["forbidden", "allowed"], "Whether cores and buses may be used beyond all of them."]
+    overload: Annotated[
+        Literal["forbidden", "allowed"], "Whether a load of more than 100 % of cores and buses is allowed."
+    ]
 
 
 OF_SPACE = tuple(Of(f"space.{name}", kind=get_type_hints(Settings, include_extras=True)[name]) for name in SETTINGS)
@@ -42,13 +44,13 @@ class Objective(Data):
 
     name: Annotated[str, "The metric."]
     sense: Annotated[Sense, "Whether less or more of it is better."]
-    unit: Annotated[Unit, "What its figures count: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`."]
+    unit: Annotated[Unit, "Unit of the objective: `ns`, `ct` (cents), `ppm`, or a part of one such as `1/3 ppm`."]
 
 
 class Include(Data):
     """A file that the problem includes."""
 
-    file: Annotated[str, "Its path, as found from the folder of the problem file."]
+    file: Annotated[str, "Path of the file, relative to the folder of the problem file."]
     sha256: Annotated[str, "The SHA-256 of its content."]
 
 
@@ -79,7 +81,7 @@ class AskedQuestion(Settings):
     implied: Annotated[
         list[str], "The limits that are not stated, but implied: 100 % of cores, bandwidths and exclusive buses."
     ]
-    rules: Annotated[list[str], "The rules, likewise."]
+    rules: Annotated[list[str], "The rules, in the order of the file; then those that were added."]
     objectives: Annotated[list[str], "The objectives with their senses, such as `minimise price`."]
     fixed: Annotated[Mapping[str, str], "The decisions that were fixed, each with its option."]
     robust: Annotated[bool, "Whether every requirement had to hold for all values that `uncertainty` states."]
@@ -87,7 +89,7 @@ class AskedQuestion(Settings):
 
 @dataclass(frozen=True)
 class Origin:
-    """Which problem was solved: name, file, hashes, and the question as it was really asked.
+    """The solved problem: name, file, hashes, and the complete question.
 
     `identity` is described in `dse.spec.loading.document`; `texts` are the files of the problem by name, as found from
     the folder of the main one, so that a result can be worked with where they are not. `is_carried`: so it was here.
@@ -113,19 +115,19 @@ class Origin:
 
         It is made of what the figures mean, what the problem means, and what was asked of it.
         """
-        asked = [SEMANTICS, self.identity, dict(self.effective)]
-        return hashlib.sha256(json.dumps(asked, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+        parts = [SEMANTICS, self.identity, dict(self.effective)]
+        return hashlib.sha256(json.dumps(parts, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
 
 
 class ExplainedProblem(Data):
-    """Which problem was explained, and what was asked of it."""
+    """The explained problem, and its question."""
 
     OF = Origin
     WRITTEN = ("name", "file", "sha256", "included", "effective")
 
 
 class SolvedProblem(Data):
-    """Which problem was solved, and what was asked of it."""
+    """The solved problem, and its question."""
 
     OF = Origin
     WRITTEN = (

@@ -91,16 +91,18 @@ class Result(Answer):
     objectives: Annotated[
         tuple[ObjectiveInfo, ...], "The objectives, in the order of the question.", Json(kind=list[Objective])
     ]
-    counting_units: Annotated[Mapping[str, Unit], "What the figures of each metric count.", Json("metric_units")]
+    counting_units: Annotated[Mapping[str, Unit], "Unit of each metric.", Json("metric_units")]
     front: tuple[Point, ...]
     unexplored: Annotated[
         tuple[Counts, ...],
         "Regions that may still hold better designs: everything better than these exclusive bounds in every objective.",
     ]
-    refuted: Annotated[tuple[Counts, ...], "Regions, bounded likewise, that are proved to hold no design."]
+    refuted: Annotated[
+        tuple[Counts, ...], "Regions, bounded like the unexplored ones, that are proved to hold no design."
+    ]
     potential: Annotated[Counts, "The best value of each objective that may still be unexplored."]
-    conflicts: Annotated[tuple[Conflict, ...], "Of an infeasible problem: what clashes."]
-    search: Annotated[Search, "What the search did."]
+    conflicts: Annotated[tuple[Conflict, ...], "Conflicts of an infeasible problem."]
+    search: Annotated[Search, "Effort and settings of the search."]
     baseline: Design | None = None
     ranking: str = "ideal"
     ranking_words: str = METHOD
@@ -120,7 +122,9 @@ class Result(Answer):
     interrupted: bool = False
     contended: Mapping[str, Contended] = field(default_factory=dict)
     insisting: Annotated[
-        Insisting | None, "What each option costs, where that was asked for.", Json(default=None, kind=Insisting)
+        Insisting | None,
+        "Price of insisting on each option, where it was asked for.",
+        Json(default=None, kind=Insisting),
     ] = None
     under_way: Annotated[
         bool,
@@ -131,9 +135,9 @@ class Result(Answer):
     semantics: ClassVar[int] = SEMANTICS
 
     def to_json(self, path: str | os.PathLike[str] | None = None) -> str:
-        """`to_dict` as text, also written to `path`; on one line, which is made soonest, while the search goes on.
+        """The result as JSON text, also written to `path` where one is given: whole or not at all.
 
-        Returned in any case. The result of a search that goes on is written on one line, other results are indented.
+        Indented; on one line while the search goes on, because that is the fastest.
         """
         if not self.under_way:
             return super().to_json(path)
@@ -254,7 +258,7 @@ class Result(Answer):
         return {**self.counting_units, **{item.name: item.unit for item in self.objectives}}
 
     def __len__(self) -> int:
-        """How many designs the front has."""
+        """The number of designs of the front."""
         return len(self.front)
 
     def __iter__(self) -> Iterator[Point]:
@@ -303,8 +307,8 @@ class Result(Answer):
     def _repr_html_(self) -> str:
         """The front as a table for a notebook, in the units that engineers read."""
         frame = self.frame()
-        told = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
-        return f"<p>{escape(told)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
+        heading = f"{self.problem.name}: {self.status}, {count_words(len(self.front), 'point')}"
+        return f"<p>{escape(heading)}</p>{frame.to_html(index=False, escape=True, max_rows=60)}"
 
     @property
     def columns(self) -> list[str]:
@@ -377,8 +381,8 @@ def ranked(rows: Sequence[tuple[V, Design]], senses: Sequence[str]) -> list[tupl
     Ranks are 1 and up, ties share one; by the distance to the ideal point. `senses` has the sense of each objective.
     """
     distances = ideal_distances([vector for vector, _ in rows], senses)
-    found = zip(competition_ranks(distances), rows, strict=True)
-    return sorted((rank, vector, design) for rank, (vector, design) in found)
+    by_rank = zip(competition_ranks(distances), rows, strict=True)
+    return sorted((rank, vector, design) for rank, (vector, design) in by_rank)
 
 
 # What a result is made of: points of the front, conflicts, further designs, and where it comes from.
@@ -410,8 +414,8 @@ class Clash:
 
     text: Annotated[str, "In the words of the problem."]
     origin: Annotated[str, "Where it stands: `FILE:LINE`, or `command line`."]
-    unit: Annotated[Unit, "What the figures count; empty where there are none."] = ""
-    limit: Annotated[Fraction | None, "Its limit, in `unit`; null for a rule."] = None
+    unit: Annotated[Unit, "Unit of the figures; empty where there are none."] = ""
+    limit: Annotated[Fraction | None, "Limit of the requirement, in `unit`; null for a rule."] = None
     closest: Annotated[
         Fraction | None, "The closest limit with which there is a design while all else holds, if any."
     ] = None
@@ -448,7 +452,7 @@ class Conflict:
     A minimal conflict: each member has the closest limit with which it would hold beside the others.
     """
 
-    members: Annotated[tuple[Clash, ...], "They, in the order of the problem."]
+    members: Annotated[tuple[Clash, ...], "The demands of the conflict, in the order of the problem."]
     by_waiting: Annotated[bool, BY_WAITING] = True
 
 
@@ -459,11 +463,11 @@ class Search:
     It is the only part of a result that differs between two runs of one question with the same seed.
     """
 
-    solver_calls: Annotated[int, "How often the solver was called."]
+    solver_calls: Annotated[int, "Number of solver calls."]
     wall_s: Annotated[float, "Seconds that passed."]
     space_size: Annotated[int, "The number of designs that the decisions make at most."]
     solver: Annotated[str, "The solver and its version."]
-    workers: Annotated[int, "How many solvers worked side by side."]
+    workers: Annotated[int, "Number of solvers that worked in parallel."]
     seed: Annotated[int, "The seed."]
 
 
@@ -487,10 +491,10 @@ def unused_choices(space: Space, listed: Iterable[tuple[int, Mapping[str, str]]]
 
     `listed` has id and active decisions of each point; as the JSON of a result has it.
     """
-    points, found = list(listed), []
+    points, choices = list(listed), []
     for index, option in space.fixed.items():
         decision = space.decisions[index]
         idle = [number for number, decisions in points if decision.is_open and decision.name not in decisions]
         if idle:
-            found.append({"decision": decision.name, "option": decision.options[option], "points": idle})
-    return found
+            choices.append({"decision": decision.name, "option": decision.options[option], "points": idle})
+    return choices

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a design of the nominal front is not robust.
+    """The reason why a design of the nominal front is not robust.
 
     The place is the corner of the stated ranges where the requirement is missed most.
     """
@@ -34,23 +34,26 @@ class Failure:
     value: Annotated[
         Fraction,
         NULL,
-        "What it has where it misses the limit most, in `unit`; null where it is unbounded.",
+        "Worst value of the design over the stated values, in `unit`; null where it is unbounded.",
         Json("worst"),
     ]
     limit: Annotated[Fraction, "The limit there, in `unit`."]
-    unit: Annotated[Unit, "What the two figures count."]
+    unit: Annotated[Unit, "Unit of both figures."]
     inputs: Annotated[
         Mapping[str, Fraction], "The values of the inputs there, in base units (ns, B, bit/s) or as factors."
     ]
 
 
 class NominalState(Data):
-    """How far the nominal front of a robust question is proved."""
+    """The status of the nominal front of a robust question."""
 
     OF = Result
     WRITTEN = (
-        *(Of(name, "As for the result.") for name in ("status", "unexplored", "refuted", "potential")),
-        Of("ranked_by", "As for the result.", key="ranking"),
+        *(
+            Of(name, "Field of the nominal front, as in a result.")
+            for name in ("status", "unexplored", "refuted", "potential")
+        ),
+        Of("ranked_by", "Ranking of the nominal front, as in a result.", key="ranking"),
     )
 
 
@@ -79,9 +82,9 @@ class RobustResult(Answer):
     FORMAT = "result"
 
     robust: Result
-    nominal: Annotated[Result, "How far that front is proved.", Json(kind=NominalState)]
-    inputs: Annotated[Mapping[str, str], "What may vary, and what the problem states of it, in words."]
-    corners: Annotated[int, "How many pairs of a requirement and values stand for all values in between."]
+    nominal: Annotated[Result, "Status of the nominal front and its search.", Json(kind=NominalState)]
+    inputs: Annotated[Mapping[str, str], "Uncertain inputs, with the stated values in words."]
+    corners: Annotated[int, "Number of pairs of a requirement and corner values that stand for all values in between."]
     failures: Annotated[
         tuple[Failure, ...],
         "The points of the nominal front that are not robust, each with what it violates.",
@@ -101,7 +104,7 @@ class RobustResult(Answer):
 
     @property
     def problem(self) -> Origin:
-        """Which problem this is, and what was asked of it."""
+        """The solved problem, and its question."""
         return self.robust.problem
 
     def frame(self, units: str | Sequence[str] | None = None) -> pandas.DataFrame:
@@ -117,13 +120,13 @@ class RobustResult(Answer):
 
         Names of objectives to pairs of integers in the counting unit of the objective.
         """
-        found: dict[str, tuple[int | None, int | None]] = {}
+        best_of: dict[str, tuple[int | None, int | None]] = {}
         for info in self.robust.objectives:
             pick = min if info.sense == "minimise" else max
             ends = [[point.objectives[info.name] for point in result.front] for result in (self.nominal, self.robust)]
             best = [pick(values) if values else None for values in ends]
-            found[info.name] = (best[0], best[1])
-        return found
+            best_of[info.name] = (best[0], best[1])
+        return best_of
 
     @property
     def kept(self) -> tuple[Point, ...]:
@@ -183,7 +186,7 @@ class AnyResult(Data):
         Result,
         Of(
             "robust",
-            "Of a robust question: the nominal front, and what the difference costs.",
+            "For a robust question: the nominal front, and the price of robustness.",
             kind=Robust,
             default=None,
         ),

@@ -37,7 +37,7 @@ class Extreme:
     latency_ns: Annotated[Exact, "The latency."]
     offsets_ns: Annotated[Mapping[str, Exact], "The offset of each timer."]
     drift_ppm: Annotated[Mapping[str, int], "The drift of each clock."]
-    execution: Annotated[str, "How execution times were drawn."]
+    execution: Annotated[str, "Mode in which execution times were drawn: random, max or min."]
     seed: Annotated[int, "The seed of the run."]
 
 
@@ -64,18 +64,18 @@ class FlowObservation:
     ]
     scheduled_ns: Annotated[
         tuple[Annotated[Exact, NULL], Annotated[Exact, NULL]] | None,
-        "The same with response times as processing times, where threads share cores; then these must hold.",
+        "The bounds with response times as processing times, where threads share cores; these bounds must hold.",
         Json("scheduled_bounds_ns", kind=tuple[Annotated[Exact, NULL], ...] | None),
     ]
-    allowance_ns: Annotated[int, "What drifting clocks add to the upper bound."]
+    allowance_ns: Annotated[int, "Allowance for drifting clocks in the upper bound."]
     worst: Annotated[Extreme | None, "The greatest latency."]
     best: Annotated[Extreme | None, "The least latency."]
-    histogram: Annotated[Sequence[Mapping[str, Exact]], "How often latencies were in which interval, in ns."]
+    histogram: Annotated[Sequence[Mapping[str, Exact]], "Histogram of the latencies: counts by interval, in ns."]
     excuse: Annotated[str, NULL, "Why the bounds need not hold for this flow or run."] = ""
 
     @property
     def count(self) -> int:
-        """How many data reached the end."""
+        """The number of data that reached the end."""
         return sum(self.latencies.values())
 
     @property
@@ -207,7 +207,7 @@ class DisparityObservation:
     name: str
     observed_ns: Annotated[Exact | None, "The largest that was observed; null where two inputs were never there."]
     bound_ns: Annotated[Exact, NULL, "The disparity by the analysis; null where it is unbounded."]
-    allowance_ns: Annotated[int, "What drifting clocks add to it."] = 0
+    allowance_ns: Annotated[int, "Allowance for drifting clocks in the bound."] = 0
     excuse: Annotated[str, NULL, "Why the bound need not hold for this run."] = ""
 
     @property
@@ -247,20 +247,20 @@ class Simulation(Answer):
         Of("space.name", "The name of the problem.", key="problem"),
         *OF_SPACE,
         *("decisions", "offsets", "contention", "runs", "events", "duration_ns", "seed"),
-        Of("definition", "What a latency is.", kind=str),
+        Of("definition", "Definition of a latency.", kind=str),
         *("contradictions", "outside", "flows", "tasks", "messages", "disparities", "lost", "notes", "is_stopped"),
     )
 
     space: Space
     design: Design
     decisions: Annotated[Mapping[str, str], "The simulated design."]
-    flows: Annotated[tuple[FlowObservation, ...], BY_NAME, "What was observed of each flow."]
+    flows: Annotated[tuple[FlowObservation, ...], BY_NAME, "Observations of each flow."]
     tasks: Annotated[
-        tuple[TaskObservation, ...], BY_NAME, "What was observed of each thread on a shared core.", Json("threads")
+        tuple[TaskObservation, ...], BY_NAME, "Observations of each thread on a shared core.", Json("threads")
     ]
-    lost: Annotated[Mapping[str, int], "How many messages each connection lost."]
-    notes: Annotated[tuple[str, ...], "What a reader should know."]
-    offsets: Annotated[str, "How the offsets of timers were chosen."]
+    lost: Annotated[Mapping[str, int], "Number of lost messages by connection."]
+    notes: Annotated[tuple[str, ...], "Notes on the simulation."]
+    offsets: Annotated[str, "Mode in which offsets of timers were chosen."]
     runs: Annotated[int, "The number of runs."]
     events: Annotated[int, "The number of events in all runs."]
     duration_ns: Annotated[int, "The simulated time of a run."]
@@ -272,13 +272,13 @@ class Simulation(Answer):
     disparities: Annotated[
         tuple[DisparityObservation, ...],
         BY_NAME,
-        "What was observed of the inputs of each component whose disparity is defined.",
+        "Observed disparity of the inputs of each component for which it is defined.",
         Json(default={}),
     ] = ()
     messages: Annotated[
         tuple[TaskObservation, ...],
         BY_NAME,
-        "What was observed of each message that waits for its bus.",
+        "Observations of each message that waits for its bus.",
         Json(default={}),
     ] = ()
     definition: ClassVar[str] = LATENCY
@@ -308,10 +308,10 @@ class Simulation(Answer):
         Sentences for flows, threads, messages and disparities, in this order; contradictions and excused observations
         alike.
         """
-        found = [flow.outside_words for flow in self.flows]
-        found += [task.outside_words for task in (*self.tasks, *self.messages)]
-        found += [item.outside_words for item in self.disparities]
-        return tuple(words for words in found if words)
+        outside = [flow.outside_words for flow in self.flows]
+        outside += [task.outside_words for task in (*self.tasks, *self.messages)]
+        outside += [item.outside_words for item in self.disparities]
+        return tuple(words for words in outside if words)
 
     @property
     def contradictions(self) -> tuple[str, ...]:
@@ -320,24 +320,24 @@ class Simulation(Answer):
         Sentences with the observed and the analysed figures in ns. Any of them is a fault of the analysis or of the
         simulation.
         """
-        found = [
+        contradictions = [
             f"flow {flow.name}: observed {min(flow.latencies)} .. {max(flow.latencies)} ns, "
             f"analysed {flow._claimed_ns[0]} .. {flow._claimed_ns[1]} ns"
             for flow in self.flows
             if flow.is_contradiction
         ]
-        found += [
+        contradictions += [
             f"{what} {task.name}: observed response {task.observed_ns} ns, response time {task.bound_ns} ns"
             for what, tasks in (("thread", self.tasks), ("message", self.messages))
             for task in tasks
             if task.is_contradiction
         ]
-        found += [
+        contradictions += [
             f"disparity of {item.name}: observed {item.observed_ns} ns, analysed {item.bound_ns} ns"
             for item in self.disparities
             if item.is_contradiction
         ]
-        return tuple(found)
+        return tuple(contradictions)
 
     def _verdict(self) -> str:
         """Whether what was observed contradicts the analysis."""

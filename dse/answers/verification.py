@@ -21,7 +21,7 @@ class Finding:
     """
 
     place: Annotated[str, "Where in the result, such as `front[2].objectives`."]
-    text: Annotated[str, "What is wrong."]
+    text: Annotated[str, "The mistake."]
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}"
@@ -49,14 +49,14 @@ class Verification(DataAnswer):
         Literal["verified", "rejected", "unfinished"],
         "`unfinished`: nothing wrong was found, but `left_open` could not be proved again.",
     ]
-    findings: Annotated[tuple[Finding, ...], "What is wrong."]
-    checked: Annotated[tuple[str, ...], "What was looked at, and how."]
-    left_open: Annotated[tuple[str, ...], "What could not be proved again."] = ()
-    remarks: Annotated[tuple[str, ...], "What a reader of the result should know."] = ()
+    findings: Annotated[tuple[Finding, ...], "Mistakes of the result."]
+    checked: Annotated[tuple[str, ...], "Checks that were made, and how."]
+    left_open: Annotated[tuple[str, ...], "Claims that could not be proved again."] = ()
+    remarks: Annotated[tuple[str, ...], "Remarks for a reader of the result."] = ()
     wall_s: Annotated[float, "Seconds that passed."] = 0.0
     claim: Annotated[
         str,
-        "What the result claims: `complete`, `incomplete` or `infeasible`, with the number of designs and of regions "
+        "Claim of the result: `complete`, `incomplete` or `infeasible`, with the number of designs and of regions "
         "that are open.",
         Json(default=""),
     ] = ""

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 PIPED_WIDTH = 160
 """How wide what goes into a file or a pipe is, where COLUMNS does not say."""
+SCREEN = 39
+"""Lines of an answer in a file or a pipe, where LINES does not say: a screen of 40 without the line of the prompt."""
+LEAST_LINES = 15
+"""Lines of an answer in a window that is lower than this: less would be no answer."""
 
 
 class ExistingPath(click.Path):
@@ -52,7 +56,7 @@ class ExistingPath(click.Path):
 def _near(path: Path) -> Path | None:
     """The file of the same folder whose name is the nearest."""
     try:
-        there = [found.name for found in path.parent.iterdir()]
+        there = [entry.name for entry in path.parent.iterdir()]
     except (OSError, ValueError):
         return None
     near = nearest(path.name, there, 0.75)
@@ -62,10 +66,10 @@ def _near(path: Path) -> Path | None:
 def _example_in(folder: str | os.PathLike[str]) -> str:
     """A problem file of a folder, as an example; empty where it has none."""
     try:
-        there = sorted(found for found in Path(folder).iterdir() if found.suffix in (".yaml", ".yml"))
+        there = sorted(path for path in Path(folder).iterdir() if path.suffix in (".yaml", ".yml"))
     except OSError:
         return ""
-    return next((f" such as {str(found)!r}" for found in there if _holds_a_problem(found)), "")
+    return next((f" such as {str(path)!r}" for path in there if _holds_a_problem(path)), "")
 
 
 class ProblemPath(ExistingPath):
@@ -103,17 +107,19 @@ def problem_argument(*, required: bool = True) -> Callable[[F], F]:
                 from dse.questions.problem import Model
 
                 if str(options["file"]) == "-" or not is_model(Path(options["file"])):
-                    given = "--root" if root else "--mode" if mode else "--library"
-                    raise UsageError(f"{given} is for AADL models, and {options['file']} is none: leave it out")
+                    option = "--root" if root else "--mode" if mode else "--library"
+                    raise UsageError(f"{option} is for AADL models, and {options['file']} is none: leave it out")
                 options["file"] = Model(options["file"], root, mode, library)
             return command(*arguments, **options)
 
-        found = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
-        found = click.option("--mode", metavar="MODE", help="Of an AADL model: the mode it is in, or PATH.MODE.")(found)
-        text = "Of an AADL model: a folder in which packages are looked for that it asks for; may be repeated."
-        found = click.option("--library", multiple=True, metavar="DIR", help=text)(found)
-        text = "Of an AADL model: the system implementation, package::type.implementation."
-        return click.option("--root", metavar="NAME", help=text)(found)
+        decorated = click.argument("file", type=ProblemPath(), required=required)(cast(F, asked))
+        decorated = click.option("--mode", metavar="MODE", help="AADL models: the mode of the system, or PATH.MODE.")(
+            decorated
+        )
+        text = "AADL models: a folder with packages that the model imports; may be repeated."
+        decorated = click.option("--library", multiple=True, metavar="DIR", help=text)(decorated)
+        text = "AADL models: the system implementation, package::type.implementation."
+        return click.option("--root", metavar="NAME", help=text)(decorated)
 
     return decorate
 
@@ -139,13 +145,13 @@ def json_option(command: F) -> F:
 
 def all_option(command: F) -> F:
     """``--all``, as `every`: of a command whose answer is on one screen otherwise."""
-    text = "Print everything (every row, every design, every conflict), not what one screen has room for."
+    text = "Print every row, design and conflict, not only what fits on one screen."
     return click.option("--all", "every", is_flag=True, help=text)(command)
 
 
 def quiet_option(command: F) -> F:
     """``-q``."""
-    text = "Print nothing but what --json or --csv ask for."
+    text = "Print nothing, except what --json - or --csv - write to standard output."
     return click.option("-q", "--quiet", is_flag=True, help=text)(command)
 
 
@@ -154,7 +160,7 @@ def time_limit_option(what: str) -> Callable[[F], F]:
 
     A decorator; the deadline begins when the option is read, so that loading counts.
     """
-    text = f"Stop after this time {what}, e.g. 60 (seconds) or 2min (exit code 5)."
+    text = f"Stop after this time {what} (exit code 5), e.g. 60 (seconds) or 2min."
     begun = lambda ctx, param, value: TimeLimit.after(value)  # noqa: E731 (as click calls it)
     return click.option("--time-limit", type=Seconds(), callback=begun, metavar="DURATION", help=text)
 
@@ -246,6 +252,17 @@ def console(*, quiet: bool = False, err: bool = False) -> Console:
     stated = os.environ.get("COLUMNS", "")
     width = None if stream.isatty() or (stated.isascii() and stated.isdecimal() and int(stated)) else PIPED_WIDTH
     return PipedConsole(file=stream, quiet=quiet, width=width, highlight=False, soft_wrap=False, emoji=False)
+
+
+def screen_lines(screen: Console) -> int:
+    """The number of lines that an answer may take, without that of the prompt.
+
+    From LINES, else from the terminal, at least `LEAST_LINES`; `SCREEN` where the output is no terminal.
+    """
+    stated = os.environ.get("LINES", "")
+    if stated.isascii() and stated.isdecimal() and int(stated):
+        return max(int(stated) - 1, LEAST_LINES)
+    return max(screen.height - 1, LEAST_LINES) if screen.is_terminal else SCREEN
 
 
 def check_writable(*paths: PathLike | None, renews: PathLike | None = None, replaces_problems: bool = False) -> None:

@@ -47,23 +47,23 @@ def fixes(ctx: click.Context, param: click.Parameter, text: str) -> list[Complet
     problem = _problem(ctx)
     if problem is None:
         return []
-    found = [
+    items = [
         f"{decision.name} = {option}"
         for decision in problem.space.decisions
         if decision.is_open
         for option in decision.options
     ]
-    return _beginning(found, text)
+    return _beginning(items, text)
 
 
 def _problem(ctx: click.Context) -> Any:
     """The problem of the file that stands on the command line already; None where none can be read."""
     from dse.questions.problem import load
 
-    for given in (ctx.params.get("file"), *ctx.args):
-        if given is not None and Path(str(given)).is_file():
+    for path in (ctx.params.get("file"), *ctx.args):
+        if path is not None and Path(str(path)).is_file():
             try:
-                return load(str(given))
+                return load(str(path))
             except (DseError, OSError):
                 return None
     return None

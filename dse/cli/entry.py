@@ -22,7 +22,7 @@ from dse.cli.interrupts import Interrupts
 
 
 class Unheard(io.FileIO):
-    """A stream for what is said beside the answer: where nobody reads any more, it is said to nobody."""
+    """A stream for messages beside the answer, which drops them once its reader has gone."""
 
     def write(self, data: Any) -> int:
         """Write data as to a file; without a reader everything counts as written."""
@@ -72,7 +72,7 @@ def _leave(code: int) -> None:
 
 
 def _outlive_readers() -> None:
-    """What is said on standard error changes no exit code and ends no work, though its reader has gone."""
+    """Let messages on standard error change no exit code and end no work when their reader has gone."""
     said = sys.stderr
     with suppress(OSError, ValueError):
         raw = io.BufferedWriter(Unheard(said.fileno(), "wb", closefd=False))

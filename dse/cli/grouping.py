@@ -30,14 +30,14 @@ class GroupedCommand(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, group by group."""
         records = {
-            item.name: found
+            item.name: record
             for item in self.get_params(ctx)
-            if isinstance(item, click.Option) and (found := item.get_help_record(ctx)) is not None
+            if isinstance(item, click.Option) and (record := item.get_help_record(ctx)) is not None
         }
         grouped = {name for names in GROUPS.values() for name in names}
         option = self.get_help_option(ctx)
         described = records.pop(option.name) if option is not None else None
-        own = [found for name, found in records.items() if name not in grouped]
+        own = [record for name, record in records.items() if name not in grouped]
         sections = [(title, [records[name] for name in names if name in records]) for title, names in GROUPS.items()]
         sections.insert(1, ("Options", own))
         shown = [(title, rows) for title, rows in sections if rows] or [("Options", [])]

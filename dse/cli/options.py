@@ -66,27 +66,32 @@ def question_options(command: F) -> F:
             help=f"Limit the {called or metric} {what}, e.g. {example}.",
         )(command)
     more = (
-        click.option("--require", multiple=True, metavar="TEXT", help="A further requirement or rule."),
+        click.option(
+            "--require",
+            multiple=True,
+            metavar="TEXT",
+            help="Add a requirement or rule, e.g. 'can_1m requires Spectra'.",
+        ),
         click.option(
             "--fix",
             multiple=True,
             metavar="'DECISION = OPTION'",
             shell_complete=fixes,
-            help="Fix a decision in the designs that use it.",
+            help="Fix a decision to one option.",
         ),
         click.option(
-            "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Latency rules to apply."
+            "--profile", type=click.Choice(["dse", "osate-2.2", "osate-2.19"]), help="Rules by which latencies count."
         ),
         click.option(
             "--worst-case",
             type=Words(["execution-time", "deadline"]),
-            help="OSATE's worst-case setting (ET or DL); the dse profile does not look at it.",
+            help="OSATE's worst-case setting (ET or DL); profile dse ignores it.",
         ),
         click.option(
             "--settings",
             callback=_osate_settings,
             metavar="AS-MF-ET-EQ-EQL",
-            help="OSATE's settings by its abbreviations, some or all; the dse profile does not look at them.",
+            help="OSATE's settings by its abbreviations, some or all; profile dse ignores them.",
         ),
         *(
             click.option(f"--{name.replace('_', '-')}", type=Words(values), hidden=True)
@@ -101,12 +106,13 @@ def question_options(command: F) -> F:
         click.option(
             "--deadlines",
             type=Words(["stated", "all", "none"]),
-            help="Which deadlines count: those stated (by default under profile dse), all (else the period), or none.",
+            help="Deadlines that are requirements: the stated ones (default of profile dse), all (the period where "
+            "none is stated), or none.",
         ),
         click.option(
             "--overload",
             type=Words(["forbidden", "allowed"]),
-            help="Whether cores, bandwidths and exclusive buses may be used beyond all of them.",
+            help="Whether a load of more than 100 % of a core, a bandwidth or an exclusive bus is allowed.",
         ),
     )
     for option in more:
@@ -160,8 +166,8 @@ def objective_options(*, hidden: bool = False) -> Callable[[F], F]:
     """
 
     def decorate(command: F) -> F:
-        what = "As for solve; changes no explanation." if hidden else "Objectives instead of those of the file."
-        for name, text in (("maximis", "The same, to be maximised."), ("minimis", what)):
+        what = "As for solve; changes no explanation." if hidden else "Replace the objectives of the file, e.g. price."
+        for name, text in (("maximis", "Replace the objectives of the file by one to maximise."), ("minimis", what)):
             names = f"--{name}e", f"--{name.removesuffix('s')}ze"
             command = click.option(*names, multiple=True, metavar="METRIC", hidden=hidden, help=text)(command)
         return command
@@ -225,14 +231,14 @@ def ranking_options(command: F) -> F:
             type=Top(),
             default="10",
             metavar="N|all",
-            help="How many alternatives to list; else 10 in reports and with --explain, one of each kind on a screen.",
+            help="Number of alternatives to list; default: 10 in reports and with --explain, one of each kind else.",
         ),
         click.option(
             "--rank-by",
             metavar="METHOD",
             shell_complete=rankings,
-            help="ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; ideal and topsis "
-            "take weights too, and what is not named weighs 0.",
+            help="Ranking method: ideal (default), topsis, knee, baseline, weights:NAME=NUMBER,... or order:NAME,...; "
+            "ideal and topsis take weights too. An objective that is not named has weight 0.",
         ),
     )
     for option in more:

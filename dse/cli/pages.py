@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dse.cli.common import F, console, report_folder, save
+from dse.cli.common import F, console, report_folder, save, screen_lines
 from dse.cli.saying import tell
 from dse.support.errors import UsageError
 from dse.support.files.writing import PAGES
@@ -112,8 +113,11 @@ def answer(
     report: str | None = None,
     quiet: bool = False,
     every: bool = False,
+    lead: str = "",
 ) -> None:
     """Print a page (`every` row of it), unless a file goes to standard output; write the files and the report.
+
+    `lead` stands in place of the page's own on a terminal, where it names what the command was given.
 
     Raises
     ------
@@ -121,9 +125,11 @@ def answer(
         the first failure to write, when everything else was done.
     """
     if not quiet and all(path != "-" for path, _ in files):
-        from dse.report.terminal import SCREEN, print_page
+        from dse.report.terminal import print_page
 
-        print_page(console(), page, every=every, lines=SCREEN)
+        screen = console()
+        printed = replace(page, lead=lead) if lead else page
+        print_page(screen, printed, every=every, lines=screen_lines(screen))
     failure = save(*files) or write_page(report, page)
     if failure is not None:
         raise failure
@@ -134,14 +140,14 @@ def print_front(
 ) -> None:
     """Print a front with sections of studies: on one screen, or with all that is known of each alternative.
 
-    Where the time limit comes before that is found out, what is told is what the result says.
+    Where the time limit comes first, only the contents of the result are printed.
     """
     from dse.report.content.front.first_screen import first_page
     from dse.report.content.front.pages import printed_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
     screen = console()
-    lines: int | None = SCREEN
+    lines: int | None = screen_lines(screen)
     try:
         with until(limit.for_the_last_steps()):
             if explain:

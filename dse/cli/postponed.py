@@ -35,8 +35,8 @@ class _StandIn(ModuleType):
         if name.startswith("__"):
             raise AttributeError(name)
 
-        def ask(cls: type[object], *given: Any, **named: Any) -> object:
-            return getattr(import_module(self.__name__), name)(*given, **named)
+        def ask(cls: type[object], *value: Any, **named: Any) -> object:
+            return getattr(import_module(self.__name__), name)(*value, **named)
 
         return type(name, (), {"__new__": ask}) if self.is_standing else getattr(import_module(self.__name__), name)
 
@@ -51,10 +51,10 @@ class _Finder:
         other = POSTPONED.get(fullname)
         if other is None or other in sys.modules:
             return None
-        found = PathFinder.find_spec(fullname, path, target)
-        if found is not None and found.loader is not None:
-            found.loader = cast(Any, _Loader(found.loader, other))
-        return found
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is not None and spec.loader is not None:
+            spec.loader = cast(Any, _Loader(spec.loader, other))
+        return spec
 
 
 class _Loader:

@@ -13,7 +13,7 @@ from dse.cli.saying import tell
 from dse.support.errors import UsageError, about
 from dse.support.files.plain_json import parse_json
 from dse.support.files.reading import UnreadableFileError, read_text
-from dse.support.files.writing import write_files
+from dse.support.files.writing import PAGES, write_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +34,13 @@ def study_report_options(command: F) -> F:
     more = (
         click.option("--report", metavar="[PATH]", callback=check_page_or_folder, help=what),
         click.option(
-            "-o", "--output", "folder", default="reports", show_default=True, metavar="DIR", help="Where reports go."
+            "-o",
+            "--output",
+            "folder",
+            default="reports",
+            show_default=True,
+            metavar="DIR",
+            help="Folder of a report of several files.",
         ),
     )
     for option in reversed(more):
@@ -45,7 +51,7 @@ def study_report_options(command: F) -> F:
 def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet: bool = False) -> None:
     """The report of a study.
 
-    HTML, Markdown, CSV and JSON in `folder`; each path is told on standard error unless `quiet`.
+    HTML, Markdown, CSV and JSON in `folder`; each path is printed on standard error unless `quiet`.
     """
     from dse.report.output import study_files
 
@@ -56,8 +62,22 @@ def write_study(result: SweepResult | SensitivityResult, folder: Path, *, quiet:
 
 
 def folder_of(report: str | None, folder: str) -> Path | None:
-    """Where a report of several files goes, if one was asked for; made before the work."""
-    return report_folder(folder) if report == "" else None
+    """The folder of a report of several files, made before the work; None where no such report was asked for.
+
+    Raises
+    ------
+    UsageError
+        for ``-o`` without a report of several files, which would be ignored; for a folder that cannot be made.
+    """
+    if report == "":
+        return report_folder(folder)
+    context = click.get_current_context(silent=True)
+    if context is not None and context.get_parameter_source("folder") is click.core.ParameterSource.COMMANDLINE:
+        way = f"--report {folder}" if folder.lower().endswith(PAGES) else f"--json {folder}"
+        if not folder.lower().endswith((*PAGES, ".json")):
+            way = f"--report -o {folder}"
+        raise UsageError(f"-o {folder}: names the folder of a report of several files; did you mean `{way}`?")
+    return None
 
 
 def claim_study(folder: Path | None, problem: str, kind: str) -> None:

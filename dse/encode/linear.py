@@ -217,29 +217,29 @@ class Board:
         """The decisions that sums have branched on, most summands first."""
         return tuple(decision for decision, _ in self.branched.most_common())
 
-    def cases(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[Case[T]]:
-        """The cases of a formula, where the decisions in `given` are taken.
+    def cases(self, formula: Callable[[View], T], conditions: Given = NOTHING) -> list[Case[T]]:
+        """The cases of a formula, where the decisions in `conditions` are taken.
 
         Raises `OverflowError` beyond `HARD_CASE_LIMIT` cases.
         """
-        cases = tabulate(self.space, formula, HARD_CASE_LIMIT, given)
+        cases = tabulate(self.space, formula, HARD_CASE_LIMIT, conditions)
         if cases is None:
             raise OverflowError("a figure depends on more combinations of options than can be tabulated")
         return cases
 
-    def named(self, cases: Iterable[Case[T]], given: Given = NOTHING) -> list[tuple[Any, T]]:
-        """Cases as (literal, value), exactly one of which is true (where the options in `given` are chosen)."""
+    def named(self, cases: Iterable[Case[T]], conditions: Given = NOTHING) -> list[tuple[Any, T]]:
+        """Cases as (literal, value), exactly one of which is true (where the options in `conditions` are chosen)."""
         pairs = [(self._case_literal(case), case.value) for case in cases]
-        if not given:
+        if not conditions:
             self.exactly_one([literal for literal, _ in pairs])
         return pairs
 
-    def table(self, formula: Callable[[View], T], given: Given = NOTHING) -> list[tuple[Any, T]]:
-        """The cases of a formula as (literal, value), exactly one of which is true where `given` is chosen.
+    def table(self, formula: Callable[[View], T], conditions: Given = NOTHING) -> list[tuple[Any, T]]:
+        """The cases of a formula as (literal, value), exactly one of which is true where `conditions` is chosen.
 
         Raises `OverflowError` beyond `HARD_CASE_LIMIT` cases.
         """
-        return self.named(self.cases(formula, given), given)
+        return self.named(self.cases(formula, conditions), conditions)
 
     def short_table(self, formula: Callable[[View], T], limit: int) -> list[tuple[Any, T]] | None:
         """The cases of a formula as (literal, value), exactly one of which is true; None beyond `limit` cases.

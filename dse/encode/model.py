@@ -199,29 +199,35 @@ class EncodedSpace:
                 return None
         elif self.open_terms and self.sharpen(design, value):
             return None
-        found: Design | None = design
+        settled_design: Design | None = design
         if self.contention is not None:
             with_rows = self.core_limits.known if self.core_limits is not None else ()
-            found = self.contention.settled(design, lambda literal: bool(value(literal)), with_rows, is_best=is_best)
-        if found is None or self.core_limits is None:
-            return found
-        return found if self.core_limits.settled(found, lambda one: bool(value(one)), is_best=is_best) else None
+            settled_design = self.contention.settled(
+                design, lambda literal: bool(value(literal)), with_rows, is_best=is_best
+            )
+        if settled_design is None or self.core_limits is None:
+            return settled_design
+        return (
+            settled_design
+            if self.core_limits.settled(settled_design, lambda one: bool(value(one)), is_best=is_best)
+            else None
+        )
 
     def sharpen(self, design: Design, value: Callable[[cp_model.IntVar], int]) -> bool:
         """Make open terms exact where a solution has other figures; whether there were any.
 
         For the options that the exact figure consults: variable = figure, whatever the other decisions are.
         """
-        found = False
+        is_sharper = False
         for term in self.open_terms:
             view = Watching(View(design))
             exact = term.value(view)
             if value(term.variable) != exact:
-                found = True
+                is_sharper = True
                 self.model.add(term.variable == exact).only_enforce_if(
                     [self._chosen(decision, option) for decision, option in view.asked.items()]
                 )
-        return found
+        return is_sharper
 
     def _chosen(self, decision: int, option: int) -> cp_model.IntVar:
         inactive = self.inactive[decision]
@@ -285,7 +291,7 @@ class Demands:
         return self._guarded(partial(add_limit, self.board, self.rates, limit))
 
     def _guarded(self, add: Callable[[], None]) -> cp_model.IntVar:
-        """What `add` demands, under a guard of its own."""
+        """The rows that `add` makes, under a guard of their own."""
         self.board.guard = guard = self.board.model.new_bool_var("")
         try:
             add()
@@ -371,13 +377,13 @@ def _encode(evaluator: Evaluator, tuning: ModelTuning | None) -> EncodedSpace:
 
 def _weigh(evaluator: Evaluator, objectives: Sequence[EncodedObjective], design: Design) -> tuple[int, ...] | None:
     """The objectives of a design in steps above their offsets; None where the analysis refuses it."""
-    found = evaluator.evaluate(design)
-    if not found.is_feasible:
+    evaluation = evaluator.evaluate(design)
+    if not evaluation.is_feasible:
         return None
     signs = [1 if item.sense == "minimise" else -1 for item in evaluator.space.objectives]
     return tuple(
         (sign * value - item.offset) // item.step
-        for sign, value, item in zip(signs, found.objectives, objectives, strict=True)
+        for sign, value, item in zip(signs, evaluation.objectives, objectives, strict=True)
     )
 
 

@@ -76,18 +76,19 @@ class RateVariables:
                 raise OverflowError("the periods and rates have no common multiple small enough to sum rates exactly")
         return self._scale
 
-    def product_form(self, term: Term, scale: int, given: Given) -> Form:
+    def product_form(self, term: Term, scale: int, conditions: Given) -> Form:
         """The product coefficient * rate, rounded up to 1 / `scale`: a linear constraint for each coefficient.
 
-        Where the options in `given` are not chosen the product may be anything.
+        Where the options in `conditions` are not chosen the product may be anything.
         """
         assert term.coefficient is not None and term.rate is not None
         board = self.board
         rate, most = self.variable(term.rate)
         factors = [
-            (literal, value * Fraction(scale, self.scale)) for literal, value in board.table(term.coefficient, given)
+            (literal, value * Fraction(scale, self.scale))
+            for literal, value in board.table(term.coefficient, conditions)
         ]
-        chosen = [board.options[decision][option] for decision, option in given.items()]
+        chosen = [board.options[decision][option] for decision, option in conditions.items()]
         ends = [ceil_int(factor * most) for _, factor in factors]
         low, high = min(0, *ends), max(0, *ends)
         check_exact(max(high, -low), f"the rate of {term.label} times its work or size")

@@ -57,8 +57,8 @@ def _least(*, strict: bool) -> Callable[[Fraction], int]:
     return (lambda bound: floor_int(bound) + 1) if strict else ceil_int
 
 
-def _bounds(board: Board, limit: Limit, given: Given, inwards: Callable[[Fraction], int]) -> Form:
-    table = board.table(limit.bound, given)
+def _bounds(board: Board, limit: Limit, conditions: Given, inwards: Callable[[Fraction], int]) -> Form:
+    table = board.table(limit.bound, conditions)
     return board.form((literal, inwards(bound * limit.measure.scale)) for literal, bound in table)
 
 

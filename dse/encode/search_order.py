@@ -45,10 +45,10 @@ def strategy_of_places(model: cp_model.CpModel, places: Sequence[tuple[int, Sequ
 
 def _one_by_one(model: cp_model.CpModel, literals: Sequence[Any]) -> Any:
     model.add_decision_strategy(literals, cp_model.CHOOSE_FIRST, cp_model.SELECT_MAX_VALUE)
-    found = cp_model_helper.DecisionStrategyProto()
-    found.copy_from(model.proto.search_strategy[0])
+    strategy = cp_model_helper.DecisionStrategyProto()
+    strategy.copy_from(model.proto.search_strategy[0])
     model.proto.search_strategy.clear()
-    return found
+    return strategy
 
 
 @contextmanager

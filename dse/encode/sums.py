@@ -42,7 +42,7 @@ class Branch:
 
         For the grid of values that the sum can have in a part of the space.
         """
-        coefficients = {index: sign * found // step for index, found in self.form.coefficients.items()}
+        coefficients = {index: sign * coefficient // step for index, coefficient in self.form.coefficients.items()}
         return frozenset(item.index for item in self.chosen), (sign * self.form.constant - offset) // step, coefficients
 
 
@@ -57,17 +57,17 @@ def measure_branches(
     """The sum of a measure's terms (or of some of them) in units of 1 / scale.
 
     Exact, or for a rounded measure each term rounded up; with `below` rounded down instead, a lower bound of the exact
-    sum. Where many terms hang on the same decision (the type of a processor), there is one form for each of its
+    sum. Where many terms depend on the same decision (the type of a processor), there is one form for each of its
     options: that needs no literal for each pair of the option and a rate.
     """
     listed = measure.terms if terms is None else terms
     shared = _shared_decisions(board, rates, listed)
     branches = []
     for taken in product(*(allowed_options(board.space, decision) for decision in shared)):
-        given = dict(zip(shared, taken, strict=True))
-        form = sum_of(board, measure, listed, partial(_term_form, board, rates, measure, below), given)
-        chosen = tuple(board.options[decision][option] for decision, option in given.items())
-        branches.append(Branch(given, chosen, form))
+        conditions = dict(zip(shared, taken, strict=True))
+        form = sum_of(board, measure, listed, partial(_term_form, board, rates, measure, below), conditions)
+        chosen = tuple(board.options[decision][option] for decision, option in conditions.items())
+        branches.append(Branch(conditions, chosen, form))
     return branches
 
 
@@ -97,7 +97,9 @@ def _shared_decisions(board: Board, rates: RateVariables, terms: Sequence[Term])
     return shared
 
 
-def _term_form(board: Board, rates: RateVariables, measure: Measure, below: bool, term: Term, given: Given) -> Form:
+def _term_form(
+    board: Board, rates: RateVariables, measure: Measure, below: bool, term: Term, conditions: Given
+) -> Form:
     """sum(value[case] * case); coefficient * rate as a sum over pairs, or for too many rates with a rate variable."""
     rounded = floor_int if below and measure.rounded else ceil_int
     if term.extreme is not None:
@@ -105,22 +107,22 @@ def _term_form(board: Board, rates: RateVariables, measure: Measure, below: bool
     if term.ends is not None:
         return scheduled_form(board, measure, term, rounded)
     if term.phased is not None and not measure.rounded:
-        return phased_form(board, measure, term, given)
+        return phased_form(board, measure, term, conditions)
 
     def counted(pairs: Iterable[tuple[Any, Fraction]]) -> Iterator[tuple[Any, int]]:
         return ((literal, rounded(value * measure.scale)) for literal, value in pairs)
 
     if term.coefficient is None or term.rate is None:
-        cases = board.cases(term.value, given)
+        cases = board.cases(term.value, conditions)
         form = Form()
         for part in [cases] if measure.rounded else additive_parts(board.space, cases, board.tuning.additive_tables):
-            form.add(board.form(counted(board.named(part, given))))
+            form.add(board.form(counted(board.named(part, conditions))))
         return form
-    coefficients, values = board.table(term.coefficient, given), rates.tables.table(term.rate)
+    coefficients, values = board.table(term.coefficient, conditions), rates.tables.table(term.rate)
     if values is not None and len(values) * len(coefficients) <= PAIR_LIMIT:
         return board.optional_form(counted(rates.tables.times(coefficients, values)))
     try:
-        form = rates.product_form(term, measure.scale, given)
+        form = rates.product_form(term, measure.scale, conditions)
     except OverflowError:  # no common denominator for the rates: only the whole table is exact
         table = board.short_table(term.value, LAST_CASE_LIMIT)
         if table is None:

@@ -63,10 +63,10 @@ def _have_a_case(
         return True
     if len(cases) * len(part) > most_pairs:
         return False
-    asked = [(dict(one.conditions), [pair for pair in one.conditions if pair[0] in may_be_unused]) for one in part]
+    cases_of = [(dict(one.conditions), [pair for pair in one.conditions if pair[0] in may_be_unused]) for one in part]
     for case in cases:
         taken = dict(case.conditions)
-        for conditions, uncertain in asked:
+        for conditions, uncertain in cases_of:
             fits = all(taken.get(decision, option) == option for decision, option in conditions.items())
             if fits and not all(decision in taken for decision, _ in uncertain):
                 return False

@@ -61,24 +61,24 @@ def deciding_text(path: Path, options: Mapping[str, str], folder: Path) -> tuple
 
 
 def _head(imported: Imported, options: Mapping[str, str]) -> dict[str, Any]:
-    """What names the model and the question."""
+    """The head of the document: the model and the question."""
     stated = imported.document["imported"]
-    found: dict[str, Any] = {"dse": 1, "name": f"Decisions of {stated['root']}", "of": "", "root": stated["root"]}
+    head: dict[str, Any] = {"dse": 1, "name": f"Decisions of {stated['root']}", "of": "", "root": stated["root"]}
     if options.get("mode"):
-        found["mode"] = options["mode"]
+        head["mode"] = options["mode"]
     bound = [item for item in imported.document.get("threads", {}).values() if "processor" in item]
     deadlines = [item["deadline"] for item in bound if "deadline" in item]
     if deadlines and not any(text.startswith("0 ") for text in deadlines):
-        found["deadlines"] = "stated"
+        head["deadlines"] = "stated"
     flows = list(imported.document.get("flows", {}))[:MOST_LATENCIES]
-    found["objectives"] = [f'minimise latency of "{name}"' for name in flows]
-    found["assumptions"] = [ASSUMED]
-    return found
+    head["objectives"] = [f'minimise latency of "{name}"' for name in flows]
+    head["assumptions"] = [ASSUMED]
+    return head
 
 
 def _choices(document: Mapping[str, Any], model: InstanceModel) -> dict[str, dict[str, dict[str, list[str]]]]:
-    """What may be chosen: for each section and name the options of fields, first what the model states."""
-    found: dict[str, dict[str, dict[str, list[str]]]] = {}
+    """The options of fields, by section and name; the value of the model comes first."""
+    choices: dict[str, dict[str, dict[str, list[str]]]] = {}
     entered = {item.get("to") for item in document.get("connections", {}).values()}
     for name, item in document.get("threads", {}).items():
         if "category" in item:
@@ -90,11 +90,11 @@ def _choices(document: Mapping[str, Any], model: InstanceModel) -> dict[str, dic
             if name in entered:
                 fields["dispatch_protocol"] = list(dict.fromkeys((stated, "periodic", "aperiodic")))
         if fields:
-            found.setdefault("threads", {})[name] = fields
+            choices.setdefault("threads", {})[name] = fields
     for section, category in SLOTS.items():
         for name, types in _types(document.get(section, {}), model, category):
-            found.setdefault(section, {})[name] = {"type": types}
-    return found
+            choices.setdefault(section, {})[name] = {"type": types}
+    return choices
 
 
 def _periods(stated: Any) -> list[str]:
@@ -185,7 +185,7 @@ def _explained(text: str) -> Iterator[str]:
 
 
 def _comments(imported: Imported) -> str:
-    """What the model asks for itself, which holds as well."""
+    """Comments on the requirements of the model, which hold as well."""
     document = imported.document
     lines = ["# What the model asks for holds as well:"]
     for name, flow in document.get("flows", {}).items():

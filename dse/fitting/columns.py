@@ -107,7 +107,7 @@ def find_columns(
     >>> [(role, column.name) for role, column in found.items()], others
     ([('size', 'data_size_bytes'), ('platform', 'computer'), ('min', 'min_ms')], ['note'])
     """
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     others: list[str] = []
     taken = {name: role for role, name in stated.items()}
     for role, name in stated.items():
@@ -123,18 +123,18 @@ def find_columns(
         if not role:
             others.append(name)
             continue
-        if role in found:
+        if role in columns:
             hint = f"say which with --column {role}=NAME"
-            raise ColumnError(f"{found[role].name!r} and {name!r} may both be the {role}", hint)
+            raise ColumnError(f"{columns[role].name!r} and {name!r} may both be the {role}", hint)
         key = next((key for key in (name, role) if key in units), None)
         unit = unit if key is None else units[key]
         try:
-            found[role] = Column(role, index, name, _scale(role, name, unit), plain in ROUND_TRIPS)
+            columns[role] = Column(role, index, name, _scale(role, name, unit), plain in ROUND_TRIPS)
         except ColumnError as error:
             if key is None:
                 raise
             raise OptionError(f"--unit {key}={unit}: {error.message}", error.hint) from error
-    return found, others
+    return columns, others
 
 
 def _scale(role: str, name: str, unit: str) -> Fraction | None:

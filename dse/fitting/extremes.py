@@ -74,7 +74,7 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
     lag = float(np.corrcoef(samples_ns[:-1], samples_ns[1:])[0, 1])
     unit = float(np.median(samples_ns)) or 1.0
     scaled = samples_ns / unit
-    found = []
+    fitted = []
     block = len(scaled) // BLOCKS
     maxima = scaled[: block * BLOCKS].reshape(BLOCKS, block).max(axis=1)
     if len(np.unique(maxima)) > 5:
@@ -84,7 +84,7 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
         p_value = stats.kstest(maxima[1::2], stats.genextreme(*half).cdf).pvalue
         level = stats.genextreme.isf(share, *fit)
         place = (-fit[0], fit[1] * unit, fit[2] * unit, level * unit)  # the sign of the shape as the literature has it
-        found.append(_tail("block maxima (GEV)", place, (one_in, BLOCKS), float(p_value), lag))
+        fitted.append(_tail("block maxima (GEV)", place, (one_in, BLOCKS), float(p_value), lag))
     threshold = float(np.quantile(scaled, 1 - TAIL))
     excess = scaled[scaled > threshold] - threshold
     if len(np.unique(excess)) > 5:
@@ -94,8 +94,8 @@ def tails(samples_ns: Floats, one_in: int) -> list[Tail]:
         p_value = stats.kstest(excess[1::2], stats.genpareto(*half).cdf).pvalue
         level = threshold + stats.genpareto.isf(min(share, 1.0), shape, 0, scale)
         place = (shape, threshold * unit, scale * unit, level * unit)
-        found.append(_tail("peaks over threshold (GPD)", place, (one_in, len(excess)), float(p_value), lag))
-    return found
+        fitted.append(_tail("peaks over threshold (GPD)", place, (one_in, len(excess)), float(p_value), lag))
+    return fitted
 
 
 def _tail(model: Model, place: Sequence[float], counts: tuple[int, int], p_value: float, lag: float) -> Tail:

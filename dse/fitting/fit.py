@@ -98,7 +98,7 @@ def fit_measurements(paths: Sequence[Path], options: FitOptions) -> Fit:
     without_size = [item for item in measured.summaries if item.size_bytes is None]
     if with_size and without_size:
         raise UsageError("some files have sizes of messages and some have not: fit them one after the other")
-    found = Fit(
+    fit = Fit(
         files=measured.files,
         method=options.method,
         quantiles=options.quantiles if options.method == "quantile" else None,
@@ -109,8 +109,8 @@ def fit_measurements(paths: Sequence[Path], options: FitOptions) -> Fit:
         if options.is_round_trip:
             raise UsageError("--round-trip: execution times are no round trips; a column with sizes is missing")
         executions = tuple(_execution(item, options) for item in in_time(without_size, every=10))
-        return replace(found, is_round_trip=False, executions=executions)
-    return replace(found, transports=tuple(_transports(measured, with_size, options, is_round_trip)))
+        return replace(fit, is_round_trip=False, executions=executions)
+    return replace(fit, transports=tuple(_transports(measured, with_size, options, is_round_trip)))
 
 
 def _transports(
@@ -150,7 +150,7 @@ def _transport(
     left_out = tuple(item.size_bytes or 0 for item in summaries if not _is_used(item.size_bytes or 0, options))
     remarks += [*crossed, *spread_remarks(used), *saturated_remarks(used)]
     remarks += left_out_remarks([item.size_bytes or 0 for item in used], left_out)
-    found = [
+    models = [
         replace(tail, size_bytes=item.size_bytes or 0)
         for item in in_time(used if options.extremes else (), every=10)
         for tail in tails(item.samples_ns, options.extremes or 1)
@@ -162,7 +162,7 @@ def _transport(
         low_fit=goodness(lows, low, upper=False),
         high_fit=goodness(highs, high, upper=True),
         remarks=tuple(remarks),
-        tails=tuple(found),
+        tails=tuple(models),
     )
 
 
@@ -186,55 +186,55 @@ def _lines(used: Sequence[Summary], options: FitOptions) -> tuple[LinearModel, L
         samples = [(item.size_bytes or 0, item.samples_ns) for item in used]
         low, high = (quantile_line(samples, share) for share in options.quantiles)
         parts = quantile_parts(samples, options.quantiles[0])
-    found = below_upper(low, high, *parts)
-    if found == low:
+    lines = below_upper(low, high, *parts)
+    if lines == low:
         return low, high, []
     what = "time per byte" if low.per_byte_ns > high.per_byte_ns else "fixed part"
     rest = "the other part is the best under that"
     text = f"the {what} of the lower line would be above that of the upper one: it is the same instead, and {rest}"
-    return found, high, [Remark("crossing", text)]
+    return lines, high, [Remark("crossing", text)]
 
 
 def _general(used: Sequence[Summary], is_round_trip: bool) -> list[Remark]:
     count = sum(item.count or 0 for item in used)
     many = f" ({count:,} samples)" if count and all(item.count for item in used) else ""
-    found = [Remark("sample maximum", f"the greatest of what was measured{many} is no bound of what can happen")]
+    remarks = [Remark("sample maximum", f"the greatest of what was measured{many} is no bound of what can happen")]
     if is_round_trip:
         text = (
             "times are halves of round trips, as if both ways took the same: half of the longest is no longest one way"
         )
-        found.append(Remark("half round trip", text))
+        remarks.append(Remark("half round trip", text))
     if len(used) == 2:
-        found.append(Remark("few sizes", "two sizes: a line always goes through both, how well it fits is not known"))
+        remarks.append(Remark("few sizes", "two sizes: a line always goes through both, how well it fits is not known"))
     singles = [str(item.size_bytes) for item in used if item.is_single]
     if singles:
-        found.append(Remark("single sample", f"a single sample at {', '.join(singles)} B"))
-    return found
+        remarks.append(Remark("single sample", f"a single sample at {', '.join(singles)} B"))
+    return remarks
 
 
 def _line_remarks(which: str, points: Points, line: LinearModel, options: FitOptions) -> list[Remark]:
-    found = []
+    remarks = []
     upper = which == "upper"
     if line.free is not None:
         fixed, slope = line.free
         what, value, unit = ("the fixed part", fixed, "us") if slope >= 0 else ("the time per byte", slope * 1000, "ns")
         text = f"{what} of the {which} line would be negative ({float(value / 1000):.4g} {unit}): it is 0 instead"
-        found.append(Remark("negative part", text))
+        remarks.append(Remark("negative part", text))
     fit = goodness(points, line, upper=upper)
     if fit.beyond:
         side, end = ("above", "maxima") if upper else ("below", "minima")
         most = f"{float(fit.most_beyond_ns) / 1000:.4g} us at {fit.at_bytes} B"
         advice = "" if options.method == "envelope" else "; --method envelope covers all that was measured"
         text = f"{fit.beyond} of {len(points)} {end} lie {side} the {which} line, by up to {most}{advice}"
-        found.append(Remark("outside", text))
+        remarks.append(Remark("outside", text))
     knee = bend(points, line)
     if knee is not None:
         what = "maxima" if upper else "minima"
         text = f"a line does not fit: the {what} bend at {knee} B; fit parts of the sizes with --sizes"
-        found.append(Remark("bend", text))
+        remarks.append(Remark("bend", text))
     else:
-        found += _poor(which, points, line)
-    return found
+        remarks += _poor(which, points, line)
+    return remarks
 
 
 def _poor(which: str, points: Points, line: LinearModel) -> list[Remark]:
@@ -273,5 +273,5 @@ def _execution(item: Summary, options: FitOptions) -> Execution:
         many = f" of {item.count:,} samples" if item.count else ""
         remarks.append(Remark("sample maximum", f"the greatest{many} is no bound of what can happen"))
     remarks += saturated_remarks([item])
-    found = tails(item.samples_ns, options.extremes) if options.extremes else []
-    return Execution(name, item.group.platform, item, tuple(remarks), tuple(found))
+    fitted_tails = tails(item.samples_ns, options.extremes) if options.extremes else []
+    return Execution(name, item.group.platform, item, tuple(remarks), tuple(fitted_tails))

@@ -75,9 +75,11 @@ class Transport:
         Json(kind=tuple[Fraction, ...]),
     ]
     per_byte_ns: Annotated[
-        tuple[Fraction, Fraction], "Least and greatest time per byte, likewise.", Json(kind=tuple[Fraction, ...])
+        tuple[Fraction, Fraction],
+        "Least and greatest time per byte, rounded outwards, as the catalogue has them.",
+        Json(kind=tuple[Fraction, ...]),
     ]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    remarks: Annotated[tuple[Remark, ...], "Remarks on the fit."]
     tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
 
     @property
@@ -128,7 +130,7 @@ class Execution:
     name: Annotated[str, "The thread type."]
     platform: Annotated[str, "The processor type; empty where the files do not say it."]
     summary: Annotated[Summary, "Its samples in a few figures.", Json("measured")]
-    remarks: Annotated[tuple[Remark, ...], "What is to be said of it."]
+    remarks: Annotated[tuple[Remark, ...], "Remarks on the fit."]
     tails: Annotated[tuple[Tail, ...], "Extreme-value fits, where they were asked for."] = ()
 
     @property
@@ -246,15 +248,15 @@ def _remark_lines(fit: Fit) -> Iterator[str]:
 def _limits(fit: Fit) -> list[str]:
     """Sizes to stay at or below, where the spread of the samples jumps, and sizes that the figures are not for."""
     beyond = {"spread": "the measured times spread much further", "left out": "what was measured was left out"}
-    found = []
+    limits = []
     for item in fit.transports:
         for remark in item.remarks:
             if remark.limit_bytes is not None:
                 limit = f"messages of at most {remark.limit_bytes} B (beyond, {beyond[remark.kind]})"
-                found.append(f"{item.where}: {limit}")
+                limits.append(f"{item.where}: {limit}")
             elif remark.kind == "left out":
-                found.append(f"{item.where}: {remark.text}")
-    return found
+                limits.append(f"{item.where}: {remark.text}")
+    return limits
 
 
 def _source(fit: Fit) -> str:
@@ -272,32 +274,32 @@ def _source(fit: Fit) -> str:
 
 
 def _bus_types(fit: Fit) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    types: dict[str, Any] = {}
     for item in fit.transports:
         parts = {
             "fixed": format_time_range(TimeRange(*map(whole, item.fixed_ns))),
             "per_byte": format_time_range(TimeRange(*map(whole, item.per_byte_ns))),
             "sizes": format_size_range(item.sizes_bytes),
         }
-        entry = found.setdefault(item.transport, {})
+        entry = types.setdefault(item.transport, {})
         if item.platform:
             entry["virtual"] = True
             entry.setdefault("transmission_time", {})[item.platform] = parts
         else:
             entry["transmission_time"] = parts
         entry["source"] = entry.pop("source", _source(fit))
-    return found
+    return types
 
 
 def _thread_types(fit: Fit) -> dict[str, Any]:
-    found = {}
+    types = {}
     for name, items in _executions_by_name(fit.executions).items():
         ranges = {item.platform: _range(item) for item in items}
         times = ranges.get("", ranges)
         singles = [item.platform or name for item in items if item.summary.is_single]
         source = _source(fit) + (f"; a single sample on {', '.join(singles)}" if singles else "")
-        found[name] = {"compute_execution_time": times, "source": source}
-    return found
+        types[name] = {"compute_execution_time": times, "source": source}
+    return types
 
 
 def _range(item: Execution) -> str:
@@ -305,21 +307,21 @@ def _range(item: Execution) -> str:
 
 
 def _uncertainty(fit: Fit, samples_file: str | None) -> Iterator[tuple[str, dict[str, str]]]:
-    """What each longest execution time may be instead: the samples, or a normal distribution cut to their range."""
+    """The uncertainty of each longest execution time: the samples, or a normal distribution cut to their range."""
     for item in fit.executions:
-        found = item.summary
-        if found.is_single or found.min_ns == found.max_ns:
+        summary = item.summary
+        if summary.is_single or summary.min_ns == summary.max_ns:
             continue
         path = ".".join(part for part in ("thread_types", item.name, "compute_execution_time", item.platform) if part)
-        if samples_file is not None and len(found.samples_ns):
+        if samples_file is not None and len(summary.samples_ns):
             yield f"{path}.max", {SAMPLES: samples_file, "column": item.where, "unit": "ns"}
-        elif found.mean_ns is not None and found.deviation_ns:
+        elif summary.mean_ns is not None and summary.deviation_ns:
             yield (
                 f"{path}.max",
                 {
                     "distribution": "normal",
-                    "mean": _rounded(float(found.mean_ns)),
-                    "deviation": _rounded(float(found.deviation_ns)),
+                    "mean": _rounded(float(summary.mean_ns)),
+                    "deviation": _rounded(float(summary.deviation_ns)),
                     "range": _range(item),
                 },
             )

@@ -136,17 +136,17 @@ def _anomalies(summaries: Sequence[Summary]) -> list[tuple[int, int]]:
     if expected.min() <= 0:
         return []
     ratios = values / expected
-    found: list[tuple[int, int]] = []
+    anomalies: list[tuple[int, int]] = []
     for position in np.flatnonzero(ratios >= JUMP):
         first = last = int(position)
-        if found and first <= found[-1][1]:
+        if anomalies and first <= anomalies[-1][1]:
             continue
         while first > 0 and ratios[first - 1] >= RISE:
             first -= 1
         while last + 1 < len(ratios) and ratios[last + 1] >= RISE:
             last += 1
-        found.append((first, last))
-    return found
+        anomalies.append((first, last))
+    return anomalies
 
 
 def repeated_medians(x: Floats, y: Floats) -> tuple[float, float]:
@@ -185,14 +185,14 @@ def left_out_remarks(used: Sequence[int], left_out: Sequence[int]) -> list[Remar
 
     One for each run of neighbouring sizes.
     """
-    found = []
+    remarks = []
     for used_below, sizes in _runs(sorted(used), sorted(left_out)):
         where = f"from {sizes[0]} to {sizes[-1]} B" if len(sizes) > 1 else f"of {sizes[0]} B"
         text = f"messages {where} were measured and left out: the figures are not for them"
         beyond = any(size > sizes[-1] for size in used)
         limit = None if beyond or not used_below else used_below[-1]
-        found.append(Remark("left out", text, limit))
-    return found
+        remarks.append(Remark("left out", text, limit))
+    return remarks
 
 
 def _runs(used: Sequence[int], left_out: Sequence[int]) -> Iterator[tuple[list[int], list[int]]]:

@@ -105,13 +105,13 @@ def below_upper(low: LinearModel, high: LinearModel, best_fixed: Part, best_slop
     best_fixed, best_slope
         what the method gives where the time per byte, or the fixed part, is stated (in ns).
     """
-    found = low
-    if found.per_byte_ns > high.per_byte_ns:
-        found = LinearModel(best_fixed(high.per_byte_ns), high.per_byte_ns)
-    if not 0 <= found.fixed_ns <= high.fixed_ns:
-        fixed = min(max(found.fixed_ns, Fraction(0)), high.fixed_ns)
-        found = LinearModel(fixed, min(max(best_slope(fixed), Fraction(0)), high.per_byte_ns))
-    return found
+    line = low
+    if line.per_byte_ns > high.per_byte_ns:
+        line = LinearModel(best_fixed(high.per_byte_ns), high.per_byte_ns)
+    if not 0 <= line.fixed_ns <= high.fixed_ns:
+        fixed = min(max(line.fixed_ns, Fraction(0)), high.fixed_ns)
+        line = LinearModel(fixed, min(max(best_slope(fixed), Fraction(0)), high.per_byte_ns))
+    return line
 
 
 def squares_parts(points: Points) -> tuple[Part, Part]:

@@ -216,10 +216,10 @@ class _SampleReader:
 
     def _read(self, text: str, stated: Mapping[str, str], units: Mapping[str, str]) -> None:
         lines = numbered_lines(text)
-        found = next(lines, None)
-        if found is None:
+        titles = next(lines, None)
+        if titles is None:
             return self._wrong("the file is empty", 1, "expected a header, and a row for each sample or size")
-        self.header_line, first = found
+        self.header_line, first = titles
         separator = max(",;\t", key=first.count)
         [header] = csv.reader([first], delimiter=separator, strict=True)
         header = [name.strip() for name in header]
@@ -271,23 +271,23 @@ class _SampleReader:
         low_, high_ = times["min"], times["max"]
         assert low_ is not None and high_ is not None
         place = f"{self.file}:{self.line}"
-        found = Summary(
+        summary = Summary(
             *(group, size_bytes, low_, high_, times.get("mean"), times.get("median"), times.get("deviation"), count),
             place=place,
         )
-        self._check(found)
-        self.rows.append((found, self.line))
+        self._check(summary)
+        self.rows.append((summary, self.line))
 
-    def _check(self, found: Summary) -> None:
+    def _check(self, summary: Summary) -> None:
         """Check that the figures can be those of samples."""
-        if found.min_ns > found.max_ns:
+        if summary.min_ns > summary.max_ns:
             self._wrong("the minimum is above the maximum", self.line)
             return
-        for role, value in (("mean", found.mean_ns), ("median", found.median_ns)):
-            if value is not None and not found.min_ns <= value <= found.max_ns:
+        for role, value in (("mean", summary.mean_ns), ("median", summary.median_ns)):
+            if value is not None and not summary.min_ns <= value <= summary.max_ns:
                 hint = "are the units of the columns right?"
                 self._wrong(f"the {role} is not between the minimum and the maximum", self.line, hint)
-        if found.deviation_ns is not None and found.deviation_ns > found.max_ns - found.min_ns:
+        if summary.deviation_ns is not None and summary.deviation_ns > summary.max_ns - summary.min_ns:
             hint = "are the units of the columns right?"
             self._wrong("the deviation is larger than the range from minimum to maximum", self.line, hint)
 
@@ -352,7 +352,7 @@ class _SampleReader:
         return None
 
     def summaries(self) -> Iterator[Summary]:
-        """What was read, in the order of the file; samples by their group and size."""
+        """The summaries of a file in its order; samples are grouped by platform, transport and size."""
         yield from (item for item, _ in self.rows)
         for key, values in in_time(self.samples.items()):
             low, high, line = self.extremes[key]

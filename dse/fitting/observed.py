@@ -132,17 +132,17 @@ def read_observed(paths: Sequence[Path]) -> tuple[list[Observed], list[str]]:
     ProblemError
         with every mistake and its file and line.
     """
-    found: dict[tuple[str, str], Observed] = {}
+    by_key: dict[tuple[str, str], Observed] = {}
     unused: dict[str, None] = {}
     mistakes: list[Diagnostic] = []
     for path in paths:
-        reader = _ObservedReader(str(path), found)
+        reader = _ObservedReader(str(path), by_key)
         reader.read(path)
         mistakes += reader.mistakes
         unused |= dict.fromkeys(reader.unused)
     if mistakes:
         raise ProblemError(mistakes)
-    return list(found.values()), list(unused)
+    return list(by_key.values()), list(unused)
 
 
 @dataclass(frozen=True)
@@ -156,8 +156,8 @@ class _Column:
 class _ObservedReader:
     """Reads one file into what was found so far."""
 
-    def __init__(self, file: str, found: dict[tuple[str, str], Observed]) -> None:
-        self.file, self.found = file, found
+    def __init__(self, file: str, by_key: dict[tuple[str, str], Observed]) -> None:
+        self.file, self.found = file, by_key
         self.mistakes: list[Diagnostic] = []
         self.unused: list[str] = []
         self.columns: dict[str, _Column] = {}
@@ -185,10 +185,10 @@ class _ObservedReader:
 
     def _table(self, text: str) -> None:
         lines = numbered_lines(text)
-        found = next(lines, None)
-        if found is None:
+        titles = next(lines, None)
+        if titles is None:
             return self._wrong("the file is empty", "expected a header, and a row for each sample")
-        self.line, first = found
+        self.line, first = titles
         separator = max(",;\t", key=first.count)
         [header] = csv.reader([first], delimiter=separator, strict=True)
         self._header([name.strip() for name in header])
@@ -286,20 +286,20 @@ class _ObservedReader:
         stated = cells[self.columns["unit"].index] if "unit" in self.columns else ""
         unit = column.unit or stated
         try:
-            found = parse_quantity(f"{text} {unit}" if _PLAIN.fullmatch(text) and unit else text)
+            quantity = parse_quantity(f"{text} {unit}" if _PLAIN.fullmatch(text) and unit else text)
         except UnitError as error:
             self._wrong(
                 f"expected a figure, got {text[:40]!r}" if text else "expected a figure, got nothing", error.hint
             )
             return None
-        if found.dimension is None or not found.unit:
+        if quantity.dimension is None or not quantity.unit:
             hint = f"in the title ({column.title}_ms), in a column unit, or in the cell"
             self._wrong(f"expected a figure with its unit, got {text[:40]!r}", hint, column.title)
             return None
-        if found.value < 0:
+        if quantity.value < 0:
             self._wrong(f"expected a figure of at least 0, got {text[:40]!r}", "", column.title)
             return None
-        return found
+        return quantity
 
     def _add(
         self, kind: str, name: str, low: Quantity, high: Quantity, mean: Quantity | None, count: int | None

@@ -70,13 +70,13 @@ def spend(pieces: int = 1) -> None:
     Traceback (most recent call last):
     dse.importers.allowance.TooMuchError: more than 10 steps, values and entries
     """
-    found = _CURRENT.get()
-    if found is None:
+    allowance = _CURRENT.get()
+    if allowance is None:
         return
-    found.left -= pieces
-    if found.left < 0:
-        raise TooMuchError(f"more than {found.pieces:,} steps, values and entries")
-    found.work.go_on(pieces)
+    allowance.left -= pieces
+    if allowance.left < 0:
+        raise TooMuchError(f"more than {allowance.pieces:,} steps, values and entries")
+    allowance.work.go_on(pieces)
 
 
 def spend_text(text: str) -> str:

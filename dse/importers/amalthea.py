@@ -94,10 +94,10 @@ class _Reader:
 
     def _remark(self, message: str, item: Element | None = None, hint: str = "") -> None:
         line = item.line if item is not None else 0
-        found = Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning")
-        if found not in self.told:
-            self.told.add(found)
-            self.remarks.append(found)
+        remark = Diagnostic(message, file=str(self.path), line=line, hint=hint, severity="warning")
+        if remark not in self.told:
+            self.told.add(remark)
+            self.remarks.append(remark)
 
     def _at(self, item: Element, words: str = "") -> str:
         return f"{self.path.name}:{item.line}{f': {words}' if words else ''}"[:MOST_SOURCE]
@@ -223,7 +223,7 @@ class _Reader:
         return {"dispatch_protocol": "periodic"}
 
     def _read_runs(self) -> None:
-        """What each task runs, and which stimuli of others it triggers."""
+        """Read the runnables of each task, and the stimuli of others that it triggers."""
         for task in self.tasks:
             self.runs[task.name] = list(self._called(task, ()))
             for item in (part for one in (task, *self.runs[task.name]) for part in one.all()):
@@ -257,19 +257,19 @@ class _Reader:
             return bounds or (Fraction(0), Fraction(0))
         is_switch = item.kind in SWITCHES
         parts = list(item.of("entries", "defaultEntry")) if is_switch else item.parts
-        found = [self._ticks(part, kind, within, depth + 1) for part in parts]
+        ends = [self._ticks(part, kind, within, depth + 1) for part in parts]
         for name in item.refers("runnable"):
             if name in self.runnables and name not in within:
-                found.append(self._ticks(self.runnables[name], kind, (*within, name), depth + 1))
+                ends.append(self._ticks(self.runnables[name], kind, (*within, name), depth + 1))
         if not is_switch:
-            return sum((one[0] for one in found), Fraction(0)), sum((one[1] for one in found), Fraction(0))
+            return sum((one[0] for one in ends), Fraction(0)), sum((one[1] for one in ends), Fraction(0))
         is_sure = "Probability" in item.kind or any(True for _ in item.of("defaultEntry"))
-        least = min((one[0] for one in found), default=Fraction(0)) if is_sure else Fraction(0)
-        return least, max((one[1] for one in found), default=Fraction(0))
+        least = min((one[0] for one in ends), default=Fraction(0)) if is_sure else Fraction(0)
+        return least, max((one[1] for one in ends), default=Fraction(0))
 
     def _times(self, task: Element, kinds: Sequence[str]) -> Any:
         """The times of a task: a range, or one for each type of processor; None where not known."""
-        found: dict[str, str] = {}
+        times: dict[str, str] = {}
         for kind in kinds:
             hz = self.hz[kind]
             least, most = self._ticks(task, kind, ())
@@ -282,13 +282,13 @@ class _Reader:
                     self._remark(words, None, "give --frequency '200 MHz'")
                 return None
             ns = [least * 10**9 / hz, most * 10**9 / hz]
-            found[kind] = format_time_range(TimeRange(int(ns[0]), -int(-ns[1] // 1)))
-        return next(iter(found.values())) if len(set(found.values())) == 1 else found
+            times[kind] = format_time_range(TimeRange(int(ns[0]), -int(-ns[1] // 1)))
+        return next(iter(times.values())) if len(set(times.values())) == 1 else times
 
     # --- labels, chains
 
     def _connections(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        """What tasks exchange by labels: for each two of them one connection, with the sizes of its labels."""
+        """The connections by labels: one for each pair of tasks, with the sizes of the labels."""
         sizes = {item.name: next(iter(item.of("size")), None) for item in self.parts.get("labels", ())}
         writers: dict[str, dict[str, None]] = {}
         readers: dict[str, dict[str, None]] = {}
@@ -373,9 +373,9 @@ class _Reader:
     def _path(
         self, chain: Element, events: Mapping[str, Element], of_runnable: Mapping[str, Sequence[str]]
     ) -> list[str] | None:
-        """The tasks of a chain, with the connections between them; None where it is no way, which is told."""
+        """The tasks of a chain, with the connections between them; None where it is no way, with a remark."""
         if any(True for item in chain.of("strands")) or chain.attributes.get("itemType", "sequence") != "sequence":
-            self._remark(f"the event chain {chain.name} is left out: it has ways beside each other", chain)
+            self._remark(f"the event chain {chain.name} is left out: it has parallel paths", chain)
             return None
         links = [item for item in chain.all() if item is not chain and "stimulus" in item.attributes] or [chain]
         named = [name for link in links for key in ("stimulus", "response") for name in link.refers(key)]
@@ -434,9 +434,9 @@ def _period_ns(stimulus: Element) -> Fraction | None:
     for item in stimulus.of(*tags):
         for one in item.all():
             if one.tag in ("recurrence", "minDistance", "timeBetween", "lowerBound", "nextOccurrence", "min"):
-                found = _quantity(one, TIMES_NS)
-                if found:
-                    return found
+                period = _quantity(one, TIMES_NS)
+                if period:
+                    return period
     return None
 
 

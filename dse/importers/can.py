@@ -53,11 +53,11 @@ def read(path: Path, options: Mapping[str, Any]) -> Imported:
         raise ProblemError([Diagnostic("the file is empty: expected a CAN database", file=str(path), line=1)])
     form, text = _text(path)
     check_sizes(path, text, form)
-    told: list[Diagnostic] = []
+    remarks: list[Diagnostic] = []
     if form == "dbc":
-        text, told = mended(path, text)
+        text, remarks = mended(path, text)
     database = _database(path, text, form)
-    return _Reader(path, text, database, options, told).read()
+    return _Reader(path, text, database, options, remarks).read()
 
 
 def _text(path: Path) -> tuple[str, str]:
@@ -86,13 +86,13 @@ def _database(path: Path, text: str, form: str) -> Any:
         from cantools.database import load_string
     logging.getLogger("cantools").addHandler(logging.NullHandler())  # else what it warns of is printed as it is
     with reading(path, "no CAN database", "", lambda words: _place(words, text)):
-        found = load_string(text, form, strict=False)
+        database = load_string(text, form, strict=False)
     if form == "dbc":
         check_statements(path, text)
-    if not getattr(found, "messages", None):
+    if not getattr(database, "messages", None):
         hint = "is the file cut off?"
         raise ProblemError([Diagnostic("it has no CAN messages", file=str(path), line=1, hint=hint)])
-    return found
+    return database
 
 
 def _place(words: str, text: str) -> tuple[int, int]:
@@ -106,10 +106,10 @@ class _Reader:
     """Makes the document of one database."""
 
     def __init__(
-        self, path: Path, text: str, database: Any, options: Mapping[str, Any], told: Sequence[Diagnostic]
+        self, path: Path, text: str, database: Any, options: Mapping[str, Any], remarks: Sequence[Diagnostic]
     ) -> None:
         self.path, self.database, self.options = path, database, options
-        self.remarks = [*told]
+        self.remarks = [*remarks]
         self.places: dict[Key, Place] = {}
         self.lines = _message_lines(text)
         self.cycles = _cycles(options.get("cycle"))
@@ -182,9 +182,9 @@ class _Reader:
         open_ = [message for message in messages if not message.cycle_time]
         for pattern in self.cycles:
             if pattern != "*" and not any(fnmatchcase(message.name, pattern) for message in open_):
-                raise UsageError(f"--cycle {pattern}=...: no message without a cycle time is called so")
-        found = {id(message): _stated(self.cycles, message.name) for message in open_}
-        unknown = [message for message in open_ if found[id(message)] is None]
+                raise UsageError(f"--cycle {pattern}=...: no message without a cycle time has this name")
+        cycle_of = {id(message): _stated(self.cycles, message.name) for message in open_}
+        unknown = [message for message in open_ if cycle_of[id(message)] is None]
         if unknown:
             count = "1 message has" if len(unknown) == 1 else f"{len(unknown)} messages have"
             text = f"{count} no cycle time: {listed([message.name for message in unknown])}"
@@ -192,12 +192,12 @@ class _Reader:
             raise ProblemError([Diagnostic(text, file=str(self.path), line=line, hint=HOW_CYCLES)])
         names: dict[bool, list[str]] = {False: [], True: []}
         for message in open_:
-            names[found[id(message)] == LEFT_OUT].append(message.name)
+            names[cycle_of[id(message)] == LEFT_OUT].append(message.name)
         if names[False]:
             self._remark(f"{len(names[False])} without a cycle time count with --cycle: {listed(names[False])}")
         if names[True]:
             self._remark(f"{len(names[True])} without a cycle time are left out (--cycle): {listed(names[True])}")
-        kept = [message for message in messages if found.get(id(message)) != LEFT_OUT]
+        kept = [message for message in messages if cycle_of.get(id(message)) != LEFT_OUT]
         if not kept:
             raise ProblemError(
                 [Diagnostic("no message has a cycle time", file=str(self.path), line=1, hint=HOW_CYCLES)]
@@ -216,7 +216,7 @@ class _Reader:
         long = any(message.is_extended_frame for message in messages)
         if long and not all(message.is_extended_frame for message in messages):
             self._remark(
-                f"{name} has identifiers of 11 and of 29 bits: all count as 29, and as none is kept nobody waits for it"
+                f"{name} has identifiers of 11 and of 29 bits: all count as 29, none is kept, no waiting is counted"
             )
         body: dict[str, Any] = {"bandwidth": format_bandwidth(int(bandwidth)), "exclusive": True}
         frame: dict[str, Any] = {"protocol": "can", "identifier_bits": 29} if long else {"protocol": "can"}
@@ -282,9 +282,9 @@ def _without_order(messages: Sequence[Any]) -> set[str]:
     """The buses whose messages have identifiers of both lengths, or one identifier twice: none of these is kept."""
     seen: dict[str, list[tuple[bool, int]]] = {}
     for message in messages:
-        found = bool(message.is_extended_frame), int(message.frame_id)
-        seen.setdefault(message.bus_name or "can0", []).append(found)
-    return {bus for bus, found in seen.items() if len({long for long, _ in found}) > 1 or len({*found}) < len(found)}
+        key = bool(message.is_extended_frame), int(message.frame_id)
+        seen.setdefault(message.bus_name or "can0", []).append(key)
+    return {bus for bus, key in seen.items() if len({long for long, _ in key}) > 1 or len({*key}) < len(key)}
 
 
 def _key(message: Any) -> int:
@@ -298,12 +298,12 @@ def _option(options: Mapping[str, Any], name: str, parse: Any) -> int | None:
     if text is None:
         return None
     try:
-        found = int(parse(str(text)))
+        size = int(parse(str(text)))
     except UnitError as error:
         raise UsageError(f"--{name} {text}: {error}") from error
-    if found <= 0:
+    if size <= 0:
         raise UsageError(f"--{name} {text}: it must be above zero")
-    return found
+    return size
 
 
 def _cycles(text: Any) -> dict[str, int]:
@@ -312,30 +312,30 @@ def _cycles(text: Any) -> dict[str, int]:
     >>> _cycles("Wake*=20 ms, Log=none, 1 s")
     {'Wake*': 20000000, 'Log': 0, '*': 1000000000}
     """
-    found: dict[str, int] = {}
+    cycles: dict[str, int] = {}
     for part in str(text).split(",") if text is not None else ():
         pattern, sign, stated = (item.strip() for item in part.rpartition("="))
         pattern = pattern if sign else "*"
-        if not pattern or not stated or pattern in found:
+        if not pattern or not stated or pattern in cycles:
             raise UsageError(f"--cycle {part.strip()}: expected {CYCLES}")
         ns = LEFT_OUT
         if stated != "none":
             ns = _option({"cycle": stated}, "cycle", lambda words: parse_duration_ns(words, Rounding.EXACT)) or 0
-        found[pattern] = ns
-    return found
+        cycles[pattern] = ns
+    return cycles
 
 
 def _stated(cycles: Mapping[str, int], name: str) -> int | None:
-    """What is stated for a message: of the first pattern that is its own, else for all."""
+    """The cycle time that the option states for a message: by the first pattern that fits, else for all."""
     own = (ns for pattern, ns in cycles.items() if pattern != "*" and fnmatchcase(name, pattern))
     return next(own, cycles.get("*"))
 
 
 def _message_lines(text: str) -> dict[int, int]:
     """The line of each message of a DBC file by its identifier, whose topmost bit says that it is long."""
-    found: dict[int, int] = {}
+    line_of: dict[int, int] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         match = re.match(r"\s*BO_ (\d{1,10}) ", line)
         if match and UNUSED_SIGNALS not in line:
-            found.setdefault(int(match[1]), number)
-    return found
+            line_of.setdefault(int(match[1]), number)
+    return line_of

@@ -67,8 +67,8 @@ def mended(path: Path, text: str) -> tuple[str, list[Diagnostic]]:
 
     Examples
     --------
-    >>> text, [told] = mended(Path("a.dbc"), "BO_ 4000 A: 1 B")
-    >>> print(text, told.message)
+    >>> text, [remark] = mended(Path("a.dbc"), "BO_ 4000 A: 1 B")
+    >>> print(text, remark.message)
     BO_ 2147487648 A: 1 B identifiers of more than 11 bits that are not marked as long count as 29 bits: A (0xfa0)
     """
     plain = TEXT.sub(lambda found: '"' + re.sub(r"[^\n]", " ", found[0][1:-1]) + '"', text)
@@ -105,20 +105,23 @@ class _Statements:
                 self.signals[of].add(part["signal"])
 
     def unused(self) -> Iterator[tuple[int, int, str]]:
-        """Where values of no signal are: start, end and the empty lines in their place."""
-        found = [
+        """The places of values without a signal: start, end and the empty lines that replace them."""
+        statements = [
             item
             for item in _VALUES.finditer(self.plain)
             if item["signal"] not in self.signals.get(_number(item["id"]), ())
         ]
         self._tell(
             "left out: values of signals that no message has",
-            [(f"{item['signal']} ({item['word']} {item['id'][:MOST_DIGITS]})", item.start("word")) for item in found],
+            [
+                (f"{item['signal']} ({item['word']} {item['id'][:MOST_DIGITS]})", item.start("word"))
+                for item in statements
+            ],
         )
-        return ((item.start(), item.end(), "\n" * item[0].count("\n")) for item in found)
+        return ((item.start(), item.end(), "\n" * item[0].count("\n")) for item in statements)
 
     def renumbered(self) -> Iterator[tuple[int, int, str]]:
-        """Where identifiers are that are too long for 11 bits: start, end and the identifier marked as long."""
+        """The places of identifiers that are too long for 11 bits: start, end and the identifier marked as long."""
         long: Mapping[int, tuple[str, int]] = {
             key: item
             for key, item in self.messages.items()

@@ -55,22 +55,22 @@ def check_sizes(path: Path, text: str, form: str) -> None:
         with each of them and its line; where XML is none, with the place of that.
     """
     if form in ("kcd", "arxml"):
-        found = _Sizes(path)
-        walk(path, text, found.start, found.end)
-        found.check()
+        sizes = _Sizes(path)
+        walk(path, text, sizes.start, sizes.end)
+        sizes.check()
         return
     plain = TEXT.sub(lambda item: '"' + "\n" * item[0].count("\n") + '"', text)
-    found = _Sizes(path)
+    sizes = _Sizes(path)
     for pattern, what, factor in _SYM if form == "sym" else _DBC:
         for place in pattern.finditer(plain):
-            found.take(what, [factor * _whole(number) for number in place.groups()], place)
+            sizes.take(what, [factor * _whole(number) for number in place.groups()], place)
     for range_, first, last in _ranges(plain, form):
-        found.take_range(first, last, range_)
+        sizes.take_range(first, last, range_)
     for place in _EXPONENT.finditer(plain):
-        found.wrong(f"{place[0][:60]}: a number is below 1e1000", place)
+        sizes.wrong(f"{place[0][:60]}: a number is below 1e1000", place)
     for place in _TOO_LONG.finditer(plain) if form == "sym" else ():
-        found.wrong(f"a word of more than 1000 characters: {place[0][:40]}...", place)
-    found.check()
+        sizes.wrong(f"a word of more than 1000 characters: {place[0][:40]}...", place)
+    sizes.check()
 
 
 class _Sizes:
@@ -129,17 +129,17 @@ def _whole(text: str) -> int:
     try:
         if digits[:2] in ("0x", "0b"):
             return int(digits[:MOST_DIGITS], 16 if digits[1] == "x" else 2)
-        found = float(digits)
+        number = float(digits)
     except ValueError:
         return 0
-    return int(min(found, MOST)) if found > 0 else 0
+    return int(min(number, MOST)) if number > 0 else 0
 
 
 def _ranges(text: str, form: str) -> Iterator[tuple[Place, int, int]]:
     if form == "sym":
-        for found in _RANGE_OF_SYM.finditer(text):
-            yield found, int(found[1][-16:], 16), int(found[2][-16:], 16)
+        for match in _RANGE_OF_SYM.finditer(text):
+            yield match, int(match[1][-16:], 16), int(match[2][-16:], 16)
         return
-    for found in _RANGES_OF_DBC.finditer(text):
-        for first, last in _RANGE.findall(found[0]):
-            yield found, _whole(first), _whole(last)
+    for match in _RANGES_OF_DBC.finditer(text):
+        for first, last in _RANGE.findall(match[0]):
+            yield match, _whole(first), _whole(last)

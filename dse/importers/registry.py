@@ -29,7 +29,7 @@ STORED_PORTS = ("data", "data_access")
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where something stands in a file; line and column count from 1."""
+    """A place in a file; line and column count from 1."""
 
     file: str
     line: int
@@ -89,20 +89,20 @@ class Importer:
     @property
     def read(self) -> Read:
         """The function that reads it."""
-        found: Read = getattr(import_module(self.home), self.function)
-        return found
+        function: Read = getattr(import_module(self.home), self.function)
+        return function
 
 
 YAML = (".yaml", ".yml")
 OF_ROS2 = {
-    "cores": "how many cores the computer has; else as many as callbacks are pinned to, or a trace has CPUs.",
-    "rate": "how often topics come that nothing in the file publishes, such as 10 Hz.",
+    "cores": "number of cores of the computer; default: as many as callbacks are pinned to, or as the trace has CPUs.",
+    "rate": "rate of topics that nothing in the file publishes, such as 10 Hz.",
 }
 OF_LAUNCH = {
-    "timers": "the parameters that state how often timers come, with their unit: 'fps [Hz], /cam:grab.period_ms [ms]'; "
-    "else those of well-known names.",
+    "timers": "parameters that state the rate or period of timers, with their unit: 'fps [Hz], /cam:grab.period_ms "
+    "[ms]'; default: those of well-known names.",
     "arguments": "launch arguments, as ros2 launch takes them: 'name:=value, other:=value'.",
-    "workspace": "the folder with the packages to which launch files refer; else that around the package of FILE.",
+    "workspace": "folder of the packages to which launch files refer; default: the folder around the package of FILE.",
 }
 IMPORTERS: tuple[Importer, ...] = (
     Importer(
@@ -112,8 +112,8 @@ IMPORTERS: tuple[Importer, ...] = (
         "dse.importers.aadl.reading",
         {
             "root": "the system implementation to instantiate, package::type.implementation.",
-            "mode": "the mode that it is in (components by their path: sw.m2; several with commas).",
-            "library": "a folder in which packages are looked for that the model asks for (several with commas).",
+            "mode": "the mode of the system (of components by their path: sw.m2; several with commas).",
+            "library": "folder with packages that the model imports (several with commas).",
         },
         is_problem=True,
     ),
@@ -123,11 +123,11 @@ IMPORTERS: tuple[Importer, ...] = (
         "CAN databases: DBC, KCD, SYM, ARXML",
         "dse.importers.can",
         {
-            "bandwidth": "the bit rate of the buses, such as 500 kbit/s; where the file does not say it.",
-            "data-bandwidth": "the bit rate of the data of CAN FD, where the file does not say it.",
-            "cycle": "the cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
+            "bandwidth": "bit rate of the buses, such as 500 kbit/s, where the file does not state it.",
+            "data-bandwidth": "bit rate of the data of CAN FD, where the file does not state it.",
+            "cycle": "cycle time of messages that state none: 100 ms for all, 'NAME=20 ms, DIAG_*=1 s' for some, "
             "none leaves them out.",
-            "to": "the node at which messages end that several receive.",
+            "to": "the receiver at which messages with several receivers end.",
         },
     ),
     Importer(
@@ -135,7 +135,7 @@ IMPORTERS: tuple[Importer, ...] = (
         (".amxmi",),
         "Amalthea models (APP4MC; the XML of the WATERS challenges)",
         "dse.importers.amalthea",
-        {"frequency": "that of the processing units, such as 200 MHz; where the model does not say it."},
+        {"frequency": "frequency of the processing units, such as 200 MHz, where the model does not state it."},
     ),
     Importer(
         "caret",
@@ -178,8 +178,8 @@ IMPORTERS: tuple[Importer, ...] = (
         "dse.importers.autoware.reading",
         {
             **OF_ROS2,
-            "mode": "the mode of the system; else its default one.",
-            "workspace": "the folder with the design files that FILE needs; else that around its package, or `design`.",
+            "mode": "mode of the system; default: its default mode.",
+            "workspace": "folder with the design files that FILE needs; default: around its package, or `design`.",
         },
         telltale=r"^autoware_system_design_format\s*:",
         sure=tuple(f".{kind}.yaml" for kind in ("node", "module", "system")),
@@ -214,14 +214,14 @@ def importers() -> tuple[Importer, ...]:
     UsageError
         when one of these is no `Importer`, or has the name of another.
     """
-    found = list(IMPORTERS)
+    every = list(IMPORTERS)
     for name, item in plugged("dse.importers"):
         if not isinstance(item, Importer):
             raise UsageError(f"plug-in {name!r}: expected a dse.importers.registry.Importer; got {item!r}")
-        if item.name in {other.name for other in found}:
+        if item.name in {other.name for other in every}:
             raise UsageError(f"plug-in {name!r}: there is a format {item.name!r} already")
-        found.append(item)
-    return tuple(found)
+        every.append(item)
+    return tuple(every)
 
 
 def is_model(path: Path) -> bool:
@@ -260,10 +260,10 @@ def importer_of(path: Path, form: str | None = None) -> Importer | None:
     own = sure or next((item for item in IMPORTERS if _is_of(item, path, form)), None)
     if own is not None or (form is None and path.name.lower().endswith(YAML)):
         return own  # other packages are not asked about every problem file
-    found = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
-    if found is None and form is not None:
+    importer = next((item for item in importers()[len(IMPORTERS) :] if _is_of(item, path, form)), None)
+    if importer is None and form is not None:
         raise UsageError(f"there is no format {form!r}: there are {', '.join(item.name for item in importers())}")
-    return found
+    return importer
 
 
 def _is_of(importer: Importer, path: Path, form: str | None) -> bool:
@@ -321,12 +321,12 @@ def read_foreign(path: Path, form: str | None = None, options: Mapping[str, Any]
     if importer is None:
         _check_content(path)
         known = "; ".join(f"{item.name} ({item.what})" for item in importers())
-        raise UsageError(f"{path}: which format this is cannot be told by its name; name it with --format: {known}")
-    given = dict(options or {})
-    for name in given:
+        raise UsageError(f"{path}: its name does not say which format it has; name it with --format: {known}")
+    stated = dict(options or {})
+    for name in stated:
         if name not in importer.options and name not in (CHOICES, NODES, PUBLISHERS):
             what = ", ".join(f"--{item}" for item in importer.options) or "none"
             raise UsageError(f"--{name}: {importer.name} has no such option; it has {what}")
     if not path.is_dir() and (missing := obstacle(path)) is not None:
         raise UsageError(f"{path}: {missing}")
-    return importer.read(path, given)
+    return importer.read(path, stated)

@@ -80,12 +80,12 @@ def _with_slots(space: Space, made: Sequence[int]) -> list[int]:
     design = list(made)
     users = [(slot, uses) for slot, uses in slot_users(space) if slot.optional]
     for _ in range(len(users) + 1):  # a virtual bus that turns out to be used makes the bus that carries it used
-        for slot, found in users:
+        for slot, numbers in users:
             if made[slot.type_decision] >= 0:
                 continue
             empty = slot.types.index(EMPTY)
             view = View([max(option, 0) for option in design])
-            used = any(uses(view) for _, uses in found)
+            used = any(uses(view) for _, uses in numbers)
             types = [option for option in range(len(slot.types)) if option != empty]
             design[slot.type_decision] = empty if not used else types[0] if len(types) == 1 else -1
     return design
@@ -112,16 +112,16 @@ def _settled(space: Space, made: Sequence[int]) -> list[int]:
                 asking.setdefault(first, []).append(rule)
             elif is_broken(rule, PartialView(known)):
                 return design  # whatever else is chosen
-        found = {
+        settled = {
             index: options[0]
             for index in waiting
             if len(options := _left(space, asking.get(index, ()), known, index)) == 1
         }
-        if not found:
+        if not settled:
             return design
-        for index, option in found.items():
+        for index, option in settled.items():
             design[index] = option
-        waiting = [index for index in waiting if index not in found]
+        waiting = [index for index in waiting if index not in settled]
 
 
 def _asks(rule: Rule, known: dict[int, int]) -> int | None:

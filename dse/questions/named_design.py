@@ -21,12 +21,13 @@ class NamedDesign:
     """The problem as it is asked of the design, the design's decisions as texts, and what is to be said of both.
 
     `texts` are ``DECISION=OPTION`` as on the command line; `remarks` say, for instance, that a design comes from a
-    result of another question.
+    result of another question; `called` names the design in a title, such as ``design #1 of result.json``.
     """
 
     problem: Problem
     texts: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    called: str = "the baseline"
 
 
 def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
@@ -47,12 +48,14 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
         when a result cannot be read, has no such alternative, or its decisions or question do not fit the problem.
     """
     own = [text for text in texts if _reference(text) is None]
-    found = [reference for text in texts if (reference := _reference(text)) is not None]
-    if len(found) > 1:
+    references = [reference for text in texts if (reference := _reference(text)) is not None]
+    if len(references) > 1:
         raise UsageError("a design is one alternative of one result, and decisions on top of it: two are named")
-    if not found:
-        return NamedDesign(with_stated_cores(problem, own), tuple(own))
-    [(path, number)] = found
+    if not references:
+        is_only = not any(item.is_open for item in problem.space.decisions)
+        called = f"the baseline with {', '.join(own)}" if own else "the only design" if is_only else "the baseline"
+        return NamedDesign(with_stated_cores(problem, own), tuple(own), called=called)
+    [(path, number)] = references
     data = read_result(path)
     taken = {_name(text) for text in own}
     decisions = {name: option for name, option in decisions_in(data, number, path).items() if name not in taken}
@@ -61,10 +64,13 @@ def named_design(problem: Problem, texts: Sequence[str]) -> NamedDesign:
     chosen = [f"{quoted(name)} = {option}" for name, option in decisions.items()]
     with about(path):
         differs = belonging(data, path, problem).differs
-        asked = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])
-        read_choices(asked.space, chosen)
+        own_question = with_stated_cores(changed(problem, Changes(result=effective)), [*chosen, *own])
+        read_choices(own_question.space, chosen)
     remarks = [f"{problem.loaded.path} has changed since {path} was written: {'; '.join(differs)}"] if differs else []
-    return NamedDesign(asked, (*chosen, *own), (*remarks, *_remarks(problem, asked, effective, path)))
+    called = f"design #{number} of {path}" + (f" with {', '.join(own)}" if own else "")
+    return NamedDesign(
+        own_question, (*chosen, *own), (*remarks, *_remarks(problem, own_question, effective, path)), called
+    )
 
 
 def _reference(text: str) -> tuple[str, str] | None:
@@ -73,20 +79,22 @@ def _reference(text: str) -> tuple[str, str] | None:
 
 
 def _name(text: str) -> str:
-    """The decision that a text is about; what is wrong with it is told where it is read."""
+    """The decision that a text is about; its mistakes are reported where it is read."""
     try:
         return parse_assignment(text)[0]
     except ExpressionError:
         return ""
 
 
-def _remarks(problem: Problem, asked: Problem, effective: Mapping[str, Any], path: str) -> Iterator[str]:
+def _remarks(problem: Problem, asked_problem: Problem, effective: Mapping[str, Any], path: str) -> Iterator[str]:
     """Where the question of the result is another than that of the file, and the caller's another than both."""
     own = origin_of(problem.base).effective
-    settings = settings_of(asked.space)
+    settings = settings_of(asked_problem.space)
     theirs = {name: effective.get(name, own[name]) for name in SETTINGS}
     taken = [f"{_words(name)} {value}" for name, value in theirs.items() if own[name] != value == settings[name]]
-    stated = {item.text for item in asked.space.requirements} | {item.text for item in asked.space.rules}
+    stated = {item.text for item in asked_problem.space.requirements} | {
+        item.text for item in asked_problem.space.rules
+    }
     for kind in ("requirements", "rules"):
         taken += [text for text in effective[kind] if text not in own[kind] and text in stated]
     taken += [f"{name} = {option}" for name, option in effective["fixed"].items()]

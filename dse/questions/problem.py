@@ -268,24 +268,24 @@ def changed(problem: Problem, changes: Changes) -> Problem:
         for texts that do not parse or name what is not there, and settings that the file could not state.
     """
     base, changes = problem.base, problem.changes.then(changes)
-    asked = base.space
+    space_asked = base.space
     replaced: Collection[int] = ()
     if changes.result is not None:
-        asked = asked_as(base.loaded, base.space, changes.result)
+        space_asked = asked_as(base.loaded, base.space, changes.result)
         replaced = replaced_objectives(base.space, changes.result)
     if changes.objectives:
         replaced = range(len(base.space.objectives))
-    space = set_up(base.loaded, asked, changes.settings, replaced=replaced)
+    space = set_up(base.loaded, space_asked, changes.settings, replaced=replaced)
     requirements: list[Requirement] = list(space.requirements)
     rules: list[Rule] = list(space.rules)
     for metric, text in changes.limits:
         _add_new(requirements, _limit(space, metric, text))
     for text in changes.require:
-        found = _requirement_or_rule(space, text)
-        if isinstance(found, Rule):
-            rules.append(found)
+        parsed = _requirement_or_rule(space, text)
+        if isinstance(parsed, Rule):
+            rules.append(parsed)
         else:
-            _add_new(requirements, found)
+            _add_new(requirements, parsed)
     objectives = _objectives(space, changes.objectives) if changes.objectives else space.objectives
     space = replace(space, requirements=tuple(requirements), rules=tuple(rules), objectives=objectives)
     space = with_implied(space)
@@ -294,10 +294,10 @@ def changed(problem: Problem, changes: Changes) -> Problem:
     return Problem(base.loaded, space, changes, base.space)
 
 
-def _add_new(requirements: list[Requirement], found: Sequence[Requirement]) -> None:
+def _add_new(requirements: list[Requirement], more: Sequence[Requirement]) -> None:
     """Add the requirements that are not there yet word for word; another limit on one metric is another requirement."""
-    asked = {(item.text, item.metric) for item in requirements if not item.implied}
-    requirements += [item for item in found if (item.text, item.metric) not in asked]
+    stated = {(item.text, item.metric) for item in requirements if not item.implied}
+    requirements += [item for item in more if (item.text, item.metric) not in stated]
 
 
 def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:
@@ -307,13 +307,13 @@ def _limit(space: Space, metric: str, text: str) -> tuple[Requirement, ...]:
         name, _ = parse_limit(text)
         quantity = text if name is None else text.rpartition("=")[2]
         of = "" if name is None else f' of "{name}"'
-        found = read_requirements(space, f"{metric}{of} <= {quantity.strip()}", ORIGIN)
+        requirements = read_requirements(space, f"{metric}{of} <= {quantity.strip()}", ORIGIN)
     except (ExpressionError, QuestionError) as error:
         raise UsageError(f"{option} {text}: {error}") from error
     limit = f"<= {_spaced(quantity)}"
     return tuple(
         replace(item, text=f"{item.metric.name} {limit}", stated=f"{metric} {limit}" if item.stated else "")
-        for item in found
+        for item in requirements
     )
 
 
@@ -352,16 +352,16 @@ def _of_quoted_or_misspelt_metric(space: Space, text: str) -> tuple[Requirement,
 
 
 def _objectives(space: Space, texts: Sequence[str]) -> tuple[Objective, ...]:
-    found: list[Objective] = []
+    objectives: list[Objective] = []
     for text in texts:
         try:
             objective = read_objective(space, text, ORIGIN)
         except (ExpressionError, QuestionError) as error:
             raise UsageError(f"objective {text!r}: {error}") from error
-        if any(objective.metric == other.metric for other in found):
+        if any(objective.metric == other.metric for other in objectives):
             raise UsageError(f"objective {text!r}: {objective.metric.name!r} is already an objective")
-        found.append(objective)
-    return tuple(found)
+        objectives.append(objective)
+    return tuple(objectives)
 
 
 def read_choices(space: Space, texts: Sequence[str]) -> Mapping[int, int]:
@@ -412,7 +412,7 @@ def restated(problem: Problem, effective: Mapping[str, Any]) -> Problem:
 
 
 def origin_of(problem: Problem) -> Origin:
-    """Which problem this is: name, file, hashes, and the question as it is asked.
+    """The origin of a problem: name, file, hashes, and the complete question.
 
     An `Origin` with the SHA-256 hashes of the file and of what it includes, the texts themselves, and the effective
     question, so that a result can be checked without its file.

@@ -143,7 +143,7 @@ class Changes:
         A new `Changes`; neither of the two is modified. Of settings and objectives the later statement holds, so that a
         result's question can be asked again with one more limit.
         """
-        given: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
+        settings: dict[str, Any] = {name: value for name, value in more.settings.items() if value is not None}
         return replace(
             self,
             result=more.result or self.result,
@@ -152,7 +152,7 @@ class Changes:
             require=(*self.require, *more.require),
             objectives=more.objectives or self.objectives,
             fix=(*self.fix, *more.fix),
-            **given,
+            **settings,
         )
 
 
@@ -187,16 +187,16 @@ def changes_of(question: Mapping[str, Any]) -> Changes:
 
 def _texts(question: Mapping[str, Any], name: str, named: str = "") -> tuple[str, ...]:
     """One text or several; the text of each name is written as `named` says."""
-    given: Any = () if question.get(name) is None else question[name]
-    is_mapping = isinstance(given, Mapping)
-    several = given.values() if is_mapping else given
-    parts = tuple(several) if isinstance(several, Iterable) and not isinstance(several, str) else (given,)
+    stated: Any = () if question.get(name) is None else question[name]
+    is_mapping = isinstance(stated, Mapping)
+    several = stated.values() if is_mapping else stated
+    parts = tuple(several) if isinstance(several, Iterable) and not isinstance(several, str) else (stated,)
     if not all(isinstance(text, str) for text in parts) or (is_mapping and not named):
         what = 'text with a unit, such as "20 ms"' if name.startswith("max_") else "text"
-        refuse(name, f"names, each with a {what}" if is_mapping and named else f"a {what}, or several", given)
+        refuse(name, f"names, each with a {what}" if is_mapping and named else f"a {what}, or several", stated)
     if not is_mapping:
         return parts
-    return tuple(named.format(quoted(key) if name == "fix" else key, text) for key, text in given.items())
+    return tuple(named.format(quoted(key) if name == "fix" else key, text) for key, text in stated.items())
 
 
 # The metrics that ``--max-METRIC`` and ``max_METRIC`` limit; light, for the command line reads it before its work.

@@ -63,7 +63,7 @@ def reopen(path: str | Path, problem: str | Path | None = None) -> Result:
         return found_again(data, *search_of(data, path, problem), path)
 
 
-def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, path: str | Path) -> Result:
+def found_again(data: Mapping[str, Any], problem: Problem, search: FrontSearch, path: str | Path) -> Result:
     """The result of whole data that were read from `path`: of what they ask, and found; errors as for `reopen`.
 
     `data` has passed the checks of the form. Each point is evaluated again from its decisions; `search` has the regions
@@ -71,7 +71,7 @@ def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, pa
 
     Raises `UsageError` where objectives, figures, ids or ranks differ from what the analysis computes.
     """
-    space = asked.space
+    space = problem.space
     evaluator = Evaluator(space)
     infos = tuple(
         ObjectiveInfo(measure.metric.name, objective.sense, measure.counting_unit)
@@ -83,10 +83,10 @@ def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, pa
     front = tuple(
         _point(evaluator, item, design, infos, path) for item, design in zip(data["front"], designs, strict=True)
     )
-    _check_ranks(Bench(data, asked, asked=asked, designs=designs), front, path)
+    _check_ranks(Bench(data, problem, asked=problem, designs=designs), front, path)
     ranking = data["ranking"]
-    found = Result(
-        problem=_origin(asked, data["problem"]["file"]),
+    result = Result(
+        problem=_origin(problem, data["problem"]["file"]),
         space=space,
         status=data["status"],
         objectives=infos,
@@ -106,23 +106,23 @@ def found_again(data: Mapping[str, Any], asked: Problem, search: FrontSearch, pa
         others_asked=_others_asked(data.get("others_asked")),
     )
     if data.get("insisting") is not None:
-        found = replace(found, insisting=stated_insisting(data["insisting"], _insisted(evaluator, data, infos, path)))
-    return replace(found, contended=stated_verdicts(found, data, path))
+        result = replace(result, insisting=stated_insisting(data["insisting"], _insisted(evaluator, data, infos, path)))
+    return replace(result, contended=stated_verdicts(result, data, path))
 
 
 def _check_ranks(bench: Bench, front: tuple[Point, ...], path: str | Path) -> None:
-    """What is said of the front as a whole; that no point is missing is for `dse verify`."""
+    """Check the claims about the front as a whole, except completeness, which `dse verify` proves."""
     vectors = [[point.objectives[name] for name in bench.names] for point in front]
     bench.vectors += [tuple(sign * value for sign, value in zip(bench.signs, row, strict=True)) for row in vectors]
     check_ranks(bench)
     if bench.findings:
-        found = bench.findings[0]
-        raise UsageError(f"{path}: {found.place} {found.text} (`dse verify` says all that is wrong)")
+        finding = bench.findings[0]
+        raise UsageError(f"{path}: {finding.place} {finding.text} (`dse verify` says all that is wrong)")
 
 
-def _origin(asked: Problem, named: str) -> Origin:
+def _origin(problem: Problem, named: str) -> Origin:
     """The file goes by the name that the result gives it, as long as it is found there."""
-    origin = origin_of(asked)
+    origin = origin_of(problem)
     return replace(origin, file=named) if Path(named).is_file() else origin
 
 
@@ -164,11 +164,13 @@ def _others(
     evaluator: Evaluator, item: Mapping[str, Any], infos: tuple[ObjectiveInfo, ...], path: str | Path
 ) -> FurtherDesigns:
     designs = []
-    for found in item["designs"]:
-        checked = _checked(evaluator, found, named_design(evaluator.space, found["decisions"]), infos, path)
-        dominated = tuple(found["dominated_by"])
+    for design_data in item["designs"]:
+        checked = _checked(evaluator, design_data, named_design(evaluator.space, design_data["decisions"]), infos, path)
+        dominated = tuple(design_data["dominated_by"])
         designs.append(
-            FurtherDesign(id=found["id"], dominated_by=dominated, different=found["different_decisions"], **checked)
+            FurtherDesign(
+                id=design_data["id"], dominated_by=dominated, different=design_data["different_decisions"], **checked
+            )
         )
     return FurtherDesigns(item["of"], Fraction(item["within"]), tuple(designs), item["more"])
 
@@ -266,8 +268,8 @@ def read(path: str | Path) -> DataAnswer | Form:
         module, answer = ANSWERS[name]
         kind: type[DataAnswer] = getattr(import_module(module), answer)
         return kind.from_dict(data)
-    found: Any = FORMS[name].model_validate(data)
-    form: Form = getattr(found, "root", found)
+    parsed: Any = FORMS[name].model_validate(data)
+    form: Form = getattr(parsed, "root", parsed)
     return form
 
 

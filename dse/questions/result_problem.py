@@ -35,12 +35,12 @@ class Belonging:
     differs: tuple[str, ...] = ()
 
 
-def problem_of(data: Mapping[str, Any], path: str | Path, given: Problem | str | Path | None = None) -> Problem:
+def problem_of(data: Mapping[str, Any], path: str | Path, stated: Problem | str | Path | None = None) -> Problem:
     """The problem of the result `data` that was read from `path`, as it was solved.
 
     Parameters
     ----------
-    given
+    stated
         the problem or its file, where that is no longer where the result says.
 
     Raises
@@ -50,14 +50,14 @@ def problem_of(data: Mapping[str, Any], path: str | Path, given: Problem | str |
     ProblemError
         when its file is there, but wrong.
     """
-    found = belonging(data, path, given)
-    if found.differs:
-        what = "; ".join(found.differs)
-        raise UsageError(f"{found.problem.loaded.path} has changed since the result was written: {what}")
-    return found.problem
+    origin = belonging(data, path, stated)
+    if origin.differs:
+        what = "; ".join(origin.differs)
+        raise UsageError(f"{origin.problem.loaded.path} has changed since the result was written: {what}")
+    return origin.problem
 
 
-def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | Path | None = None) -> Belonging:
+def belonging(data: Mapping[str, Any], path: str | Path, problem: Problem | str | Path | None = None) -> Belonging:
     """The problem of a result and how it compares with the one that was solved; see `problem_of`.
 
     It is looked for as given, where the result names it, and beside the result; of several files the first that has
@@ -66,7 +66,7 @@ def belonging(data: Mapping[str, Any], path: str | Path, given: Problem | str | 
     stated = data.get("problem")
     if not isinstance(stated, dict) or not isinstance(stated.get("file"), str) or "\0" in stated["file"]:
         raise UsageError(f"{path}: is not a whole result: it does not name its problem file")
-    candidates, mistakes = _candidates(Path(stated["file"]), Path(path).parent, given, data)
+    candidates, mistakes = _candidates(Path(stated["file"]), Path(path).parent, problem, data)
     for item in candidates:
         if _is_same_text(item, data):
             return _belongs(item, data)
@@ -122,27 +122,27 @@ def _digest(text: str) -> str:
 
 
 def _candidates(
-    named: Path, folder: Path, given: Problem | str | Path | None, data: Mapping[str, Any]
+    named: Path, folder: Path, stated: Problem | str | Path | None, data: Mapping[str, Any]
 ) -> tuple[list[Problem], list[ProblemError]]:
     """The problems that may be meant, and what is wrong with files that may be."""
-    if isinstance(given, Problem):
-        return [given], []
-    if given is not None:
-        return [load(_as_model(Path(given), data))], []
-    found: list[Problem] = []
+    if isinstance(stated, Problem):
+        return [stated], []
+    if stated is not None:
+        return [load(_as_model(Path(stated), data))], []
+    problems: list[Problem] = []
     mistakes: list[ProblemError] = []
     for path in dict.fromkeys((named, folder / named, folder / named.name)):
         if not _is_file(path):
             continue
         try:
-            found.append(load(_as_model(path, data)))
+            problems.append(load(_as_model(path, data)))
         except ProblemError as error:
             completed = _completed(path, data)
             if completed is not None:
-                found.append(completed)
+                problems.append(completed)
             else:
                 mistakes.append(error)
-    return found, mistakes
+    return problems, mistakes
 
 
 def _absent_beside(path: Path, data: Mapping[str, Any]) -> tuple[str, ...]:
@@ -213,6 +213,6 @@ def _is_same_text(problem: Problem, data: Mapping[str, Any]) -> bool:
 
 
 def _differences(carried: Problem, other: Problem) -> tuple[str, ...]:
-    found: Iterator[str] = differences(carried.loaded.document, other.loaded.document)
-    first = tuple(islice(found, MOST_DIFFERENCES))
-    return (*first, "and more") if next(found, None) is not None else first
+    differing: Iterator[str] = differences(carried.loaded.document, other.loaded.document)
+    first = tuple(islice(differing, MOST_DIFFERENCES))
+    return (*first, "and more") if next(differing, None) is not None else first

@@ -67,11 +67,11 @@ def resume(
     'complete'
     """
     budget = SearchLimits(arguments.time_limit(time_limit_s), seed, workers)
-    asked, earlier = read_search(path, problem)
+    problem_asked, earlier = read_search(path, problem)
     with about(path):
-        if asked.robust:
+        if problem_asked.robust:
             return resume_robust(path, problem, budget, RobustWatcher(progress))
-        return solve_asked(asked, budget, Watcher(progress), earlier)
+        return solve_asked(problem_asked, budget, Watcher(progress), earlier)
 
 
 @arguments.checked(path=arguments.path, problem=arguments.optional_path)
@@ -106,10 +106,10 @@ def reopen_robust(path: str | Path, problem: str | Path | None = None) -> Robust
     if "robust" not in data:
         raise UsageError(f"{path}: is no result of `dse solve --robust`")
     with about(path):
-        asked, search = search_of(data, path, problem)
-        robust = found_again(data, asked, search, path)
+        problem_asked, search = search_of(data, path, problem)
+        robust = found_again(data, problem_asked, search, path)
         alone = {**nominal_data(data), "conflicts": [], "give_up": [], "others": [], "insisting": None}
-        nominal = found_again(alone, replace(asked, robust=False), search_in(asked.space, alone), path)
+        nominal = found_again(alone, replace(problem_asked, robust=False), search_in(problem_asked.space, alone), path)
         said = data["robust"]
         failures = tuple(read_as(Failure, item) for item in said["lost"])
     return RobustResult(robust, nominal, said["inputs"], said["corners"], failures, tuple(said.get("unjudged", ())))
@@ -136,13 +136,13 @@ def _read_robust(path: str | Path, problem: str | Path | None) -> tuple[RobustQu
         as for `resume`.
     """
     data = read_result(path)
-    asked, robust = search_of(data, path, problem)
+    problem_asked, robust = search_of(data, path, problem)
     effective: Mapping[str, Any] = data["problem"]["effective"]
-    question = RobustQuestion(asked, partial(restated, effective=effective))
+    question = RobustQuestion(problem_asked, partial(restated, effective=effective))
     if question.words != data["robust"]["inputs"]:
         raise UsageError(f"{path}: what it says may vary is not what the problem says")
     with about(path):
-        return question, RobustSearch(search_in(asked.space, nominal_data(data)), robust)
+        return question, RobustSearch(search_in(problem_asked.space, nominal_data(data)), robust)
 
 
 def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -151,6 +151,6 @@ def nominal_data(data: Mapping[str, Any]) -> dict[str, Any]:
     A mapping in the form of a plain result, so that its checks can be used for the nominal front. `data` is not
     modified.
     """
-    found = data["robust"]
+    robust = data["robust"]
     problem = {**data["problem"], "effective": {**data["problem"]["effective"], "robust": False}}
-    return {**data, "problem": problem, "front": found["nominal_front"], **found["nominal"]}
+    return {**data, "problem": problem, "front": robust["nominal_front"], **robust["nominal"]}

@@ -36,10 +36,10 @@ def search_of(data: Mapping[str, Any], path: str | Path, problem: str | Path | N
     file.
     """
     with about(path):
-        asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
-        if origin_of(asked).question != data["problem"]["question"]:
+        problem_asked = restated(problem_of(data, path, problem), data["problem"]["effective"])
+        if origin_of(problem_asked).question != data["problem"]["question"]:
             raise UsageError("what it says of its question is not what was searched: they do not belong together")
-        return asked, search_in(asked.space, data)
+        return problem_asked, search_in(problem_asked.space, data)
 
 
 def search_in(space: Space, data: Mapping[str, Any]) -> FrontSearch:

@@ -51,7 +51,7 @@ def difference_words(item: Delta, currency: str) -> str:
 
 
 def amount_words(value: Fraction | int, unit: str, currency: str, digits: int = 3) -> str:
-    """A difference; between shares in percentage points, so that nobody takes it for a share of the value.
+    """A difference; between shares in percentage points, so that no reader takes it for a share of the value.
 
     >>> amount_words(39_900, "ppm", "EUR"), amount_words(1500, "ct", "EUR")
     ('3.99 percentage points', '15 EUR')

@@ -28,7 +28,7 @@ from dse.report.content.front.first_screen import Screen
 from dse.report.page import Page, Section, numbered
 from dse.report.plots.deadlines import DEADLINE_ROW, deadline_chart
 from dse.report.plots.design import BAR, FLOW_ROW, HUES, METHODS, usage_chart, waterfall
-from dse.report.plots.front import EDGE, axis_title, parallel
+from dse.report.plots.front import EDGE, axis_title
 from dse.report.words.clocks import TIMELINE_ROW, timeline
 from dse.report.words.headline import limits_words
 from dse.report.words.reasons import proof_words
@@ -43,9 +43,9 @@ MOST_ON_PAPER = 8
 """Decisions that the table of the front shows on paper: more would not fit."""
 MOST_UNPACKED = 100
 """Alternatives with which the plots' library is in the page as it is; packed it halves the page and starts later."""
-SCRIPTS = ("scatter.js", "first.js", "decide.js", "report.js")
+SCRIPTS = ("scatter.js", "parallel.js", "first.js", "decide.js", "report.js")
 """The page of a front: each defines its part, the last begins."""
-FURTHER_PLOTS = "Parallel coordinates and the plots of contributions, use and deadlines below need"
+FURTHER_PLOTS = "The plots of contributions, use, clocks and deadlines of an alternative need"
 QUESTION, LEAST_QUESTION = 120, 40
 """Letters of title and limits in one line, and of the limits at least."""
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -167,16 +167,16 @@ def environment() -> Environment:
 
     Jinja2 with strict undefined names: a template that asks for something that is not there fails.
     """
-    found = Environment(
+    templates = Environment(
         loader=PackageLoader("dse.report", "templates"),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    found.filters["breakable"] = _breakable
-    found.filters["thousands"] = format_count
-    return found
+    templates.filters["breakable"] = _breakable
+    templates.filters["thousands"] = format_count
+    return templates
 
 
 def _breakable(text: str) -> Markup:
@@ -211,12 +211,12 @@ def libraries() -> str:
 
 
 def _without_plots(bundle: str, what: str = "This page has no plots: they need") -> str:
-    """What a page says in place of plots that the library would draw; "" where it is there."""
+    """The remark in place of plots that need the library; "" where it is installed."""
     return "" if bundle else f"{what} {how_to_install('plots')}. Every figure is in the tables."
 
 
 def _hashes(scripts: Sequence[str]) -> str:
-    """What the content security policy says of scripts."""
+    """The hashes of scripts for the content security policy."""
     digests = [hashlib.sha256(script.encode()).digest() for script in scripts if script]
     return " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
 
@@ -277,7 +277,6 @@ def _data(document: Document, fragments: Mapping[int, Sequence[str]], opened: Al
     }
     if opened is not None:
         data["specs"] = {
-            "parallel": parallel(result, document.records, opened.point.id),
             "flows": [waterfall(flow.source, flow.records) for flow in opened.flows],
             "timeline": timeline(()) if any(item.clocks for item in document.alternatives) else None,
             "deadlines": deadline_chart(()) if any(item.deadlines for item in document.alternatives) else None,

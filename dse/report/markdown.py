@@ -39,9 +39,9 @@ def escaped(text: str) -> str:
     return re.sub(r"^([#=+-]+(?=\s|$)|\d+(?=[.)](\s|$)))", _unmarked, marked)
 
 
-def _unmarked(found: re.Match[str]) -> str:
+def _unmarked(match: re.Match[str]) -> str:
     """A beginning that would make a heading, a list or a rule."""
-    text = found.group(1)
+    text = match.group(1)
     return f"&#{ord(text[0])};{text[1:]}"
 
 

@@ -23,7 +23,7 @@ Tone: TypeAlias = Literal["plain", "strong", "wrong", "good", "doubtful", "quiet
 class Text:
     """A paragraph; `tone` sets off a verdict (strong, good, doubtful) and what is amiss (wrong).
 
-    A terminal says `brief`, if there is one, unless it is told to show all, and indents the further lines by `hang`.
+    A terminal says `brief`, if there is one, unless it shows all, and indents the further lines by `hang`.
     """
 
     kind: ClassVar = "text"
@@ -37,7 +37,7 @@ class Text:
 class Item:
     """A line of a list, under a label if it has one; `depth` 2 belongs to the line above it.
 
-    Of a list of decisions a terminal has no more than `told` letters, unless it is told to show all.
+    Of a list of decisions a terminal has no more than `told` letters, unless it shows all.
     """
 
     text: str
@@ -54,7 +54,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Listing:
-    """Lines, one below the other; a terminal shows `brief` of them unless it is told to show all.
+    """Lines, one below the other; a terminal shows `brief` of them unless it shows all.
 
     Items have a label, a depth of indentation and a tone; `brief` None shows all of them.
     """
@@ -69,12 +69,12 @@ class Table:
     """A table.
 
     `numbers` are the columns that align right, `total` marks the last row as a sum. `bars` has for each row a length
-    from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it is told to show all, and says `rest` of the
+    from 0 to 1, drawn beside it. A terminal shows `brief` rows unless it shows all, and says `rest` of the
     others (``{}`` is how many); a file has `most`. Where there is no room for all columns a terminal leaves out those
     of `spare`, in this order: they are told elsewhere. Where there is still none, it tells the columns from `wide` on
     in one cell, or below the table by the cell of column `label`, and of each no more than `told` letters unless it is
     to show all; a table without such columns has its cells wrapped, or each row told as a paragraph. `strong` are rows
-    that are set off.
+    that are set off, `paths` columns whose cells may be wrapped after points, as names of inputs are.
     """
 
     kind: ClassVar = "table"
@@ -92,6 +92,7 @@ class Table:
     told: int | None = None
     spare: tuple[int, ...] = ()
     strong: tuple[int, ...] = ()
+    paths: tuple[int, ...] = ()
 
     @property
     def written(self) -> tuple[tuple[str, ...], ...]:
@@ -123,7 +124,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Lane:
-    """Who has something, and when: pieces as (begin, end), from 0 to 1 of the whole time."""
+    """One user of a resource over time: pieces as (begin, end), from 0 to 1 of the whole time."""
 
     name: str
     pieces: tuple[tuple[float, float], ...]
@@ -149,7 +150,7 @@ class Timeline:
         """
         beside = max(len(lane.name) for lane in self.lanes)
         room = max(10, width - beside - 1)
-        found = []
+        drawn = []
         for lane in self.lanes:
             cells = [" ."[at % 5 == 0] for at in range(room)]
             for place, _ in self.marks:
@@ -158,9 +159,9 @@ class Timeline:
                 first = min(room - 1, int(begin * room))
                 for at in range(first, max(first + 1, min(room, round(end * room)))):
                     cells[at] = "#"
-            found.append(f"{lane.name:<{beside}} {''.join(cells)}".rstrip())
+            drawn.append(f"{lane.name:<{beside}} {''.join(cells)}".rstrip())
         scale = f"{self.ends[0]}{self.ends[1]:>{room - len(self.ends[0])}}"
-        return [*found, f"{'':<{beside}} {scale}"]
+        return [*drawn, f"{'':<{beside}} {scale}"]
 
 
 Block: TypeAlias = Text | Listing | Table | Plot | Timeline
@@ -195,16 +196,16 @@ class Section:
 
         Plain texts, without tables and plots.
         """
-        found: list[str] = []
+        paragraphs: list[str] = []
         for block in self.blocks:
-            found += [block.text] if isinstance(block, Text) else []
-            found += [item.line for item in block.items] if isinstance(block, Listing) else []
-        return tuple(found)
+            paragraphs += [block.text] if isinstance(block, Text) else []
+            paragraphs += [item.line for item in block.items] if isinstance(block, Listing) else []
+        return tuple(paragraphs)
 
 
 @dataclass(frozen=True)
 class Page:
-    """An answer as it is told: `lead` says in a line what it is about, `title` heads a file.
+    """An answer, ready to be written: `lead` says in a line what it is about, `title` heads a file.
 
     `is_amiss` tells that the answer is no good news: the frame around its lead must not look like some.
     """
@@ -215,41 +216,41 @@ class Page:
     is_amiss: bool = False
 
 
-def few(found: Sequence[str], most: int, what: str) -> str:
-    """A list of which the first `most` are told, and how many more of `what` there are; one more is told instead.
+def few(items: Sequence[str], most: int, what: str) -> str:
+    """The first `most` items of a list and the number of the others; a single further item is listed, not counted.
 
     >>> few(["a", "b", "c"], 2, "options"), few(["a", "b", "c", "d"], 2, "options")
     ('a; b; c', 'a; b; and 2 more options (--all)')
     """
-    more = len(found) - most
-    return "; ".join(found if more <= 1 else [*found[:most], f"and {more} more {what} ({MORE})"])
+    more = len(items) - most
+    return "; ".join(items if more <= 1 else [*items[:most], f"and {more} more {what} ({MORE})"])
 
 
-def texts(*found: str, tone: Tone = "plain") -> list[Block]:
+def texts(*paragraphs: str, tone: Tone = "plain") -> list[Block]:
     """Paragraphs, without those that are empty.
 
     `Text` blocks in the order given, all in one tone.
     """
-    return [Text(text, tone) for text in found if text]
+    return [Text(text, tone) for text in paragraphs if text]
 
 
 def listing(
-    found: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
+    lines: Iterable[str], label: str = "", depth: int = 1, tone: Tone = "plain", brief: int | None = None
 ) -> list[Block]:
     """A list of lines, all under one label; nothing where there are none.
 
     At most one `Listing`; `depth` is the indentation, `brief` the number of lines that a terminal shows.
     """
-    items = tuple(Item(text, label, depth, tone) for text in found)
+    items = tuple(Item(text, label, depth, tone) for text in lines)
     return [Listing(items, brief)] if items else []
 
 
-def labelled(found: Iterable[tuple[str, str]]) -> list[Block]:
+def labelled(pairs: Iterable[tuple[str, str]]) -> list[Block]:
     """A list of lines, each under its own label; nothing where there are none.
 
-    `found` are pairs of label and text; at most one `Listing`.
+    `pairs` are pairs of label and text; at most one `Listing`.
     """
-    items = tuple(Item(text, label) for label, text in found)
+    items = tuple(Item(text, label) for label, text in pairs)
     return [Listing(items)] if items else []
 
 
@@ -258,8 +259,8 @@ def numbered(sections: Sequence[Section]) -> list[tuple[int, Section]]:
 
     Pairs of a number, from 0, and a section; scripts of the page find a plot by its number.
     """
-    found, count = [], 0
+    pairs, count = [], 0
     for section in sections:
-        found.append((count, section))
+        pairs.append((count, section))
         count += len(section.plots)
-    return found
+    return pairs

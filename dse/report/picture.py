@@ -69,7 +69,7 @@ def plot(answer: Told, kind: str | None = None, alternative: int | None = None) 
         which plot, where there are several: of a front ``scatter`` (the default), ``parallel``, ``latency``,
         ``timeline``, ``usage``, ``deadlines`` or ``architecture``; of other answers the name of one of theirs.
     alternative
-        of a front, the id of the design that stands out or is drawn; None: the first in rank.
+        of a front, the id of the design that is highlighted or is drawn; None: the first in rank.
 
     Raises
     ------

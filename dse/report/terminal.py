@@ -27,8 +27,6 @@ ROOM = 44
 LONGEST = 100
 """Letters of a line of a Gantt chart."""
 PAGE = "--report PAGE.html is a page."
-SCREEN = 39
-"""Lines of a screen of 40 without that of the prompt."""
 
 
 def print_page(console: Console, page: Page, *, every: bool = False, lines: int | None = None) -> None:
@@ -76,17 +74,17 @@ def _height(console: Console, *blocks: Block) -> int:
 
 
 def _cut_to(console: Console, blocks: Sequence[Block], lines: int) -> list[Block]:
-    """The blocks in so many lines, as far as that can be had: each time the longest gives up a row."""
-    found = list(blocks)
-    heights = [_height(console, block) for block in found]
+    """The blocks cut to `lines` lines as far as possible: the longest table or list loses a row at a time."""
+    kept = list(blocks)
+    heights = [_height(console, block) for block in kept]
     while sum(heights) > lines:
-        smaller = {at: less for at, block in enumerate(found) if (less := _smaller(block)) is not None}
+        smaller = {at: less for at, block in enumerate(kept) if (less := _smaller(block)) is not None}
         if not smaller:
             break
         at = max(smaller, key=lambda at: heights[at])
-        found[at] = smaller[at]
-        heights[at] = _height(console, found[at])
-    return found
+        kept[at] = smaller[at]
+        heights[at] = _height(console, kept[at])
+    return kept
 
 
 def _smaller(block: Block) -> Block | None:
@@ -125,9 +123,9 @@ def print_block(console: Console, block: Block, *, every: bool = False) -> None:
         assert isinstance(block, Plot)
 
 
-def _first(found: tuple[T, ...], most: int | None) -> tuple[T, ...]:
+def _first(rows: tuple[T, ...], most: int | None) -> tuple[T, ...]:
     """The first `most`; all where one more than these takes no more room than to say that there is one."""
-    return found if most is None or len(found) <= most + 1 else found[:most]
+    return rows if most is None or len(rows) <= most + 1 else rows[:most]
 
 
 def _print_item(console: Console, item: Item) -> None:
@@ -142,6 +140,7 @@ def _print_table(console: Console, table: Table, *, every: bool) -> None:
         tuple(shown_text(console, text) for text in table.headings),
         tuple(tuple(shown_text(console, cell).translate(_signs(console)) for cell in row) for row in shown),
         table.numbers,
+        table.paths,
     )
     print_line(console, "")
     print_hanging(console, table.caption, "", "italic", "") if table.caption else None
@@ -192,13 +191,13 @@ def _print_grid(console: Console, table: Table, grid: Grid, widths: list[int]) -
 
 
 def _print_told(console: Console, table: Table, grid: Grid, most: int | None) -> None:
-    """What a row says from column `wide` on beside it in one cell, or below the table, or all of it as a paragraph."""
+    """Print the columns from `wide` on in one cell of each row, or below the table, or each row as a paragraph."""
     assert table.wide is not None
-    told = [_cut(_joined(table, grid, row), most) for row in grid.rows]
+    texts = [_cut(_joined(table, grid, row), most) for row in grid.rows]
     bare = grid.only(range(table.wide))
     widths = bare.widths(console.width - ROOM)
     if widths is not None:
-        rows = tuple((*row[: table.wide], text) for row, text in zip(grid.rows, told, strict=True))
+        rows = tuple((*row[: table.wide], text) for row, text in zip(grid.rows, texts, strict=True))
         heading = DECISIONS if len(grid.headings) > table.wide + 1 else grid.headings[table.wide]
         beside = Grid((*bare.headings, heading), rows, table.numbers)
         beside_widths = beside.widths(console.width, wrapped=True)
@@ -208,7 +207,7 @@ def _print_told(console: Console, table: Table, grid: Grid, most: int | None) ->
     widths = bare.widths(console.width)
     if widths is not None:
         _print_grid(console, table, bare, widths)
-    for row, text in zip(grid.rows, told, strict=True):
+    for row, text in zip(grid.rows, texts, strict=True):
         figures = "" if widths is not None else f"{_pairs_of(table, bare.headings, row)}; "
         print_hanging(console, f"{_name(table, row)}: {figures}{text}")
 
@@ -223,8 +222,8 @@ def _cut(text: str, most: int | None) -> str:
         return text
     items = text.split(", ")
     rest = f" and {len(items)} more ({MORE})"
-    told = max(1, len(text[: most - len(rest)].split(", ")) - 1)
-    return f"{', '.join(items[:told])} and {len(items) - told} more ({MORE})" if told < len(items) else text
+    count = max(1, len(text[: most - len(rest)].split(", ")) - 1)
+    return f"{', '.join(items[:count])} and {len(items) - count} more ({MORE})" if count < len(items) else text
 
 
 def _joined(table: Table, grid: Grid, row: tuple[str, ...]) -> str:
@@ -257,6 +256,6 @@ def _name(table: Table, row: tuple[str, ...]) -> str:
 
 
 def _pairs_of(table: Table, headings: Sequence[str], row: tuple[str, ...]) -> str:
-    """The other columns of a row that is told as a paragraph."""
+    """The other columns of a row with a remark as a paragraph."""
     pairs = [(name, value) for name, value in zip(headings, row, strict=False) if value]
     return ", ".join(f"{name} {value}".strip() for at, (name, value) in enumerate(pairs) if at != table.label)

@@ -24,21 +24,24 @@ LEAST = 16
 class Grid:
     """Cells of a table as text of one line each; `numbers` are the columns that align right.
 
-    Cells may be wrapped at blanks when the table is wider than the terminal; none is cropped.
+    Cells may be wrapped at blanks when the table is wider than the terminal, those of the columns `paths` also after
+    points; none is cropped.
     """
 
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     numbers: tuple[int, ...] = ()
+    paths: tuple[int, ...] = ()
 
     def least(self, at: int, *, wrapped: bool) -> int:
-        """How wide a column is at least: its longest cell (`wrapped`: word), and the longest word of its heading.
+        """The least width of a column: its longest cell (`wrapped`: word), and the longest word of its heading.
 
         Cells of up to `LEAST` letters, such as a number with its unit, stay in one line.
         """
         cells = [row[at] for row in self.rows]
         widest = max(map(cell_len, cells), default=0)
-        words = max((cell_len(word) for cell in cells for word in cell.split()), default=0)
+        pieces = [[part for part, _ in _parts(cell)] if at in self.paths else cell.split() for cell in cells]
+        words = max((cell_len(word) for piece in pieces for word in piece), default=0)
         body = min(widest, max(words, LEAST)) if wrapped else widest
         return max([body, *(cell_len(part) for part, _ in _parts(self.headings[at]))])
 
@@ -55,20 +58,20 @@ class Grid:
         Headings are wrapped at spaces; cells too where they may be `wrapped`.
         """
         columns = range(len(self.headings))
-        found = [self.least(at, wrapped=wrapped) for at in columns]
-        rest = room - sum(found) - GAP * (len(found) - 1)
+        least = [self.least(at, wrapped=wrapped) for at in columns]
+        rest = room - sum(least) - GAP * (len(least) - 1)
         if rest < 0:
             return None
         whole = [self.least(at, wrapped=False) for at in columns]
         # cells in one line first: the narrowest column grows until all are equally wide
-        while rest and (short := [at for at in columns if found[at] < whole[at]]):
-            found[min(short, key=lambda at: found[at])] += 1
+        while rest and (short := [at for at in columns if least[at] < whole[at]]):
+            least[min(short, key=lambda at: least[at])] += 1
             rest -= 1
         for height in range(1, MOST_LINES):  # then all headings in as few lines as there is room for
-            wide = [max(found[at], _width_of(self.headings[at], height)) for at in columns]
-            if sum(wide) - sum(found) <= rest:
+            wide = [max(least[at], _width_of(self.headings[at], height)) for at in columns]
+            if sum(wide) - sum(least) <= rest:
                 return wide
-        return found
+        return least
 
     def lines(self, widths: Sequence[int]) -> tuple[list[str], list[list[str]]]:
         """The lines of the headings, and those of each row.
@@ -78,7 +81,10 @@ class Grid:
         return self._set(self.headings, widths, is_head=True), [self._set(row, widths) for row in self.rows]
 
     def _set(self, cells: Sequence[str], widths: Sequence[int], *, is_head: bool = False) -> list[str]:
-        parts = [_wrapped(cell, width, is_head=is_head) for cell, width in zip(cells, widths, strict=True)]
+        parts = [
+            _wrapped(cell, width, at_points=is_head or at in self.paths)
+            for at, (cell, width) in enumerate(zip(cells, widths, strict=True))
+        ]
         height = max(map(len, parts))
         lines = []
         for number in range(height):
@@ -98,7 +104,8 @@ class Grid:
         """
         rows = tuple(tuple(row[at] for at in columns) for row in self.rows)
         numbers = tuple(number for number, at in enumerate(columns) if at in self.numbers)
-        return Grid(tuple(self.headings[at] for at in columns), rows, numbers)
+        paths = tuple(number for number, at in enumerate(columns) if at in self.paths)
+        return Grid(tuple(self.headings[at] for at in columns), rows, numbers, paths)
 
 
 def _parts(heading: str) -> list[tuple[str, str]]:
@@ -107,12 +114,12 @@ def _parts(heading: str) -> list[tuple[str, str]]:
     >>> _parts("nav.period [ms]")
     [('nav.', ''), ('period', ''), ('[ms]', ' ')]
     """
-    found = [(part, "") for part in re.split(r"(?<=\.)(?=[^\s.])", heading)]
-    return [(word, join if at == 0 else " ") for part, join in found for at, word in enumerate(part.split())]
+    parts = [(part, "") for part in re.split(r"(?<=\.)(?=[^\s.])", heading)]
+    return [(word, join if at == 0 else " ") for part, join in parts for at, word in enumerate(part.split())]
 
 
-def _wrapped(cell: str, width: int, *, is_head: bool = False) -> list[str]:
-    """A cell in lines of at most `width` columns of a terminal: broken at spaces alone, a heading also after points.
+def _wrapped(cell: str, width: int, *, at_points: bool = False) -> list[str]:
+    """A cell in lines of at most `width` columns of a terminal: broken at spaces, and after points where that is said.
 
     >>> _wrapped("utilisation of computer", 11)
     ['utilisation', 'of computer']
@@ -120,7 +127,7 @@ def _wrapped(cell: str, width: int, *, is_head: bool = False) -> list[str]:
     if cell_len(cell) <= width:
         return [cell]
     lines: list[str] = []
-    for word, join in _parts(cell) if is_head else [(word, " ") for word in cell.split()]:
+    for word, join in _parts(cell) if at_points else [(word, " ") for word in cell.split()]:
         if lines and cell_len(f"{lines[-1]}{join}{word}") <= width:
             lines[-1] += f"{join}{word}"
         else:
@@ -132,7 +139,7 @@ def _width_of(heading: str, height: int) -> int:
     """The least width in which a heading has at most `height` lines."""
     least = max((cell_len(part) for part, _ in _parts(heading)), default=0)
     widths = range(least, cell_len(heading) + 1)
-    return next((width for width in widths if len(_wrapped(heading, width, is_head=True)) <= height), least)
+    return next((width for width in widths if len(_wrapped(heading, width, at_points=True)) <= height), least)
 
 
 def is_ascii(console: Console) -> bool:

@@ -85,8 +85,8 @@ def widget(result: Result, height: int = 900) -> Any:
         chosen = traitlets.Int().tag(sync=True)
 
         def _repr_mimebundle_(self, **more: Any) -> Any:
-            found = super()._repr_mimebundle_(**more)
-            bundle, *rest = found if isinstance(found, tuple) else (found,)
+            shown = super()._repr_mimebundle_(**more)
+            bundle, *rest = shown if isinstance(shown, tuple) else (shown,)
             bundle = {**(bundle or {}), "text/html": _still(document)}
             return (bundle, *rest) if rest else bundle
 

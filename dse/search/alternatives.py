@@ -93,7 +93,7 @@ class Finder:
         for known in (design, *besides):
             strategy.exclude(known)
         spread = _Spread(encoded, [design])
-        found: list[tuple[Design, tuple[int, ...]]] = []
+        designs: list[tuple[Design, tuple[int, ...]]] = []
         while True:
             strategy.set_box(lower, upper)
             encoded.model.clear_objective()
@@ -103,18 +103,18 @@ class Finder:
             except OutOfTime:
                 answer = Unfinished()
             if isinstance(answer, NoSuchDesign):
-                return Neighbourhood(tuple(found), more=False)
+                return Neighbourhood(tuple(designs), more=False)
             if not isinstance(answer, Found):
-                return Neighbourhood(tuple(found), more=None)
+                return Neighbourhood(tuple(designs), more=None)
             evaluation = accepted(self.evaluator, answer.design)
             strategy.exclude(answer.design)
             if evaluation is None:
                 continue
             if not self._is_near(evaluation.objectives, objectives, within):
                 raise RefereeError(f"the solver's design has other objectives than it claims: {evaluation}")
-            if len(found) == count:
-                return Neighbourhood(tuple(found), more=True)
-            found.append((evaluation.design, evaluation.objectives))
+            if len(designs) == count:
+                return Neighbourhood(tuple(designs), more=True)
+            designs.append((evaluation.design, evaluation.objectives))
             spread.add(evaluation.design)
 
     def _weighed(self, strategy: Strategy) -> Callable[[], Answer]:
@@ -139,8 +139,8 @@ class Finder:
             bounds.append(min(item.size, (most - item.offset) // item.step))
         return tuple(bounds)
 
-    def _is_near(self, found: Sequence[int], wanted: Sequence[int], within: Fraction) -> bool:
-        for value, target, objective in zip(found, wanted, self.evaluator.space.objectives, strict=True):
+    def _is_near(self, values: Sequence[int], wanted: Sequence[int], within: Fraction) -> bool:
+        for value, target, objective in zip(values, wanted, self.evaluator.space.objectives, strict=True):
             worse = value - target if objective.sense == "minimise" else target - value
             if worse > abs(target) * within or (not within and worse):
                 return False

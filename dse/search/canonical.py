@@ -97,8 +97,8 @@ def canonical_design(
         return _canonical(strategy, known, near, order, strictly=strictly)
     contention.seek_first(patient=strictly)
     try:
-        found = _canonical(strategy, known, near, order, strictly=strictly)
-        return None if found is None else (found[0], found[1] and contention.is_first)
+        canonical = _canonical(strategy, known, near, order, strictly=strictly)
+        return None if canonical is None else (canonical[0], canonical[1] and contention.is_first)
     finally:
         contention.seek_any()
 

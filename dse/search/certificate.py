@@ -56,13 +56,13 @@ class ObjectiveScale:
         >>> ObjectiveScale((3, 6), (10, 0), (5, 1)).held([(12, 99), (10, 4), (15, 3)])
         [(1, 6)]
         """
-        found: list[Bound] = []
+        within: list[Bound] = []
         for bound in bounds:
             parts = zip(self.offsets, self.steps, self.everywhere, bound, strict=True)
             region = tuple(min(most, -((offset - value) // step)) for offset, step, most, value in parts)
-            if all(value > 0 for value in region) and not any(inside(region, other) for other in found):
-                found = [other for other in found if not inside(other, region)] + [region]
-        return found
+            if all(value > 0 for value in region) and not any(inside(region, other) for other in within):
+                within = [other for other in within if not inside(other, region)] + [region]
+        return within
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ class SearchLimits:
 
 @dataclass(frozen=True)
 class Watch:
-    """Who is told how the search goes: `progress` after every call, `checkpoint` now and then with the state so far.
+    """The callbacks of a search: `progress` after every call, `checkpoint` now and then with the state so far.
 
     The points of that state are as the solver claims them; the referee sees those that the search ends with.
     """
@@ -108,12 +108,12 @@ class _State:
     """The model as it was before it learnt from solutions, where it does and canonical designs may depend on that."""
 
     def interrupt(self) -> None:
-        """What Ctrl-C does: the running calls end, and no others begin."""
+        """Stop on Ctrl-C: the running calls end, and no others begin."""
         self.interrupted = True
         self.pool.stop()
 
     def take(self, question: Question, answer: Answer) -> None:
-        """What an answer tells about the regions."""
+        """Update the regions by an answer of the solver."""
         regions, axis = question
         if isinstance(answer, NoSuchDesign):
             for region in regions:
@@ -145,7 +145,7 @@ class _State:
 
     @cached_property
     def frame(self) -> ObjectiveScale:
-        """How the search counts."""
+        """The offset and step in which the search counts each objective."""
         objectives = self.encoded.objectives
         return ObjectiveScale(
             self.encoded.everywhere, tuple(item.offset for item in objectives), tuple(item.step for item in objectives)
@@ -153,7 +153,7 @@ class _State:
 
     @cached_property
     def waiting_axes(self) -> frozenset[int]:
-        """The objectives that hang on how long threads wait."""
+        """The objectives that depend on how long threads wait."""
         return waiting_axes(self.encoded)
 
     def _come_across(self) -> Found | None:
@@ -162,7 +162,7 @@ class _State:
             self.incumbent,
             *(() if may_refuse(self.evaluator) else (item.incumbent for item in self.pool.strategies)),
         ]
-        return next((found for found in known if found is not None), None)
+        return next((better for better in known if better is not None), None)
 
     def _bare(self, design: Design) -> Design:
         """The design without decisions that it does not use."""
@@ -209,7 +209,7 @@ def search_front(
     Ctrl-C and the time limit end the search early: the points found so far are non-dominated all the same, and the open
     regions say where more may lie. `earlier` is the outcome of a stopped search of the same space, which is continued.
     `start` is a design to start from, such as today's. Where the search is stopped before its first point, the best
-    design that it has come across is all there is: in an open region, and not proved to be non-dominated. `encoded` is
+    design that it has found is all there is: in an open region, and not proved to be non-dominated. `encoded` is
     the model of the space, where there is one already.
 
     Raises
@@ -292,7 +292,7 @@ def _explore(state: _State, budget: SearchLimits, watch: Watch, keep: Callable[[
 def _in_time(state: _State, strategy: Strategy, job: Callable[[], Answer]) -> Answer:
     """The answer to a question, with all figures of the design where they are slow to find: all before time is up.
 
-    Whatever the time ends, what was come across is not lost.
+    Whatever the time ends, what was found is not lost.
     """
     try:
         answer = job()
@@ -353,12 +353,12 @@ def _canonical_designs(
     designs: list[tuple[Design, bool]] = []
     for known in chain:
         try:
-            found = _first_accepted(strategy, evaluator, known, designs[-1][0] if designs else None, order)
+            accepted = _first_accepted(strategy, evaluator, known, designs[-1][0] if designs else None, order)
             if evaluator.is_slow:
-                evaluator.weigh(found[0])
+                evaluator.weigh(accepted[0])
         except OutOfTime:
-            found = known.design, False
-        designs.append(found)
+            accepted = known.design, False
+        designs.append(accepted)
     return designs
 
 
@@ -404,32 +404,31 @@ def _first_accepted(
     """
     is_refereed = may_refuse(evaluator)
     while True:
-        found = canonical_design(strategy, known, near, order, strictly=is_refereed)
-        if found is None:
+        canonical = canonical_design(strategy, known, near, order, strictly=is_refereed)
+        if canonical is None:
             return known.design, False
-        if not is_refereed or accepted(evaluator, found[0], claimed_by(evaluator, strategy.encoded, known.point)):
-            return found  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
-        strategy.exclude(found[0])
+        if not is_refereed or accepted(evaluator, canonical[0], claimed_by(evaluator, strategy.encoded, known.point)):
+            return canonical  # where no limit is rounded, the referee sees it with the others (`_State.snapshot`)
+        strategy.exclude(canonical[0])
 
 
 # What is known where the time was up before anything was searched: a design to start from, and bounds.
 
 
 def _started_from(evaluator: Evaluator, known: FrontSearch, start: Design | None, limit: TimeLimit) -> FrontSearch:
-    """What is known before anything was searched: where that is no design, the one to start from, if it is feasible.
-
-    And what no design is better than.
-    """
+    """The state before the search: the design to start from, if it is feasible, and lower bounds of the objectives."""
     if known.is_complete:
         return known
     known = replace(known, floors=_floors(evaluator, known, limit))
     if start is None or known.points:
         return known
     with until(limit.for_what_is_needed()), suppress(OutOfTime):
-        found = evaluator.evaluate(start)
-        if found.is_feasible:
+        evaluation = evaluator.evaluate(start)
+        if evaluation.is_feasible:
             evaluator.weigh(start)
-            return replace(known, points={found.objectives: found.design}, not_first=frozenset({found.objectives}))
+            return replace(
+                known, points={evaluation.objectives: evaluation.design}, not_first=frozenset({evaluation.objectives})
+            )
     return known
 
 

@@ -41,12 +41,12 @@ class StrategyPool(Generic[Tag, Outcome]):
 
     @property
     def calls(self) -> int:
-        """How many questions were asked."""
+        """The number of questions asked."""
         return sum(strategy.calls for strategy in self.strategies)
 
     @property
     def stopped(self) -> bool:
-        """Whether the pool was told to stop."""
+        """Whether the pool was asked to stop."""
         return any(strategy.stopped for strategy in self.strategies)
 
     def start(self, strategy: Strategy, tag: Tag, job: Callable[[], Outcome]) -> None:
@@ -180,7 +180,7 @@ class Pace:
     per_unit_s: float | None = None
 
     def keep(self, size: int, checkpoint: Callable[[], None]) -> None:
-        """Make a checkpoint of so many points and regions, if it is time.
+        """Make a checkpoint of a number of points and regions, if it is time.
 
         The first checkpoint is not measured, because it also imports what writes results.
         """
@@ -190,7 +190,7 @@ class Pace:
             self.spend(size, checkpoint)
 
     def is_due(self, size: int) -> bool:
-        """Whether there is time for a checkpoint of so many points and regions.
+        """Whether there is time for a checkpoint of a number of points and regions.
 
         True where the expected cost keeps checkpoints within a share `SHARE` of the elapsed time.
         """
@@ -205,7 +205,7 @@ class Pace:
         return self.spent_s + expected_s <= SHARE * (now - self.started)
 
     def spend(self, size: int, checkpoint: Callable[[], None]) -> None:
-        """Make a checkpoint of so many points and regions.
+        """Make a checkpoint of a number of points and regions.
 
         CPU time is measured, to predict the cost of the next checkpoint from its size.
         """

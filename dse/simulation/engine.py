@@ -197,8 +197,8 @@ class _SimulationRun:
             return
         held = [self.newest[key] for key in keys if key in self.newest]
         if len(held) > 1:
-            found = max(held) - min(held)
-            self.seen.disparities[component] = max(found, self.seen.disparities.get(component, 0))
+            disparity = max(held) - min(held)
+            self.seen.disparities[component] = max(disparity, self.seen.disparities.get(component, 0))
 
     def _core(self, place: tuple[int, int]) -> Core:
         if place not in self.cores:
@@ -237,7 +237,7 @@ class _SimulationRun:
             self._hold(core, core.running)
 
     def _hold(self, core: Core, job: Job) -> None:
-        """What is ready is looked at again when the section is over."""
+        """Look at the ready jobs again when the section is over."""
         self.at(self.now + job.left - job.yields, END, "yield", core, core.version)
 
     def _yield(self, core: Core, version: int) -> None:

@@ -45,8 +45,8 @@ class Observations:
         self.events += seen.events
         for name, response in seen.responses.items():
             self.responses[name] = max(self.responses.get(name, 0), response)
-        for number, found in seen.disparities.items():
-            self.disparities[number] = max(self.disparities.get(number, 0), found)
+        for number, disparity in seen.disparities.items():
+            self.disparities[number] = max(self.disparities.get(number, 0), disparity)
         self.lost.update(seen.lost)
         for flow, counter in enumerate(seen.latencies):
             self.latencies[flow].update(counter)
@@ -101,11 +101,11 @@ def _climb(plan: Plan, flow: int, item: Flow, setting: Setting, goal: str, budge
         period = max(1, int(plan.timers[name]))
         to = int(moment) if name in plan.phases else moment % period
         moved = replace(setting, offsets_ns=plan.aligned({**setting.offsets_ns, name: to}, name))  # type: ignore[dict-item]
-        found = _observe(plan, moved, record)
+        latency = _observe(plan, moved, record)
         used += 1
-        value = _extreme(found, flow, goal)
+        value = _extreme(latency, flow, goal)
         if value is not None and (best is None or not _is_further(best, value, goal)):
-            setting, seen, best = moved, found, value
+            setting, seen, best = moved, latency, value
     return used
 
 
@@ -123,7 +123,7 @@ def _extreme(seen: Observation, flow: int, goal: str) -> Exact | None:
 
 
 def _moves(plan: Plan, flow: int, item: Flow) -> Iterator[tuple[str, int, str]]:
-    """What to move, and the flow step that tells where to: the timers of the flow, then what shares their cores."""
+    """Timers to move, and the flow step that says where to: those of the flow, then those that share their cores."""
     own = []
     for position, step in enumerate(item.steps):
         task = plan.tasks[step.index, "thread"] if step.kind == "component" else None

@@ -64,15 +64,15 @@ def interchangeable_cores(
     for item in space.open_cores:
         for number in item.threads:
             decided[number].append(item)
-    found: dict[Hashable, list[int]] = defaultdict(list)
+    classes: dict[Hashable, list[int]] = defaultdict(list)
     for core in every:
         marks: list[Hashable] = [_groups(space, processor, core)]
         for number, component in enumerate(space.components):
             if processor in set(leaves(component.processor)) and (threads is None or number in threads):
                 marks += [_mark(space, item, core, fixable) for item in decided[number]]
                 marks += [core in set(leaves(tree)) for tree in _stated(space, component, decided[number])]
-        found[tuple(marks)].append(core)
-    return tuple(tuple(cores) for cores in found.values())
+        classes[tuple(marks)].append(core)
+    return tuple(tuple(cores) for cores in classes.values())
 
 
 def are_offered_in_order(space: Space, cores: Collection[int]) -> bool:
@@ -115,7 +115,7 @@ def _stated(space: Space, component: Component, decided: Sequence[OpenCore]) -> 
 
 
 def _mark(space: Space, item: OpenCore, core: int, fixable: Collection[int]) -> Hashable:
-    """What tells a core from others where a decision gives it."""
+    """The properties that distinguish a core from others where a decision chooses it."""
     if item.index in fixable:
         return core
     if item.index in space.fixed:

@@ -37,10 +37,10 @@ def shown_value(value: Total) -> str:
     return format_total(value).strip()
 
 
-def read_parameters(ledger: Ledger, name: str, given: Thread) -> Owner | None:
+def read_parameters(ledger: Ledger, name: str, stated: Thread) -> Owner | None:
     """Decides the values of the parameters of a thread; what has its execution times, where a parameter states them."""
-    found: Owner | None = None
-    for key, parameter in given.parameters.items():
+    owner: Owner | None = None
+    for key, parameter in stated.parameters.items():
         path: Path = ("threads", name, "parameters", key)
         if not _NAME.fullmatch(key):
             ledger.error(path, "expected a name of letters, digits and underscores", at_key=True)
@@ -60,7 +60,7 @@ def read_parameters(ledger: Ledger, name: str, given: Thread) -> Owner | None:
         table = parameter.compute_execution_time
         if table is None:
             continue
-        if found is not None:
+        if owner is not None:
             text = "execution times follow one parameter"
             ledger.error((*path, "compute_execution_time"), text, "state those of each combination as a type")
             continue
@@ -68,28 +68,28 @@ def read_parameters(ledger: Ledger, name: str, given: Thread) -> Owner | None:
         if any(len(options) > 1 for _, model in types for options in _options(model.compute_execution_time)):
             ledger.error((*path, "compute_execution_time"), "each value has one execution time", "or one for each type")
         elif len(types) == len(values):
-            found = Owner(name, path, None, types, (*path, "compute_execution_time"), decision)
-    return found
+            owner = Owner(name, path, None, types, (*path, "compute_execution_time"), decision)
+    return owner
 
 
 def _values(ledger: Ledger, path: Path, parameter: Parameter) -> tuple[Total, ...]:
     """The values in the unit of the range, each once; none where something is wrong with them."""
-    ends, found = _ends(ledger, path, parameter.range), list[Total]()
+    ends, totals = _ends(ledger, path, parameter.range), list[Total]()
     for position, text in enumerate(parameter.value or ()):
         place = (*path, "value", position) if len(parameter.value or ()) > 1 else (*path, "value")
         try:
-            value = _converted(parse_parameter(text), [*(ends or ()), *found])
+            value = _converted(parse_parameter(text), [*(ends or ()), *totals])
         except UnitError as error:
             ledger.error(place, error.message, error.hint)
             return ()
         if ends and not ends[0].value <= value.value <= ends[1].value:
             ledger.error(place, f"{shown_value(value)} is not within {shown_value(ends[0])} .. {shown_value(ends[1])}")
             return ()
-        if value in found:
+        if value in totals:
             ledger.error(place, f"option {shown_value(value)} is given twice")
             return ()
-        found.append(value)
-    return tuple(found)
+        totals.append(value)
+    return tuple(totals)
 
 
 def _converted(value: Total, known: Sequence[Total]) -> Total:
@@ -137,12 +137,12 @@ def value_in(table: Mapping[str, Any], value: Total) -> str | None:
 def _in_order(
     ledger: Ledger, path: Path, values: Sequence[Total], table: Mapping[str, Any]
 ) -> Sequence[tuple[str, Any]]:
-    """The times of each value, in the order of the values; a value without times is told."""
-    found = []
+    """The times of each value, in the order of the values; a value without times is an error."""
+    ordered = []
     for value in values:
         key = value_in(table, value)
         if key is None:
             ledger.error((*path, "compute_execution_time"), f"no execution time with {shown_value(value)}")
         else:
-            found.append((key, table[key]))
-    return found
+            ordered.append((key, table[key]))
+    return ordered

@@ -64,7 +64,7 @@ class Ledger:
     _compared: int = 0
 
     def __post_init__(self) -> None:
-        """What was taken out of the problem is open from the start."""
+        """Fields that were taken out of the problem are open from the start."""
         for name in self.loaded.remains.names:
             self.doubt(name)
             connection = self.loaded.spec.connections.get(name)
@@ -256,15 +256,15 @@ def stated(model: Any, field_name: str, section: Any = None) -> Any:
     `Unstated` marks a default that the file does not mention, so that it becomes no option.
     """
     holder = model if section is None else section
-    found = getattr(holder, field_name)
-    given = holder.model_fields_set if isinstance(holder, BaseModel) else ()
-    return found if found is None or field_name in given else Unstated(found[0])
+    value = getattr(holder, field_name)
+    fields = holder.model_fields_set if isinstance(holder, BaseModel) else ()
+    return value if value is None or field_name in fields else Unstated(value[0])
 
 
-def _tuples(given: Options | ByProcessorType | Unstated | None) -> list[Options]:
-    if given is None or isinstance(given, Unstated):
+def _tuples(options: Options | ByProcessorType | Unstated | None) -> list[Options]:
+    if options is None or isinstance(options, Unstated):
         return []
-    return list(given.values()) if isinstance(given, Mapping) else [given]
+    return list(options.values()) if isinstance(options, Mapping) else [options]
 
 
 @dataclass(frozen=True)
@@ -289,41 +289,41 @@ class FieldReader:
         """
         owner = self.owner
         own = given_by(owner.own) if owner.own is not None else None
-        given = [own] if own is not None or not owner.types else [given_by(model) for _, model in owner.types]
-        given = [self._reachable(item) for item in given]
-        union = tuple(dict.fromkeys(value for item in given for options in _tuples(item) for value in options))
-        is_decision = any(len(options) > 1 for item in given for options in _tuples(item))
+        values = [own] if own is not None or not owner.types else [given_by(model) for _, model in owner.types]
+        values = [self._reachable(item) for item in values]
+        union = tuple(dict.fromkeys(value for item in values for options in _tuples(item) for value in options))
+        is_decision = any(len(options) > 1 for item in values for options in _tuples(item))
         decision = (
             self.ledger.decide(owner.name, self.field_name, self.kind, union, self.write) if is_decision else None
         )
         paths = (
             [(*owner.path, self.field_name)]
-            if len(given) == 1 and (own is not None or not owner.types)
+            if len(values) == 1 and (own is not None or not owner.types)
             else [(*owner.type_path, name, self.field_name) for name, _ in owner.types]
         )
-        branches = [self._tree(item, path, union, decision) for item, path in zip(given, paths, strict=True)]
+        branches = [self._tree(item, path, union, decision) for item, path in zip(values, paths, strict=True)]
         tree = type_choice(owner.type_decision if len(branches) > 1 else None, branches)
         self.ledger.settle(decision, graft(tree, lambda leaf: self._met(leaf, decision, union)))
-        defaults = (item.value for item in given if isinstance(item, Unstated))
+        defaults = (item.value for item in values if isinstance(item, Unstated))
         texts = {value: self.write(value) for value in (*union, *defaults)}
         self.ledger.refer(f"{owner.name}.{self.field_name}", self.kind, tree, texts)
         return tree
 
-    def _reachable(self, given: Any) -> Any:
-        if self.machines is None or not isinstance(given, Mapping):
-            return given
-        return {name: options for name, options in given.items() if self.machines & {name, name.rpartition("/")[0]}}
+    def _reachable(self, value: Any) -> Any:
+        if self.machines is None or not isinstance(value, Mapping):
+            return value
+        return {name: options for name, options in value.items() if self.machines & {name, name.rpartition("/")[0]}}
 
-    def _tree(self, given: Any, path: Path, union: Options, decision: int | None) -> Tree:
-        if given is None or isinstance(given, Unstated):
-            return None if given is None else given.value
-        if isinstance(given, Mapping):
-            subtrees = {name: self._leaf(options, union, decision) for name, options in given.items()}
+    def _tree(self, value: Any, path: Path, union: Options, decision: int | None) -> Tree:
+        if value is None or isinstance(value, Unstated):
+            return None if value is None else value.value
+        if isinstance(value, Mapping):
+            subtrees = {name: self._leaf(options, union, decision) for name, options in value.items()}
             if self.by_type is None:
                 self.ledger.error(path, "no figures per processor type here")
                 return None
             return self.by_type(subtrees, path)
-        return self._leaf(given, union, decision)
+        return self._leaf(value, union, decision)
 
     @staticmethod
     def _met(leaf: Any, decision: int | None, union: Options) -> Tree:

@@ -149,8 +149,8 @@ def hint(text: str, words: Collection[str]) -> str:
 
     For messages that do not list all words.
     """
-    found = nearest(text, words)
-    return found if found.startswith(" (did") else ""
+    near = nearest(text, words)
+    return near if near.startswith(" (did") else ""
 
 
 def flag(name: str, value: Any) -> bool:
@@ -191,10 +191,10 @@ def texts(name: str, value: Any) -> tuple[str, ...]:
     several = (value,) if isinstance(value, str) else value
     if isinstance(several, Mapping) or not isinstance(several, Iterable):
         refuse(name, "a text, or several", value)
-    found = tuple(several)
-    if not all(isinstance(item, str) for item in found):
+    items = tuple(several)
+    if not all(isinstance(item, str) for item in items):
         refuse(name, "a text, or several", value)
-    return found
+    return items
 
 
 def named_texts(name: str, value: Any) -> Mapping[str, str] | None:
@@ -294,27 +294,27 @@ def span(name: str, value: Any) -> float | None:
     if value is None:
         return None
     if isinstance(value, timedelta):
-        found = value.total_seconds()
+        seconds = value.total_seconds()
     elif isinstance(value, str):
         try:
-            found = read_span(value)
+            seconds = read_span(value)
         except UnitError as error:
             raise UsageError(f"{name}: {value!r}: {error.message}") from error
     elif _is_number(value):
-        found = float(value)
+        seconds = float(value)
     else:
         refuse(name, words, value)
-    if not 0 < found < math.inf:
+    if not 0 < seconds < math.inf:
         refuse(name, words, value)
-    return found
+    return seconds
 
 
-def time_limit(given: Span | None) -> TimeLimit:
+def time_limit(span_given: Span | None) -> TimeLimit:
     """The limit that begins now and lasts a `Span`; none for None.
 
     A `TimeLimit` on the monotonic clock; raises `UsageError` as `span` does.
     """
-    return TimeLimit.after(span("time_limit_s", given))
+    return TimeLimit.after(span("time_limit_s", span_given))
 
 
 def _is_number(value: object) -> bool:
@@ -354,20 +354,20 @@ def share(name: str, value: Any) -> Fraction:
     An exact fraction; raises `UsageError` for anything else.
     """
     words = 'a share above 0 and below 100 %, such as 0.1 or "10 %"'
-    found: Fraction | None = None
+    ratio: Fraction | None = None
     if isinstance(value, str):
         try:
             quantity = parse_quantity(value)
         except UnitError as error:
             raise UsageError(f"{name}: {value!r}: {error.message}") from error
-        found = quantity.value if quantity.dimension == DIMENSIONLESS else None
+        ratio = quantity.value if quantity.dimension == DIMENSIONLESS else None
     elif isinstance(value, Fraction):
-        found = value
+        ratio = value
     elif _is_number(value) and math.isfinite(value):
-        found = Fraction(float(value)).limit_denominator(10**9)
-    if found is None or not 0 < found < 1:
+        ratio = Fraction(float(value)).limit_denominator(10**9)
+    if ratio is None or not 0 < ratio < 1:
         refuse(name, words, value)
-    return found
+    return ratio
 
 
 SEED = Whole(0, 2**31 - 1)

@@ -94,7 +94,7 @@ def nearest(name: str, known: Iterable[str], likeness: float = 0.6) -> str:
 def did_you_mean(name: str, known: Iterable[str], likeness: float = 0.6) -> Suggestion:
     """``did you mean "x"?`` for the known name that is closest; empty where none is at least so alike.
 
-    Names that look alike are told apart.
+    Names that look alike are distinguished.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def in_order(findings: Iterable[Diagnostic], files: Sequence[str]) -> list[Diagn
 
 
 class DseError(Exception):
-    """Base of all errors that are the user's to mend; `exit_code` is the process's answer.
+    """Base of all errors that the user can correct; `exit_code` is the process's answer.
 
     Examples
     --------

@@ -73,7 +73,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Json:
-    """How a field is written, if not under its own name, always, and by its own type.
+    """The form of a field that is not always written, under its own name and by its own type.
 
     Parameters
     ----------

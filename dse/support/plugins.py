@@ -19,11 +19,11 @@ def plugged(group: str) -> tuple[tuple[str, Any], ...]:
     """
     from importlib.metadata import entry_points  # a quarter of a second
 
-    found = []
+    loaded = []
     for item in sorted(entry_points(group=group), key=lambda item: item.name):
         try:
-            found.append((item.name, item.load()))
+            loaded.append((item.name, item.load()))
         except Exception as error:  # whatever the other package does
             package = item.dist.name if item.dist is not None else "an unknown package"
             raise UsageError(f"plug-in {item.name!r} of {package}: {type(error).__name__}: {error}") from error
-    return tuple(found)
+    return tuple(loaded)

@@ -39,7 +39,7 @@ class OutOfTime(DseError):
 
 @dataclass(frozen=True)
 class TimeLimit:
-    """How long something may take: `seconds` from when the limit was made, until `deadline` of the monotonic clock.
+    """A limit of time: `seconds` from when the limit was made, until `deadline` of the monotonic clock.
 
     Without a limit both are None.
     """
@@ -212,7 +212,7 @@ class Work:
     pieces: int = 0
 
     def go_on(self, pieces: int = 1) -> None:
-        """Go on with so many pieces.
+        """Count `pieces` of work as done.
 
         Raises
         ------

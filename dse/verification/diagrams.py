@@ -186,16 +186,16 @@ def reached(diagram: Diagram, left: Sequence[Sequence[int]] | Mapping[int, Seque
     `left` has for each decision the positions of its options that may be chosen.
     """
     seen: set[Node] = set()
-    found: set[Any] = set()
+    values: set[Any] = set()
     stack = [diagram]
     while stack:
         item = stack.pop()
         if not isinstance(item, Node):
-            found.add(item)
+            values.add(item)
         elif item not in seen:
             seen.add(item)
             stack += [item.branches[position] for position in left[item.decision]]
-    return found
+    return values
 
 
 def as_fraction(value: Any) -> Any:

@@ -58,5 +58,5 @@ class Lookups:
 
     def variable(self, diagram: Diagram) -> Any:
         """The value of a diagram as a variable of the model, also where it is constant."""
-        found = self.value(diagram)
-        return self.model.new_constant(found) if isinstance(found, int) else found
+        value = self.value(diagram)
+        return self.model.new_constant(value) if isinstance(value, int) else value

@@ -42,7 +42,7 @@ class Exhaustion:
 
 
 def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
-    """Look at every design.
+    """The outcome of an enumeration of every design.
 
     Raises
     ------
@@ -73,9 +73,9 @@ def exhaust(tables: Tables, limit: int = MOST_ROWS) -> Exhaustion:
         return Exhaustion(*_weighed(tables, columns, count), looked_at)
     vectors = np.empty((count, len(tables.objectives)), dtype=np.int64)
     for axis, (total, divisor) in enumerate(tables.objectives):
-        found = _sums(total, columns, count)
-        assert not (found % divisor).any(), "an objective is no integer in its counting unit"
-        vectors[:, axis] = found // divisor
+        sums = _sums(total, columns, count)
+        assert not (sums % divisor).any(), "an objective is no integer in its counting unit"
+        vectors[:, axis] = sums // divisor
     return Exhaustion(_marked(tables, columns, count), vectors, looked_at)
 
 
@@ -85,8 +85,8 @@ def _weighed(tables: Tables, columns: list[Any], count: int) -> tuple[Ints, Ints
     vectors = np.empty((count, len(signs)), dtype=np.int64)
     for row in range(count):
         look_at_the_clock()
-        found = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns))
-        vectors[row] = [sign * value for sign, value in zip(signs, found.objectives, strict=True)]
+        evaluation = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns))
+        vectors[row] = [sign * value for sign, value in zip(signs, evaluation.objectives, strict=True)]
     return _marked(tables, columns, count), vectors
 
 
@@ -158,49 +158,49 @@ def _kept(columns: list[Any], mask: npt.NDArray[np.bool_]) -> list[Any]:
 def _sums(total: Sum, columns: Sequence[Any], count: int) -> Ints:
     """The values of a sum; Python's own integers where 64 bits do not hold them."""
     kind = object if max(abs(total.low), abs(total.high)) >= 2**62 else np.int64
-    found = np.zeros(count, dtype=kind)
+    sums = np.zeros(count, dtype=kind)
     for part in total.parts:
-        found = found + (_values(part, columns, count, kind) if isinstance(part, Node) else part)
+        sums = sums + (_values(part, columns, count, kind) if isinstance(part, Node) else part)
     for pick in total.extremes:
         choose = np.maximum if pick.greatest else np.minimum
-        found = found + reduce(choose, (_sums(item, columns, count) for item in pick.sums))
-    return found
+        sums = sums + reduce(choose, (_sums(item, columns, count) for item in pick.sums))
+    return sums
 
 
 def _values(diagram: Diagram, columns: Sequence[Any], count: int, kind: Any = np.int64) -> Any:
     """The leaf of each row."""
-    found = np.empty(count, dtype=kind)
+    values = np.empty(count, dtype=kind)
     if not isinstance(diagram, Node):
-        found[:] = diagram
-        return found
+        values[:] = diagram
+        return values
     stack: list[tuple[Diagram, Ints]] = [(diagram, np.arange(count))]
     while stack:
         item, rows = stack.pop()
         if not len(rows):
             continue
         if not isinstance(item, Node):
-            found[rows] = item
+            values[rows] = item
             continue
         chosen = columns[item.decision][rows]
         for option, branch in enumerate(item.branches):  # a fixed decision has no node: its only branch stands for it
             stack.append((branch, rows[chosen == option]))
-    return found
+    return values
 
 
 def _fitting(table: CoreTable, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:
     """The rows whose threads fit on the cores of a processor."""
 
     def value(diagram: Diagram) -> Ints:
-        found: Ints = _values(diagram, columns, count)
-        return found
+        values: Ints = _values(diagram, columns, count)
+        return values
 
     return fitting(table, value, lambda row: View([int(column[row]) for column in columns]), count)
 
 
 def _exactly(tables: Tables, columns: Sequence[Any], count: int) -> npt.NDArray[np.bool_]:
     """The analysis' own verdict on each row, where the bounds alone are too coarse."""
-    found = np.empty(count, dtype=bool)
+    fits = np.empty(count, dtype=bool)
     for row in range(count):
         look_at_the_clock()
-        found[row] = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns)).is_feasible
-    return found
+        fits[row] = tables.evaluator.evaluate(tuple(int(column[row]) for column in columns)).is_feasible
+    return fits

@@ -114,12 +114,12 @@ class SecondModel:
 
     def _total(self, total: Sum) -> Any:
         """A sum as an expression; each of the sums of an extreme has a variable of its own."""
-        found: Any = sum(self.lookups.value(part) for part in total.parts)
+        total_form: Any = sum(self.lookups.value(part) for part in total.parts)
         for number, times in total.waits:
             assert self.waiting is not None
-            found = found + times * self.waiting.variables[number]
+            total_form = total_form + times * self.waiting.variables[number]
         for number, times in total.passages:
-            found = found + times * self.passages[number]
+            total_form = total_form + times * self.passages[number]
         for pick in total.extremes:
             parts = []
             for item in pick.sums:
@@ -131,8 +131,8 @@ class SecondModel:
                 self.model.add_max_equality(target, parts)
             else:
                 self.model.add_min_equality(target, parts)
-            found = found + target
-        return found
+            total_form = total_form + target
+        return total_form
 
     def _canonical(self, index: int) -> Any:
         """The option as the canonical design has it: -1 where the decision is not used."""
@@ -372,8 +372,10 @@ class SecondModel:
             return chain_lesson(self.tables.space, number, chain, waited, values)
         if number < 0:
             longer = Fraction(said, self.waiting.scale)
-            found = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)
-            return found or waits_lesson(self.tables.space, number, self.waiting.waits.messages[number], waited, values)
+            lesson = soonest_lesson(self.tables.space, number, self.tables.messages, longer, values)
+            return lesson or waits_lesson(
+                self.tables.space, number, self.waiting.waits.messages[number], waited, values
+            )
         return waiting_lesson(self.tables.space, number, waited, values)
 
     def _teach(self, model: cp_model.CpModel, lesson: Lesson) -> None:
@@ -416,7 +418,7 @@ class SecondModel:
         model.add_bool_or(others)
 
     def _reduced(self, below: Sequence[int | None], from_on: Sequence[int | None] | None) -> Callable[[float], bool]:
-        """Whether a region is refuted by so much work on a smaller question, which is made when it is first asked."""
+        """Whether a region is refuted by some work on a smaller question, which is made when it is first needed."""
         region: ReducedRegion | None = None
 
         def is_refuted(limit: float) -> bool:

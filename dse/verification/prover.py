@@ -29,7 +29,7 @@ class Prover(Protocol):
 
     @property
     def words(self) -> str:
-        """How it knows."""
+        """The method of the proof, in words."""
         ...
 
     @property
@@ -91,7 +91,7 @@ class AllDesigns:
 
     @property
     def words(self) -> str:
-        """How many designs there are."""
+        """The number of designs, in words."""
         feasible = len(self.found.vectors)
         return f"every design looked at: {self.found.looked_at} that are possible, {feasible} of them feasible"
 
@@ -163,7 +163,7 @@ class AskedModel(SecondModel):
 
     @property
     def words(self) -> str:
-        """How many times it was asked."""
+        """The number of questions to the model, in words."""
         return f"a second model asked {self.calls} times, with other settings and another search"
 
     @property
@@ -186,8 +186,8 @@ def make_prover(evaluator: Evaluator, method: Method = "auto", deadline: float |
     if method != "model":
         try:
             few = FEW_JUDGED if tables.late or tables.messages or tables.waits is not None else FEW
-            found = exhaust(tables, few) if method == "auto" else exhaust(tables)
-            return AllDesigns(found, tables.space.first_order), tables
+            exhaustion = exhaust(tables, few) if method == "auto" else exhaust(tables)
+            return AllDesigns(exhaustion, tables.space.first_order), tables
         except TooMany:
             if method == "exhaustion":
                 raise

@@ -57,13 +57,13 @@ class Row:
     @cached_property
     def alone(self) -> dict[int, list[int]]:
         """The summands of each decision's options, in the parts that look at this decision alone."""
-        found: dict[int, list[int]] = {}
+        options_of: dict[int, list[int]] = {}
         for part in self.parts:
             if isinstance(part, Node) and not is_deep(part):
-                known = found.get(part.decision)
+                known = options_of.get(part.decision)
                 added = [int(value) for value in part.branches]
-                found[part.decision] = added if known is None else list(map(add, known, added))
-        return found
+                options_of[part.decision] = added if known is None else list(map(add, known, added))
+        return options_of
 
     @cached_property
     def deep(self) -> list[Node]:
@@ -73,11 +73,11 @@ class Row:
     @cached_property
     def scope(self) -> dict[int, list[int]]:
         """Every decision that is looked at, with the positions of the `deep` parts that do."""
-        found: dict[int, list[int]] = {decision: [] for decision in self.alone}
+        options_of: dict[int, list[int]] = {decision: [] for decision in self.alone}
         for at, part in enumerate(self.deep):
             for decision in part.looked_at:
-                found.setdefault(decision, []).append(at)
-        return found
+                options_of.setdefault(decision, []).append(at)
+        return options_of
 
 
 class Reduction:
@@ -99,9 +99,9 @@ class Reduction:
         None where the threads fit, or where that is not known.
         """
         for table in self.tables.cores:
-            found = crowd(table, chosen, self.left)
-            if found is not None:
-                row = Row(*found)
+            crowded = crowd(table, chosen, self.left)
+            if crowded is not None:
+                row = Row(*crowded)
                 self.rows, self.using = [*self.rows, row], by_decision([row], self.using)
                 return row
         return None
@@ -210,12 +210,12 @@ class ReducedRegion:
     def _by_type(self, levels: Levels) -> list[ReducedRegion]:
         """A reduced region for each type of a processor that has several types left; empty where none has."""
         decision = next((item for item in levels.types if len(self.left[item]) > 1), None)
-        found = []
+        regions = []
         for option in self.left[decision] if decision is not None else ():
             left = [[option] if item == decision else list(options) for item, options in enumerate(self.left)]
             is_empty = not narrow(self.rows, left, self.rows)
-            found.append(ReducedRegion(self.rows, left, is_empty, levels))
-        return found
+            regions.append(ReducedRegion(self.rows, left, is_empty, levels))
+        return regions
 
     def _are_refuted(self, limit: float, deadline: float | None) -> bool:
         for part in self._parts:
@@ -232,14 +232,14 @@ def _rows_of(total: Sum, most: int) -> list[Row]:
     if not total.never_falls:
         return []
     low = sum(pick.low for pick in total.extremes)
-    found = [Row((*total.parts, *total.floors), most - low)]
+    rows = [Row((*total.parts, *total.floors), most - low)]
     for pick in total.extremes:
         for item in pick.sums if pick.greatest else ():
             if item.never_falls:
                 least_inside = sum(inner.low for inner in item.extremes)
                 parts = (*total.parts, *total.floors, *item.parts, *item.floors)
-                found.append(Row(parts, most - low + pick.low - least_inside))
-    return found
+                rows.append(Row(parts, most - low + pick.low - least_inside))
+    return rows
 
 
 def narrow(
@@ -286,7 +286,7 @@ def may_break(row: Row, left: Left) -> bool:
 
 
 def _added(row: Row, deep: Sequence[Remainder], decision: int, left: Sequence[Sequence[int]]) -> list[int]:
-    """What each option that is left of a decision adds to a row at least, in their order."""
+    """The least that each remaining option of a decision adds to a row, in their order."""
     values = row.alone.get(decision)
     added = [0 if values is None else values[option] for option in left[decision]]
     for item in deep:
@@ -430,12 +430,12 @@ class RemainingOptions:
 
     def chosen(self, solver: cp_model.CpSolver) -> list[list[int]]:
         """The position that a solution has of each decision; of one that no row looks at the first that is left."""
-        found = [[options[0]] for options in self.left]
+        kept = [[options[0]] for options in self.left]
         for decision, variable in self._positions.items():
-            found[decision] = [self.left[decision][solver.value(variable)]]
+            kept[decision] = [self.left[decision][solver.value(variable)]]
         for decision, literals in self._literals.items():
-            found[decision] = [self.left[decision][[solver.value(literal) for literal in literals].index(1)]]
-        return found
+            kept[decision] = [self.left[decision][[solver.value(literal) for literal in literals].index(1)]]
+        return kept
 
     def equal(self, variable: Any, values: Iterable[int]) -> list[Any]:
         """A literal for each of the values that a variable may have."""

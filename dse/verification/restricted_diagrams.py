@@ -85,10 +85,10 @@ def remainder(diagram: Node, left: Left) -> Remainder:
     """The remainder of a diagram with some options; one object for equal options."""
     looked_at = diagram.looked_at
     where = tuple([tuple(left[decision]) for decision in looked_at])
-    found = diagram.remainders.get(where)
-    if found is None:
-        found = diagram.remainders[where] = Remainder(diagram, dict(zip(looked_at, where, strict=True)))
-    return found
+    known = diagram.remainders.get(where)
+    if known is None:
+        known = diagram.remainders[where] = Remainder(diagram, dict(zip(looked_at, where, strict=True)))
+    return known
 
 
 def is_deep(diagram: Diagram) -> bool:
@@ -97,7 +97,7 @@ def is_deep(diagram: Diagram) -> bool:
 
 
 def _at(diagram: Diagram, decision: int, option: int) -> Diagram:
-    """What follows at the top of a diagram where a decision has an option."""
+    """The diagram below the top node, for an option of its decision."""
     while isinstance(diagram, Node) and diagram.decision == decision:
         diagram = diagram.branches[option]
     return diagram

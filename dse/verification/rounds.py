@@ -84,13 +84,13 @@ class Rounds:
             self._moves += 1
             held = model.clone()
             self.keep(held, self._kept)
-            found = attempted(held, deadline, MOVING, ways=self.ways)
-            if found[1] is not None:
-                return found
+            outcome = attempted(held, deadline, MOVING, ways=self.ways)
+            if outcome[1] is not None:
+                return outcome
         self._kept, self._moves = None, 0
         ways = self.favourite.turned(self.ways)
-        found, attempt = ask(
+        outcome, attempt = ask(
             model, deadline, is_refuted, ways, self._first, is_favoured=self.favourite.way in self.ways, most=most
         )
         self._first = self.favourite.answered(ways, attempt)
-        return found
+        return outcome

@@ -31,7 +31,7 @@ MOST_STOPS = 500
 
 
 class SolverWay(NamedTuple):
-    """How a solver branches, with how much linear relaxation, and whether with cuts.
+    """The branching of a solver, its amount of linear relaxation, and whether it makes cuts.
 
     One that is `plain` does nothing before it branches, nor in between: where a question is easy that is most of it.
     """
@@ -99,9 +99,9 @@ def ask(
         if is_refuted is not None and is_refuted(SHARE_OF_REFUTING * limit):
             return (cp_model.INFEASIBLE, None), attempt
         limit *= SHARE_OF_OTHERS if is_favoured and attempt % len(ways) else 1
-        found = attempted(model, deadline, limit, attempt, ways)
-        if found[0] != cp_model.UNKNOWN or is_over(deadline):
-            return found, attempt
+        outcome = attempted(model, deadline, limit, attempt, ways)
+        if outcome[0] != cp_model.UNKNOWN or is_over(deadline):
+            return outcome, attempt
     raise AssertionError("attempts have no end")
 
 
@@ -112,7 +112,7 @@ def attempted(
     attempt: int = 0,
     ways: Ways = WAYS,
 ) -> Outcome:
-    """One attempt at a model, with settings and a seed of its own, for so much deterministic time; may be unknown.
+    """One attempt at a model, with settings and a seed of its own, for a given deterministic time; may be unknown.
 
     A pair of the solver's status and, with a solution, the solver.
     """
@@ -157,12 +157,12 @@ def is_over(deadline: float | None) -> bool:
 
 def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: float | None) -> Any:
     """Solve while this thread waits in short steps: Ctrl-C ends it, and the deadline if its own clock does not."""
-    found: list[Any] = []
+    results: list[Any] = []
     done = threading.Event()
 
     def work() -> None:
         try:
-            found.append(solver.solve(model))
+            results.append(solver.solve(model))
         finally:
             done.set()
 
@@ -178,4 +178,4 @@ def _in_a_thread(solver: cp_model.CpSolver, model: cp_model.CpModel, deadline: f
             if done.wait(0.01):
                 break
         raise
-    return found[0]
+    return results[0]

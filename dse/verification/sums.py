@@ -124,7 +124,7 @@ class Summands:
 
     @property
     def weights(self) -> Iterator[Fraction]:
-        """How often waiting counts in it."""
+        """The factor of each waiting time in the sum."""
         yield from (weight for _, weight in (*self.waits, *self.passages))
         for _, sums in self.extremes:
             for item in sums:
@@ -136,8 +136,8 @@ class Summands:
 
         Exact; waiting is not in it.
         """
-        found = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
-        return found + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
+        largest_sum = sum(max((abs(leaf) for leaf in leaves(part)), default=0) for part in self.parts)
+        return largest_sum + sum(max(item.biggest for item in sums) for _, sums in self.extremes)
 
 
 @dataclass(frozen=True)

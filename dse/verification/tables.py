@@ -142,7 +142,7 @@ class _TableBuilder:
         self.wait_scale = lcm(*(item.scale for item in measures if not item.rounded and waits(item.metric)))
 
     def structure(self) -> None:
-        """What the architecture and the rules demand."""
+        """The conditions of the architecture and the rules."""
         book = self.evaluator.rulebook
         for predicate in book.predicates:
             self.demand(predicate.text, predicate.holds)
@@ -160,23 +160,23 @@ class _TableBuilder:
 
     def demand(self, name: str, holds: Callable[[View], bool]) -> None:
         """The formula must be true in every design."""
-        found = self.make.mapped(self.make.diagram(holds, name), lambda leaf: leaf is not NO_DESIGN and bool(leaf))
-        if found is not True:
-            self.conditions.append((name, found))
+        diagram = self.make.mapped(self.make.diagram(holds, name), lambda leaf: leaf is not NO_DESIGN and bool(leaf))
+        if diagram is not True:
+            self.conditions.append((name, diagram))
 
     def defined(self, diagram: Diagram, name: str) -> None:
         """The formula must have a value in every design."""
-        found = self.make.mapped(diagram, lambda leaf: leaf is not NO_DESIGN)
-        if found is not True:
-            self.conditions.append((f"{name} is defined", found))
+        mapped = self.make.mapped(diagram, lambda leaf: leaf is not NO_DESIGN)
+        if mapped is not True:
+            self.conditions.append((f"{name} is defined", mapped))
 
     def term(self, term: Term, owner: str) -> Diagram:
         """A summand as a diagram of exact fractions."""
         name = f"{owner}: {term.label}"
         formula = formula_of(term)
-        found = self.make.diagram(formula, name)
-        self.defined(found, name)
-        return self.make.mapped(found, as_fraction)
+        diagram = self.make.diagram(formula, name)
+        self.defined(diagram, name)
+        return self.make.mapped(diagram, as_fraction)
 
     def figures(self, terms: Iterable[Term], owner: str, *, upper: bool = False, loose: bool = False) -> Summands:
         """Summands as exact fractions; where `upper`, waiting that is too much to tabulate may be left open.
@@ -184,19 +184,19 @@ class _TableBuilder:
         Where `loose`, other summands that are too much to tabulate have their lower ends.
         """
         listed = list(terms)
-        found = Summands(())
-        sums = [found]  # before each term
+        summands = Summands(())
+        sums = [summands]  # before each term
         for number, term in enumerate(listed):
             is_taken_apart = upper and term.reads is not None and self._is_large(term, owner)
             until_read = self._until_read(listed, number, owner) if is_taken_apart else None
             if until_read is None or term.reads is None:
-                found = found.plus(self._figure(term, owner, upper=upper, loose=loose))
+                summands = summands.plus(self._figure(term, owner, upper=upper, loose=loose))
             else:
                 jobs = () if term.reads.job is None else (term.reads.job,)
-                found = sums[number - term.reads.before].plus(until_read)
-                found = found.plus(self.figures(jobs, owner, upper=upper, loose=loose))
-            sums.append(found)
-        return found
+                summands = sums[number - term.reads.before].plus(until_read)
+                summands = summands.plus(self.figures(jobs, owner, upper=upper, loose=loose))
+            sums.append(summands)
+        return summands
 
     def _figure(self, term: Term, owner: str, *, upper: bool, loose: bool) -> Summands:
         """One summand."""
@@ -229,7 +229,7 @@ class _TableBuilder:
 
     def _threads_of(self, key: int) -> int:
         """Of how many threads a waiting that is left open is; one where it is a message's."""
-        return next((len(chain.threads) for chain, found in self.chains.items() if found == key), 1)
+        return next((len(chain.threads) for chain, other in self.chains.items() if other == key), 1)
 
     def _least(self, term: Term, owner: str) -> Diagram:
         """A summand where nothing waits."""
@@ -334,9 +334,9 @@ class _TableBuilder:
         ]
         return Sum(tuple(made), low, high, picks, waits, passages, tuple(floors))
 
-    def _times(self, found: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
+    def _times(self, counted_waits: Iterable[tuple[int, Fraction]], scale: Fraction) -> tuple[tuple[int, int], ...]:
         """How often units of waiting count in a sum."""
-        listed = [(number, weight * scale / self.wait_scale) for number, weight in found]
+        listed = [(number, weight * scale / self.wait_scale) for number, weight in counted_waits]
         if any(times.denominator != 1 for _, times in listed):
             raise TooLarge("response times have no common unit with the figures that they are added to")
         return tuple((number, int(times)) for number, times in listed)
@@ -361,20 +361,20 @@ class _TableBuilder:
         upper = limit.requirement.is_upper and not limit.measure.rounded
         parts = self.figures(limit.measure.terms, name, upper=upper, loose=upper and limit.cores is None)
         self.loose += [limit] if parts.is_loose else []
-        found = []
+        bounds = []
         if operator in ("<=", "<", "=="):
-            found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
+            bounds.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), 1, strict=operator == "<"))
         if operator in (">=", ">", "=="):
-            found.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), -1, strict=operator == ">"))
+            bounds.append(self.bound(name, parts, self.make.mapped(bound, as_fraction), -1, strict=operator == ">"))
         if limit.cores is not None:
             for thread, terms in limit.alone.items():
                 alone, most = self.figures(terms, name), limit.cores.most
-                found.append(self.bound(f"{name}: {thread}", alone, most, 1, strict=limit.cores.is_strict))
+                bounds.append(self.bound(f"{name}: {thread}", alone, most, 1, strict=limit.cores.is_strict))
             table = core_table(
                 limit, partial(self.term, owner=name), self.make.diagram, self.make.mapped, EXACT, COARSE
             )
             self.cores += [] if table is None else [table]
-        return found
+        return bounds
 
     def bound(self, name: str, figures: Summands, bound: Diagram, sign: int, *, strict: bool) -> SumBound:
         """The inequality sign * (figures - bound) <= 0, or < 0, in whole numbers."""
@@ -393,9 +393,9 @@ class _TableBuilder:
         return SumBound(name, made, exact and not figures.is_open and not figures.is_loose)
 
     def waits(self) -> Waits:
-        """What the waiting of threads follows from."""
-        found = waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
-        return replace(found, messages=self.waits_of, chains={key: chain for chain, key in self.chains.items()})
+        """The tables from which the waiting of threads follows."""
+        made = waits_of(self.make, self.defined, self.waiting, self.late, self.wait_scale)
+        return replace(made, messages=self.waits_of, chains={key: chain for chain, key in self.chains.items()})
 
     def met(self, index: int) -> Diagram | None:
         """Where the walk through the decision's home meets it."""
@@ -411,13 +411,13 @@ class _TableBuilder:
                 tree = tree.branches[view[tree.decision]]
             return False
 
-        found = self.make.diagram(meets, self.space.decisions[index].name)
-        return None if found is True else found
+        diagram = self.make.diagram(meets, self.space.decisions[index].name)
+        return None if diagram is True else diagram
 
 
 def _rounded_up(scale: int, value: Any) -> int:
-    found: int = ceil(value * scale)
-    return found
+    rounded: int = ceil(value * scale)
+    return rounded
 
 
 def may_hold_waiting(space: Space, metric: Metric) -> bool:

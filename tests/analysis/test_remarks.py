@@ -106,7 +106,7 @@ def test_threads_without_an_execution_time_are_told() -> None:
         thread_types: {quick: {}, timed: {compute_execution_time: 1 ms}},
         threads: {a: {processor: p, period: 10 ms, type: [timed, quick]},
                   b: {processor: p, period: 10 ms, type: timed}, c: {period: 10 ms}}}"""
-    words = "no execution time is stated for a: what has no `compute_execution_time` counts as taking no CPU time"
+    words = "no execution time is stated for a: without `compute_execution_time` a thread counts as 0 ms"
     problem = dse.load(text)
     assert words in dse.check(problem).remarks
     assert words not in dse.analyse(problem, {"a.type": "timed"}).warnings

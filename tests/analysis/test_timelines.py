@@ -142,7 +142,7 @@ def test_a_core_of_segments_alone_shows_the_one_that_takes_longest() -> None:
     sections = analysis_page(analysis).sections
     captions = [block.caption for section in sections for block in section.blocks if hasattr(block, "caption")]
     assert "Response times on g, which serves one job at a time" in captions
-    ends = "b (piece 1) ends at most 7 ms after its own release, with all that may go before it"
+    ends = "b (piece 1) ends at most 7 ms after its own release, with all interference"
     assert f"Core 1 of p where a segment takes longest: {ends}" in captions
     assert {item["where"] for item in deadline_records(analysis.responses)} == {"core 1 of p", "g"}
 

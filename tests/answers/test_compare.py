@@ -13,6 +13,7 @@ import dse
 from dse.answers.comparison import DesignComparison, ResultComparison, compare_results
 from dse.questions.verbs.compare import compare
 from dse.report.content.compare import comparison_page
+from dse.report.page import Text
 from dse.report.terminal import print_page
 from dse.support.errors import UsageError
 
@@ -48,6 +49,17 @@ def test_two_designs(tmp_path: Path) -> None:
     assert (jitter.one, jitter.other, jitter.difference) == (11_000_000, 14_000_000, 3_000_000)
     assert [(line.one, line.other) for line in found.verdicts] == [("holds", "broken")]
     assert found.to_dict()["metrics"]["price"] == {"values": [30000, 10000], "unit": "ct"}
+
+
+def test_what_a_design_is_better_in_is_said(tmp_path: Path) -> None:
+    dear, cheap = written(tmp_path, "one", 300) + "#1", written(tmp_path, "two", 90) + "#1"
+    said = {
+        pair: [block.text for block in comparison_page(compare(*pair)).sections[0].blocks if isinstance(block, Text)]
+        for pair in ((dear, "baseline"), (cheap, "baseline"), (cheap, dear))
+    }
+    assert said[dear, "baseline"][-1] == "Trade-off: B has lower price, but higher jitter of main."
+    assert said[cheap, "baseline"][-1] == "A dominates B: it has lower jitter of main and lower price."
+    assert said[cheap, dear][-1] == "A dominates B: it has lower price; equal: jitter of main."
 
 
 def test_money_in_two_currencies_is_not_compared(tmp_path: Path) -> None:

@@ -63,7 +63,9 @@ def test_a_page_without_plots_is_whole_otherwise_and_says_so(lean: Path, capsys:
     assert "dse-pareto[plots]" not in capsys.readouterr().err  # nobody asked for a plot
     page = (lean / "reports" / "p.html").read_text(encoding="utf-8")
     assert (
-        "Parallel coordinates and the plots of" in page and "dse-pareto[plots]" in page and 'id="front-table"' in page
+        "The plots of contributions, use, clocks and deadlines" in page
+        and "dse-pareto[plots]" in page
+        and 'id="front-table"' in page
     )
     assert page.count("<script") == 2  # the data, and what filters the table
     assert len(re.findall("sha256-", page)) == 1

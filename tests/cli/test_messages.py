@@ -62,6 +62,8 @@ def test_what_stands_in_the_place_of_a_folder_is_told(tmp_path: Path, capsys: py
     path = tmp_path / "taken"
     path.write_text("kept")
     assert f"{path}: is a file; -o names the folder" in said(["solve", STARTER, "--report", "-o", str(path)], 2, capsys)
+    for name, meant in (("r.json", "--json r.json"), ("r.html", "--report r.html"), ("out", "--report -o out")):
+        assert f"did you mean `{meant}`" in said(["solve", STARTER, "-o", name], 2, capsys)
     assert path.read_text() == "kept"
 
 

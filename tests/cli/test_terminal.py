@@ -16,6 +16,7 @@ import dse
 from dse.cli import common
 from dse.cli.main import run
 from dse.cli.saying import in_a_line, visible
+from dse.examples.shipped import example_path
 from dse.report.page import Item, Listing, Page, Section, Table, Text
 from dse.report.terminal import print_page
 
@@ -97,6 +98,20 @@ def test_a_terminal_is_told_what_a_pipe_is(tmp_path: Path) -> None:
         said = terminal.read(100_000) or b""
     assert process.returncode == 3
     assert f"{SHOWN}: unknown key".encode() in said and b"\x1b" not in said
+
+
+def test_an_answer_has_the_lines_that_are_stated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A window of 18 lines, one of 40, and none, which is like 40; a window of one line has the shortest answer."""
+    file = str(example_path("inmark"))
+    heights = {}
+    for stated in ("18", "40", "", "1", "many"):
+        monkeypatch.setenv("LINES", stated)
+        assert run(["simulate", file, "--runs", "1", "--duration", "100ms"]) in (0, 4)
+        heights[stated] = capsys.readouterr().out.count("\n")
+    assert heights["18"] < heights["40"] == heights[""] == heights["many"]
+    assert heights["1"] <= heights["18"]
 
 
 def test_nothing_else_prints() -> None:

@@ -160,7 +160,7 @@ def test_table_5_5_is_a_catalogue_with_what_is_not_known(tmp_path: Path, monkeyp
     assert "a single sample on RT101, Spectra" in (single.source or "")
     assert not any("onCmd_inMsg" in path for path in problem.spec.uncertainty)
     Path("p.yaml").write_text(PROBLEM.replace("NAME", "ekf_pose_provider_onTimer"), encoding="utf-8")
-    assert run(["sensitivity", "p.yaml", "--design", "c.type = RT101", "--samples", "64", "-o", "."]) == 0
+    assert run(["sensitivity", "p.yaml", "--design", "c.type = RT101", "--samples", "64"]) == 0
 
 
 def test_samples_of_callbacks_go_beside_the_catalogue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

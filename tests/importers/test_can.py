@@ -167,7 +167,7 @@ def test_other_formats_that_are_none(name: str, text: str, tmp_path: Path, capsy
     [
         (["--cycle", "5"], "--cycle 5: expected a duration"),
         (["--cycle", "0 ms"], "--cycle 0 ms: it must be above zero"),
-        (["--cycle", "Speed=5 ms"], "--cycle Speed=...: no message without a cycle time is called so"),
+        (["--cycle", "Speed=5 ms"], "--cycle Speed=...: no message without a cycle time has this name"),
         (["--cycle", "=5 ms"], "--cycle =5 ms: expected a cycle time for all, such as 100 ms"),
         (["--cycle", "5 ms, 6 ms"], "--cycle 6 ms: expected a cycle time for all, such as 100 ms"),
         (["--bandwidth", "fast"], "--bandwidth fast: expected a bandwidth"),

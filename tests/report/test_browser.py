@@ -81,12 +81,18 @@ def test_plots_have_the_data_of_the_json(page: Browser, folder: Path) -> None:
         assert (row["o0"], row["o1"], row["o2"]) == pytest.approx(expected[row["id"]])
         drawn = page.run(f"dseReport.scatterPlace({row['id']})")
         assert drawn == pytest.approx(page.run(f"dseReport.scatterAt({row['o0']}, {row['o1']})"))
-    lines = plotted(page, "views.parallel", "lines")
-    assert {(row["id"], row["axis"]) for row in lines} == {(number, axis) for number in expected for axis in range(3)}
-    for axis, name in enumerate(item["name"] for item in data["objectives"]):
-        best = min(expected, key=lambda number: expected[number][axis])
-        assert max((row["place"], -row["id"]) for row in lines if row["axis"] == axis)[0] == 1
-        assert next(row["place"] for row in lines if row["id"] == best and row["name"] == name) == 1
+    lines = page.run(
+        """Object.fromEntries([...document.querySelectorAll('#parallel .lines path')].map(
+             (line) => [line.dataset.id, line.getAttribute('d').match(/[\\d.]+/g).map(Number)]))"""
+    )
+    assert {int(number) for number in lines} == set(expected)
+    for axis in range(3):  # the best value at the top of its axis, the worst at the bottom, all others in proportion
+        heights = {int(number): places[2 * axis + 1] for number, places in lines.items()}
+        top, bottom = min(heights.values()), max(heights.values())
+        least, most = (pick(values[axis] for values in expected.values()) for pick in (min, max))
+        for number, values in expected.items():
+            share = (values[axis] - least) / (most - least)
+            assert heights[number] == pytest.approx(top + share * (bottom - top), abs=0.1)
 
 
 def test_the_waterfall_adds_up_to_the_latency_of_the_json(page: Browser, folder: Path) -> None:
@@ -117,7 +123,7 @@ def selected(browser: Browser) -> list[Any]:
               dseReport.state.chosen,
               Number(document.querySelector('#scatter .marks text:last-child').textContent.split('#')[1]),
               Number(document.getElementById('side-a').value),
-              dseReport.state.views.parallel.signal('chosen'),
+              Number(document.querySelector('#parallel .chosen').dataset.id),
               Number(document.querySelector('#front-table tr.chosen').dataset.id),
               Number(document.querySelector('#front-table input:checked').value),
               Number(document.getElementById('alternative-title').textContent.split('#')[1]),
@@ -129,7 +135,7 @@ def selected(browser: Browser) -> list[Any]:
 def test_choosing_in_the_table_chooses_everywhere(page: Browser) -> None:
     assert selected(page) == [1] * 7
     page.run("document.querySelector('#front-table tr[data-id=\"12\"] td:nth-child(4)').click()")
-    page.wait("dseReport.state.views.parallel.signal('chosen') === 12 && dseReport.state.details.length === 3")
+    page.wait("dseReport.state.chosen === 12 && dseReport.state.details.length === 3")
     assert selected(page) == [12] * 7
     assert page.problems() == []
 
@@ -150,15 +156,11 @@ def test_choosing_in_the_scatter_plot_chooses_everywhere(page: Browser) -> None:
 def test_choosing_a_line_chooses_everywhere(page: Browser) -> None:
     place = page.run(
         """(() => {
-          const view = dseReport.state.views.parallel, node = document.querySelector('#parallel');
-          node.scrollIntoView({block: 'center', behavior: 'instant'});
-          const box = node.querySelector('svg').getBoundingClientRect(), origin = view.origin();
-          const row = (axis) => view.data('lines').find((record) => record.id === 20 && record.axis === axis);
-          const at = (axis) => [view.scale('x')(row(axis).name), view.scale('y')(row(axis).place)];
-          const [one, two] = [at(1), at(2)];
+          document.querySelector('#parallel').scrollIntoView({block: 'center', behavior: 'instant'});
+          const record = dseReport.data.front.find((one) => one.id === 20);
+          const [one, two] = [1, 2].map((axis) => dseReport.parallelAt(axis, record['n' + axis]));
           const part = 0.92;  // near the right end, where the three lines that reach the bottom are alone
-          return [box.left + origin[0] + one[0] + part * (two[0] - one[0]),
-                  box.top + origin[1] + one[1] + part * (two[1] - one[1])];
+          return [one[0] + part * (two[0] - one[0]), one[1] + part * (two[1] - one[1])];
         })()"""
     )
     page.click(*place)
@@ -176,7 +178,8 @@ def kept(browser: Browser) -> list[list[int]]:
             """[
               dseReport.state.kept === null ? null
                 : [...document.querySelectorAll('#scatter .point:not(.out)')].map((p) => Number(p.dataset.id)),
-              dseReport.state.views.parallel.signal('kept'),
+              dseReport.state.kept === null ? null
+                : [...document.querySelectorAll('#parallel .lines path:not(.out)')].map((p) => Number(p.dataset.id)),
               [...document.querySelectorAll('#front-table tbody tr:not(.out)')].map((row) => Number(row.dataset.id)),
             ]"""
         )
@@ -191,11 +194,11 @@ def test_a_limit_fades_in_every_view(page: Browser, folder: Path) -> None:
         input.dispatchEvent(new Event('input')); })()"""
     )
     expected = sorted(point["id"] for point in data["front"] if point["objectives"]["price"] <= prices[1])
-    page.wait("dseReport.state.views.parallel.signal('kept') !== null")
+    page.wait("dseReport.state.kept !== null")
     assert [sorted(part) for part in kept(page)] == [expected] * 3
     assert page.run("document.getElementById('count').textContent").startswith(f"{len(expected)} of 39")
     page.run("document.querySelector('#limits button').click()")
-    page.wait("dseReport.state.views.parallel.signal('kept') === null")
+    page.wait("dseReport.state.kept === null")
     assert len(kept(page)[2]) == 39
 
 
@@ -220,11 +223,8 @@ def on_axis(page: Browser, axis: int, places: Sequence[float]) -> list[list[floa
     return list(
         page.run(
             f"""(() => {{
-          const view = dseReport.state.views.parallel, node = document.querySelector('#parallel');
-          node.scrollIntoView({{block: 'center', behavior: 'instant'}});
-          const box = node.querySelector('svg').getBoundingClientRect(), origin = view.origin();
-          const x = box.left + origin[0] + view.scale('x')(dseReport.data.objectives[{axis}].name);
-          return {json.dumps(places)}.map((place) => [x, box.top + origin[1] + view.scale('y')(place)]);
+          document.querySelector('#parallel').scrollIntoView({{block: 'center', behavior: 'instant'}});
+          return {json.dumps(places)}.map((place) => dseReport.parallelAt({axis}, place));
         }})()"""
         )
     )
@@ -233,23 +233,17 @@ def on_axis(page: Browser, axis: int, places: Sequence[float]) -> list[list[floa
 def test_a_stretch_of_an_axis_keeps_what_passes_it(page: Browser) -> None:
     low, high = on_axis(page, 1, [0.6, 1.02])
     drag(page, low, high)
-    page.wait("dseReport.state.kept !== null && dseReport.state.views.parallel.signal('kept') !== null")
+    page.wait("dseReport.state.kept !== null")
     expected = page.run("dseReport.data.front.filter((r) => r.n1 >= 0.6).map((r) => r.id)")
     assert 0 < len(expected) < 39
     assert [sorted(part) for part in kept(page)] == [sorted(expected)] * 3
-    places = [row["place"] for row in plotted(page, "views.parallel", "bands")]
-    assert places == pytest.approx([0.6, 1.02], abs=0.01)
-    lines, axis = page.run(
-        """['.mark-line path[stroke-width="16"]', '.role-axis-grid line:nth-child(2)'].map((name) => {
-          const box = document.querySelector('#parallel ' + name).getBoundingClientRect();
-          return (box.left + box.right) / 2;
-        })"""
-    )
-    assert lines == pytest.approx(axis, abs=2)  # on the very axis
+    assert page.run("dseReport.state.bands")["1"] == pytest.approx([0.6, 1], abs=0.01)
+    drawn = page.run("[...document.querySelectorAll('#parallel .bands line')].map((line) => line.dataset.axis)")
+    assert drawn == ["1"]
     assert "b=1%3A" in page.run("location.hash")
     page.click(*on_axis(page, 1, [0.8])[0])
     page.wait("dseReport.state.kept === null")
-    assert plotted(page, "views.parallel", "bands") == []
+    assert page.run("document.querySelectorAll('#parallel .bands line').length") == 0
     assert page.run("dseReport.state.chosen") == 1  # taking hold of an axis chooses no line
     assert page.problems() == []
 
@@ -335,7 +329,7 @@ def test_what_a_limit_excludes_is_said_to_a_screen_reader(page: Browser) -> None
         """(() => { const input = document.getElementById('limit-1'); input.value = '0';
         input.dispatchEvent(new Event('input')); })()"""
     )
-    page.wait("dseReport.state.views.parallel.signal('kept') !== null")
+    page.wait("dseReport.state.kept !== null")
     said = page.run("[...document.querySelectorAll('#front-table tr.out input')].map((e) => e.ariaLabel)")
     assert said
     assert all(text.endswith(", outside the limits") for text in said)

@@ -15,6 +15,7 @@ from dse.report.content.front.decision import CAUSES, banner, designs_data
 from dse.report.content.front.document import Document
 from dse.report.content.front.first_screen import Screen
 from dse.report.html import html_report
+from dse.report.words.headline import title_words
 from dse.support.theme import DARK, LIGHT
 from tests.report.browser import Browser, needs_browser
 
@@ -63,6 +64,27 @@ def test_a_recommendation_says_what_it_is_and_what_it_costs() -> None:
     assert (found.state, found.title) == ("good", "Recommended: #1 large, can_250k, control.period 5 ms")
     assert any(line.startswith("Cost: ") for line in found.lines)
     assert any(line.startswith("Nearest limit: ") for line in found.lines)
+
+
+def test_a_result_that_is_read_again_has_its_title(robot: dse.Result, tmp_path: Path) -> None:
+    """A result states the limit of every flow one by one; a title has room for one phrase."""
+    robot.to_json(tmp_path / "r.json")
+    titles = [title_words(result) for result in (robot, dse.reopen(tmp_path / "r.json"))]
+    assert titles == ["Intelligent Marking line-marking robot: jitter of every flow <= 20 ms"] * 2
+
+
+def test_a_long_name_leaves_room_for_a_limit() -> None:
+    titles = [title_words(dse.solve(example_path(name))) for name in ("inmark_chapter2", "inmark_chapter3")]
+    assert [title.partition(": ")[2] for title in titles] == [
+        "jitter of f_gnss_lat < 200 ms, 1 more limit",
+        "latency of every flow <= 10 ms, 4 more limits",
+    ]
+    assert all(title.startswith("Intelligent Ma") and len(title) <= 80 for title in titles)
+
+
+def test_deadlines_stand_last_in_a_title() -> None:
+    result = dse.solve(example_path("perception"))
+    assert title_words(result) == "Perception pipeline: latency of brake <= 150 ms, every deadline met"
 
 
 def test_a_question_without_a_design_is_red() -> None:

@@ -183,7 +183,7 @@ def test_an_exclusive_bus_without_a_busy_time_is_remarked_on() -> None:
     problem = loads(text)
     assert [item.text for item in problem.space.requirements] == []
     assert any(
-        "the time of line is not limited, although it is exclusive" in text for text in dse.check(problem).remarks
+        "the busy time of line is not limited, although it is exclusive" in text for text in dse.check(problem).remarks
     )
 
 

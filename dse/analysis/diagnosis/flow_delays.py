@@ -58,11 +58,11 @@ def delayed_flows(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Delay
     """
     for verdict in _broken(teller, verdicts):
         keys = _threads(teller, verdict)
-        found = [item for item in (_waiting(teller, part) for part in _parts(teller, verdict)) if item is not None]
-        found.sort(key=lambda item: -item.waited_ns)
+        waits = [item for item in (_waiting(teller, part) for part in _parts(teller, verdict)) if item is not None]
+        waits.sort(key=lambda item: -item.waited_ns)
         shorter = tuple(_shorter(teller, verdict, keys))
-        if found or shorter:
-            yield Delayed(verdict.requirement.shown, tuple(found), shorter)
+        if waits or shorter:
+            yield Delayed(verdict.requirement.shown, tuple(waits), shorter)
 
 
 def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[Late]:
@@ -73,9 +73,9 @@ def unbounded_threads(teller: Teller, verdicts: Sequence[Verdict]) -> Iterator[L
     space = teller.space
     names = (name for item in _broken(teller, verdicts) for name in _unbounded(teller, item))
     for number in dict.fromkeys(space.component_numbers[name] for name in names):
-        found = teller.unbounded(number)
-        if found is not None:
-            yield found
+        late = teller.unbounded(number)
+        if late is not None:
+            yield late
 
 
 def _unbounded(teller: Teller, verdict: Verdict) -> tuple[str, ...]:
@@ -107,21 +107,21 @@ def _parts(teller: Teller, verdict: Verdict) -> list[FlowChain]:
     space = teller.space
     flows = flows_in(space, verdict.requirement.metric)
     placed = {number for number, _ in _threads(teller, verdict)}
-    found: list[FlowChain] = []
+    parts: list[FlowChain] = []
     for flow in (flow for flow in space.flows if flow.name in flows):
         chain: FlowChain | None = None
         for step in (step for step in flow.steps if step.kind == "component" and step.index in placed):
             if chain is not None and not step.chain:
-                found += least_cut(space, chain, teller.view)
+                parts += least_cut(space, chain, teller.view)
             chain = chain_of(step)
-        found += [] if chain is None else least_cut(space, chain, teller.view)
-    return list(dict.fromkeys(found))
+        parts += [] if chain is None else least_cut(space, chain, teller.view)
+    return list(dict.fromkeys(parts))
 
 
 def _waiting(teller: Teller, part: FlowChain) -> FlowWait | None:
-    """What threads wait for, if they have a bound and do wait."""
-    known = [response_of(teller.space, number, "thread", teller.view) for number in part.threads]
-    if any(item is None or item.response_ns is None for item in known):
+    """The waiting time of threads by cause; None where one has no bound, or they do not wait."""
+    responses = [response_of(teller.space, number, "thread", teller.view) for number in part.threads]
+    if any(item is None or item.response_ns is None for item in responses):
         return None
     waits = teller.waits.of_part(part) or ()
     waited = sum(item.waited_ns for item in waits)

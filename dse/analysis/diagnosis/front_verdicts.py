@@ -124,8 +124,8 @@ class ContentionReferee:
         return (space, self._limits_of(space)) if len(space.decisions) > len(self.space.decisions) else None
 
     def _limits_of(self, space: Space) -> tuple[Limit, ...]:
-        asked = (item for item in space.requirements if not self.of_fronts or is_scheduled(space, item.metric))
-        return tuple(build_limit(space, item) for item in in_time(asked))
+        requirements = (item for item in space.requirements if not self.of_fronts or is_scheduled(space, item.metric))
+        return tuple(build_limit(space, item) for item in in_time(requirements))
 
     def _misses(self, space: Space, limits: Sequence[Limit], design: Design) -> tuple[Miss, ...]:
         view = View(design)  # one for all: response times are found together, once for a view
@@ -155,12 +155,12 @@ def core_origins(space: Space) -> frozenset[str]:
     """
     several = {number for number, slot in enumerate(space.processors) if max(leaves(slot.cores), default=1) > 1}
     open_ = {decision.name for decision in space.decisions if decision.field == "core" and decision.is_open}
-    found = set()
+    origins = set()
     for item in space.components:
         if several & set(leaves(item.processor)):
             stated = {"decided" if f"{name}.core" in open_ else "stated" for name in space.core_owners(item)}
-            found |= {"first-fit"} if item.core is None else stated
-    return frozenset(found)
+            origins |= {"first-fit"} if item.core is None else stated
+    return frozenset(origins)
 
 
 _PLACEMENTS: Recall[Spread] = Recall()
@@ -171,10 +171,10 @@ def cores_of(space: Space, design: Design) -> Mapping[int, int]:
 
     Component indices to core numbers, ascending by component.
     """
-    found: dict[int, int] = {}
+    core_of: dict[int, int] = {}
     for item in placements_of(space, design).values():
-        found |= item.cores
-    return dict(sorted(found.items()))
+        core_of |= item.cores
+    return dict(sorted(core_of.items()))
 
 
 def placements_of(space: Space, design: Design) -> Mapping[int, Spread]:

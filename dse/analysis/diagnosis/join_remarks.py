@@ -31,14 +31,14 @@ def unsaid_joins(space: Space) -> Iterator[str]:
 
     At most one sentence, which names every such thread with its inputs; only under the profile *dse*.
     """
-    found = [
+    joins = [
         f"{item.stated_as} ({_listed([space.connections[wire].name for wire in item.triggers])})"
         for item in space.components
         if item.section == "threads" and len(item.triggers) > 1 and item.join is None and may_be_event_triggered(item)
     ]
-    if found and space.profile == "dse":
+    if joins and space.profile == "dse":
         yield (
-            f"each message of any of several inputs is a job of {_listed(found)}: state `join: all` where a job needs "
+            f"each message of any of several inputs is a job of {_listed(joins)}: state `join: all` where a job needs "
             "one of each, else `join: any`"
         )
 
@@ -63,7 +63,7 @@ def drifting_joins(space: Space) -> Iterator[str]:
 
 
 def endless_waits(space: Space, view: View) -> Iterator[str]:
-    """Why a message of a flow may wait for other inputs without a bound, in a design.
+    """The reasons why a message of a flow may wait for other inputs without a bound, in a design.
 
     One sentence for each cause, over all flows.
     """
@@ -156,7 +156,7 @@ def _has_room(space: Space, component: Component) -> bool:
 
 def _timers(space: Space, component: Component) -> set[int]:
     """The timers that messages of its triggers may come from, by number."""
-    found: set[int] = set()
+    timers: set[int] = set()
     seen: set[int] = set()
     todo = [space.connections[wire].sender for wire in component.triggers]
     while todo:
@@ -168,8 +168,8 @@ def _timers(space: Space, component: Component) -> set[int]:
         if may_be_event_triggered(sender) and sender.triggers:
             todo += [space.connections[wire].sender for wire in sender.triggers]
         else:
-            found.add(number)
-    return found
+            timers.add(number)
+    return timers
 
 
 def _clock(component: Component) -> str:

@@ -159,48 +159,48 @@ class Teller:
             if not verdict.holds and verdict.requirement.is_deadline:
                 broken.setdefault(verdict.requirement.metric.index or 0, verdict)
         for number, verdict in broken.items():
-            found = response_of(self.space, number, "thread", self.view)
-            if found is not None:
-                yield self._late(found, verdict.limit, partial(_holds, verdict))
+            response = response_of(self.space, number, "thread", self.view)
+            if response is not None:
+                yield self._late(response, verdict.limit, partial(_holds, verdict))
 
     def unbounded(self, number: int) -> Late | None:
         """The reason why a thread without a limit has no response-time bound; None where it has a bound.
 
         A `Late` without a limit; the cause is an overloaded core, or a thread of higher priority without a bound.
         """
-        found = response_of(self.space, number, "thread", self.view)
-        if found is None or found.response_ns is not None:
+        response = response_of(self.space, number, "thread", self.view)
+        if response is None or response.response_ns is not None:
             return None
-        return self._late(found, None, _is_bounded)
+        return self._late(response, None, _is_bounded)
 
-    def _late(self, found: Response, limit: Fraction | None, is_in_time: Callable[[Exact | None], bool]) -> Late:
-        space, view, key = self.space, self.view, (found.component, found.part)
-        component = space.components[found.component]
-        members = component.pieces.members if component.pieces is not None else (found.component,)
+    def _late(self, response: Response, limit: Fraction | None, is_in_time: Callable[[Exact | None], bool]) -> Late:
+        space, view, key = self.space, self.view, (response.component, response.part)
+        component = space.components[response.component]
+        members = component.pieces.members if component.pieces is not None else (response.component,)
         keys: list[TaskKey] = [(number, "thread") for number in members]
-        late = None if found.response_ns is None or limit is None else found.response_ns - limit
+        late = None if response.response_ns is None or limit is None else response.response_ns - limit
         loss = self.solution.loss_of(key)
         because = () if loss is None else self._because(loss)
         waits = self.waits if loss is None or because else self._waits(loss.ends)
-        is_told = late is not None or (loss is not None and not because and found.is_piece)
+        is_told = late is not None or (loss is not None and not because and response.is_piece)
         causes = [] if late is not None or loss is None else self._keys_of(because)
-        budget = budget_of(space, found.component, view, is_in_time)
+        budget = budget_of(space, response.component, view, is_in_time)
         return Late(
-            found.name if component.pieces is None else component.stated_as,
+            response.name if component.pieces is None else component.stated_as,
             space.processors[at(component.processor, view)].name,
-            found.core,
+            response.core,
             late,
-            self.solution.system.stages[key].elapsed_ns[1] if found.is_piece else found.task.worst_ns,
-            found.blocked_ns, found.executor, found.delays,
+            self.solution.system.stages[key].elapsed_ns[1] if response.is_piece else response.task.worst_ns,
+            response.blocked_ns, response.executor, response.delays,
             tuple(self.trials.shorter(keys, causes, is_in_time)),
-            found.is_piece,
+            response.is_piece,
             budget,
-            tuple(self._accelerators(members)) if found.is_piece else (),
+            tuple(self._accelerators(members)) if response.is_piece else (),
             () if late is not None or loss is None else because,
             limit,
             (waits.of_thread(key) if is_told else None) or (),
             self._full(keys, waits) if late is None and (loss is None or not because) else None,
-            self._apart(keys[0]) if late is None and found.is_piece else None,
+            self._apart(keys[0]) if late is None and response.is_piece else None,
         )  # fmt: skip
 
     def _keys_of(self, names: Sequence[str]) -> list[TaskKey]:
@@ -208,14 +208,14 @@ class Teller:
         return [key for key in self.solution.tasks if stated_name(self.space, key) in names]
 
     def _full(self, keys: Sequence[TaskKey], waits: Waits) -> Full | None:
-        """Where a thread and what goes before it need most, if that is more than there is."""
-        found: list[Full] = []
+        """The core or accelerator that a thread and its interference overload most; None where none is overloaded."""
+        overloads: list[Full] = []
         for key in keys:
             place, share = waits.share(key)
             name = self.space.processors[place.processor].name
             if share is not None and share > 1:
-                found.append(Full(name, place.core + 1, place.is_accelerator, share * PPM))
-        return max(found, key=lambda item: item.share_ppm, default=None)
+                overloads.append(Full(name, place.core + 1, place.is_accelerator, share * PPM))
+        return max(overloads, key=lambda item: item.share_ppm, default=None)
 
     def _apart(self, first: TaskKey) -> Exact | None:
         """How far apart the releases of a thread with segments are, whose first piece is given."""

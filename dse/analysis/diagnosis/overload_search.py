@@ -33,26 +33,26 @@ def lightened(
     Of the designs that are better those are taken that `is_allowed`.
     """
     left = MOST_TRIED
-    known, asked = _overuse(evaluator, design, processors)
+    known, overused = _overuse(evaluator, design, processors)
     while left > 0:
-        found = []
-        for other in in_time(_beside(evaluator, design, asked)):
+        lighter = []
+        for other in in_time(_beside(evaluator, design, overused)):
             left -= 1
             overuse, _ = _overuse(evaluator, other, processors)
             if overuse < known:
-                found.append((overuse, other))
-        allowed = next((item for item in sorted(found) if is_allowed(item[1])), None)
+                lighter.append((overuse, other))
+        allowed = next((item for item in sorted(lighter) if is_allowed(item[1])), None)
         if allowed is None:
             return design
         design = allowed[1]
-        known, asked = _overuse(evaluator, design, processors)
+        known, overused = _overuse(evaluator, design, processors)
     return design
 
 
-def _beside(evaluator: Evaluator, design: Design, asked: Collection[int]) -> Iterator[Design]:
+def _beside(evaluator: Evaluator, design: Design, overused: Collection[int]) -> Iterator[Design]:
     """The valid designs that differ in one of some decisions, and what is used or not because of it."""
     space = evaluator.space
-    for decision in sorted(asked):
+    for decision in sorted(overused):
         for option in range(len(space.decisions[decision].options)):
             if option == design[decision]:
                 continue

@@ -74,7 +74,7 @@ def overloads(space: Space, verdicts: Sequence[Verdict], view: View, late: Seque
 
     One `Overload` for each core or bus, with the lowest of its limits, the users by share, and the late threads on it.
     """
-    found: dict[tuple[str, int], Overload] = {}
+    by_place: dict[tuple[str, int], Overload] = {}
     for verdict in verdicts:
         metric = verdict.requirement.metric
         if verdict.holds or not verdict.requirement.is_upper:
@@ -83,10 +83,10 @@ def overloads(space: Space, verdicts: Sequence[Verdict], view: View, late: Seque
             yield from _on_bus(space, build_limit(space, verdict.requirement), view)
         if metric.kind in KINDS:
             for item in _on_processor(space, build_limit(space, verdict.requirement), view, late):
-                before = found.setdefault((item.processor, item.core), item)
+                before = by_place.setdefault((item.processor, item.core), item)
                 if item.limit_ppm < before.limit_ppm:  # of several limits on a core the lowest tells all
-                    found[item.processor, item.core] = item
-    yield from found.values()
+                    by_place[item.processor, item.core] = item
+    yield from by_place.values()
 
 
 def _on_processor(space: Space, limit: Limit, view: View, late: Sequence[Late]) -> Iterator[Overload]:
@@ -142,14 +142,14 @@ def _on_given_cores(
 
 
 def _most(limit: Limit) -> Fraction:
-    """What a limit lets a core use, in ppm."""
+    """The largest utilisation of a core that a limit admits, in ppm."""
     return limit.cores.most if limit.cores is not None else limit.requirement.limit.value * PPM
 
 
 def _made(
     space: Space, limit: Limit, core: int, used: Mapping[int, Fraction], view: View, late: Sequence[Late]
 ) -> Overload:
-    """What is told of a core, or of no partition, by the shares of threads by number."""
+    """The overload of a core, or of a set of threads without partition, from the shares of threads by number."""
     slot = space.processors[limit.requirement.metric.index or 0]
     shares: dict[str, Fraction] = {}
     for number, share in used.items():
@@ -179,14 +179,14 @@ def _full_executor(space: Space, limit: Limit, used: Mapping[int, Fraction], vie
 
 def _because_of(processor: str, core: int, late: Sequence[Late]) -> dict[str, None]:
     """The threads that have no bound because more than all of a core is needed, or because such a thread has none."""
-    found = dict.fromkeys(
+    unbounded = dict.fromkeys(
         item.thread
         for item in late
         if item.full is not None and (item.full.processor, item.full.core) == (processor, core)
     )
-    while more := [item.thread for item in late if item.thread not in found and found.keys() & {*item.endless}]:
-        found |= dict.fromkeys(more)
-    return dict.fromkeys(item.thread for item in late if item.thread in found)
+    while more := [item.thread for item in late if item.thread not in unbounded and unbounded.keys() & {*item.endless}]:
+        unbounded |= dict.fromkeys(more)
+    return dict.fromkeys(item.thread for item in late if item.thread in unbounded)
 
 
 def _shorter(space: Space, limit: Limit, used: Mapping[int, Fraction], view: View) -> Iterator[Shorter]:

@@ -64,7 +64,7 @@ class _Transfer:
 
     @property
     def at_bandwidth_ns(self) -> Fraction:
-        """What the bandwidth alone would take."""
+        """The transmission time by bandwidth alone, in ns."""
         return Fraction(8 * self.size_bytes * NS_PER_S, self.bandwidth_bps)
 
 
@@ -96,7 +96,7 @@ def design_remarks(space: Space, view: View) -> Iterator[str]:
 def _late_reads(space: Space, view: View) -> Iterator[str]:
     """How much of a flow's jitter is there because jobs may read when they begin, and not at their release."""
     rows = {flow.name: flow_rows(space, flow, view) for flow in space.flows}
-    found: dict[str, dict[str, Exact]] = {}
+    readers_of: dict[str, dict[str, Exact]] = {}
     for item in boundaries(space, view):
         sender, reader = item.offsets_ns
         ends = item.sender, item.receiver
@@ -104,8 +104,8 @@ def _late_reads(space: Space, view: View) -> Iterator[str]:
         if sender is not None and reader is not None and waits:
             less = (reader - sender - item.there_ns[0]) % item.step_ns - item.wait_ns[0]
             if less > 0:
-                found.setdefault(item.flow, {})[f"{item.receiver} (after {item.sender})"] = less
-    for flow, readers in found.items():
+                readers_of.setdefault(item.flow, {})[f"{item.receiver} (after {item.sender})"] = less
+    for flow, readers in readers_of.items():
         yield (
             f"{flow}: {format_duration(sum(readers.values()))} of its jitter are there because jobs may read when they "
             f"get the CPU, at {', '.join(readers)}: not where they read at their release (`communication: at_dispatch` "
@@ -125,8 +125,8 @@ def _untimed(names: Sequence[str]) -> Iterator[str]:
     if names:
         more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         yield (
-            f"no execution time is stated for {', '.join(names[:MOST_NAMED])}{more}: what has no "
-            "`compute_execution_time` counts as taking no CPU time"
+            f"no execution time is stated for {', '.join(names[:MOST_NAMED])}{more}: without "
+            "`compute_execution_time` a thread counts as 0 ms"
         )
 
 
@@ -167,11 +167,11 @@ def problem_remarks(space: Space) -> Iterator[str]:
     yield from outside_words(_possibly_outside(space, MANY_CASES))
     alone = replace(space, processing="execution_time")  # a response time is never below an execution time
     for flow in space.flows:
-        found: dict[str, None] = {}
+        remarks: dict[str, None] = {}
         for element in elements_of(space, flow):
             rows = tabulate(space, partial(_reversed_row, alone, element), MANY_CASES)
-            found |= dict.fromkeys(case.value for case in rows or () if case.value)
-        yield from _too_small(space, flow, list(found))
+            remarks |= dict.fromkeys(case.value for case in rows or () if case.value)
+        yield from _too_small(space, flow, list(remarks))
         yield from _gains(space, flow)
     for number, bus in enumerate(space.buses):
         if space.profile == "dse" and any(leaf is not None for leaf in leaves(bus.period_ns)):
@@ -205,12 +205,12 @@ def _late_offsets(space: Space) -> Iterator[str]:
 
 def _never_sent(space: Space) -> Iterator[str]:
     """Connections with a physical bus whose ends are on one processor in every design, so that nothing is sent."""
-    found: dict[str, list[str]] = {}
+    by_reason: dict[str, list[str]] = {}
     for item in space.connections if space.profile == "dse" else ():
         bus = space.buses[item.stated_bus] if isinstance(item.stated_bus, int) and not item.is_inner else None
         if bus is not None and item.bus is None and not bus.virtual:
-            found.setdefault(bus.name, []).append(item.name)
-    for carrier, names in found.items():
+            by_reason.setdefault(bus.name, []).append(item.name)
+    for carrier, names in by_reason.items():
         more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         yield (
             f"not sent over {carrier}, for sender and receiver share a processor or process: "
@@ -219,18 +219,18 @@ def _never_sent(space: Space) -> Iterator[str]:
 
 
 def _of_other_rules(space: Space) -> Iterator[str]:
-    """What is stated and not looked at by the rules that apply."""
+    """The remarks on fields that are stated and that the profile ignores."""
     if space.profile == "dse":
-        found = {
+        names_of = {
             "protocols": [item.name for item in space.connections if item.protocols]
             + [item.name for item in space.buses if any(leaves(item.protocols))],
             "timing": [item.name for item in space.connections if item.timing != "sampled"],
             "partition": [item.name for item in space.components if item.partition is not None],
             "period": [item.name for item in space.buses if any(leaves(item.period_ns))],
         }
-        told = [f"{field} of {_listed(names)}" for field, names in found.items() if names]
-        if told:
-            yield f"profile dse does not look at what only the osate profiles count: {'; '.join(told)}"
+        said = [f"{field} of {_listed(names)}" for field, names in names_of.items() if names]
+        if said:
+            yield f"profile dse does not look at what only the osate profiles count: {'; '.join(said)}"
         return
     asking = [item.name for item in space.buses if FROM_BANDWIDTH in leaves(item.fixed_ns)]
     if asking:
@@ -244,7 +244,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _gains(space: Space, flow: Flow) -> Iterator[str]:
-    """What a flow would gain from a clock of which nobody speaks."""
+    """The remark on the latency that a flow would gain if its timers shared a clock."""
     gains = clock_gains(space, flow)
     if gains:
         parts = [f"{format_duration(item.saves_ns)} at {item.receiver} (after {item.sender})" for item in gains]
@@ -269,14 +269,14 @@ def _reversed(row: Row) -> str:
     return f"{row.contributor} at least {least} ({row.min_method}), at most {most} ({row.max_method})"
 
 
-def _too_small(space: Space, flow: Flow, found: Sequence[str]) -> Iterator[str]:
+def _too_small(space: Space, flow: Flow, names: Sequence[str]) -> Iterator[str]:
     """The remark that the maximum and the jitter of a flow are too small, for minima above maxima."""
-    if found:
-        more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    if names:
+        more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
         setting = "" if space.profile == "dse" else f" (worst case by {space.worst_case.replace('_', ' ')})"
         yield (
             f"the maximum and the jitter of {flow.name} are too small: by profile {space.profile}{setting} it counts "
-            f"for {'; '.join(found[:SHOWN])}{more}"
+            f"for {'; '.join(names[:SHOWN])}{more}"
         )
 
 
@@ -301,23 +301,23 @@ def _no_time(space: Space, bus: Bus, chosen: str) -> str:
 
 def _slow(space: Space, number: int, users: list[Connection]) -> Iterator[str]:
     """The remark that messages of a bus may take longer than its bandwidth says, by the worst example."""
-    found: list[_Transfer] = []
+    slow_transfers: list[_Transfer] = []
     for item in users:
         cases = tabulate(space, partial(_transfer, space, number, item), MANY_CASES)
-        found += [case.value for case in cases or () if case.value is not None]
-    slowest = max(found, key=lambda one: one.longest_ns / one.at_bandwidth_ns, default=None)
+        slow_transfers += [case.value for case in cases or () if case.value is not None]
+    slowest = max(slow_transfers, key=lambda one: one.longest_ns / one.at_bandwidth_ns, default=None)
     if slowest is not None and slowest.longest_ns > slowest.at_bandwidth_ns * TELLING:
         name, obstacle = space.buses[number].name, busy_obstacle(space, number)
-        told = f"its busy time {obstacle}" if obstacle else f"`busy of {name}` counts the time"
+        busy_words = f"its busy time {obstacle}" if obstacle else f"`busy of {name}` counts the time"
         yield (
             f"{name} may be busier than its load says: {slowest.name} ({format_size(slowest.size_bytes)}) takes up to "
             f"{format_duration(slowest.longest_ns)}, at {format_bandwidth(slowest.bandwidth_bps)} it would be "
-            f"{format_duration(round(slowest.at_bandwidth_ns))}; {told}"
+            f"{format_duration(round(slowest.at_bandwidth_ns))}; {busy_words}"
         )
 
 
 def _transfer(space: Space, number: int, item: Connection, view: View) -> _Transfer | None:
-    """What a connection sends over a bus, where both its time and the bandwidth are stated; loads count frames."""
+    """The transfer of a connection over a bus, where both its time and the bandwidth are stated; loads count frames."""
     stack, bus = bus_stack(space, item, view), space.buses[number]
     if number not in stack or at(item.size_bytes, view) is None or frame_at(bus.fixed_ns, view) is not None:
         return None
@@ -388,38 +388,38 @@ def _possibly_outside(space: Space, limit: int) -> dict[Outside, None]:
 
     A connection with more than `limit` cases is left out.
     """
-    found: dict[Outside, None] = {}
+    outside: dict[Outside, None] = {}
     for item in space.connections:
         if any(space.buses[number].sizes_bytes is not None for number in reachable_buses(space, item)):
             cases = tabulate(space, partial(_outside, space, item), limit) or ()
-            found |= dict.fromkeys(one for case in cases for one in case.value)
-    return found
+            outside |= dict.fromkeys(one for case in cases for one in case.value)
+    return outside
 
 
 def _outside(space: Space, item: Connection, view: View) -> tuple[Outside, ...]:
     if at(item.size_bytes, view) is None:
         return ()
-    found = []
+    outside = []
     for number in bus_stack(space, item, view):
         bus = space.buses[number]
         sizes = _sizes(space, number, item, view)
         for size in map(ceil, message_sizes(space, item, number, view)):
             if sizes is not None and not sizes.min_bytes <= size <= sizes.max_bytes:
-                found.append(Outside(item.name, size, bus.name, sizes))
-    return tuple(found)
+                outside.append(Outside(item.name, size, bus.name, sizes))
+    return tuple(outside)
 
 
 def _sizes(space: Space, bus: int, item: Connection, view: View) -> SizeRange | None:
-    found: SizeRange | None = bus_figure(space, space.buses[bus].sizes_bytes, item, view)
-    return found
+    sizes: SizeRange | None = bus_figure(space, space.buses[bus].sizes_bytes, item, view)
+    return sizes
 
 
-def outside_words(found: Collection[Outside]) -> Iterator[str]:
-    """The remark that transmission times are extrapolated to other message sizes; nothing where `found` is empty.
+def outside_words(outside: Collection[Outside]) -> Iterator[str]:
+    """The remark that transmission times are extrapolated to other message sizes; nothing where `outside` is empty.
 
     At most one sentence with at most `SHOWN_OF_KNOWN_SIZES` messages.
     """
-    if found:
-        more = f", and {len(found) - SHOWN_OF_KNOWN_SIZES} more" if len(found) > SHOWN_OF_KNOWN_SIZES else ""
-        named = ", ".join(item.text for item in list(found)[:SHOWN_OF_KNOWN_SIZES])
+    if outside:
+        more = f", and {len(outside) - SHOWN_OF_KNOWN_SIZES} more" if len(outside) > SHOWN_OF_KNOWN_SIZES else ""
+        named = ", ".join(item.text for item in list(outside)[:SHOWN_OF_KNOWN_SIZES])
         yield f"transmission times are extrapolated to sizes of messages that they are not stated for: {named}{more}"

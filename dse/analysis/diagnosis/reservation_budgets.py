@@ -55,16 +55,16 @@ def budget_of(
 
     def changed(budget_ns: int) -> tuple[Space, View]:
         other = replace(mine, budget_ns=budget_ns)
-        found = (*space.reservations[:place], other, *space.reservations[place + 1 :])
-        return replace(space, reservations=found), View(view.design)
+        reservations = (*space.reservations[:place], other, *space.reservations[place + 1 :])
+        return replace(space, reservations=reservations), View(view.design)
 
     def is_too_large(budget_ns: int) -> bool:
         return not _is_served(*changed(budget_ns), number)
 
     def is_enough(budget_ns: int) -> bool:
         other, seen = changed(budget_ns)
-        found = response_of(other, number, "thread", seen)
-        return found is not None and is_in_time(found.response_ns)
+        response = response_of(other, number, "thread", seen)
+        return response is not None and is_in_time(response.response_ns)
 
     most = period if not is_too_large(period) else least(is_too_large, period) - 1
     enough = least(is_enough, most) if most and is_enough(most) else None

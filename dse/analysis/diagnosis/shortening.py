@@ -85,11 +85,11 @@ class Trials:
 
         At most `MOST_CANDIDATES`; jobs and sections with no time are left out.
         """
-        found: dict[tuple[str, int, Part | int], Candidate] = {}
+        by_part: dict[tuple[str, int, Part | int], Candidate] = {}
         for item in (*(self._job(key) for key in keys), *(one for key in keys for one in self._beside(key))):
             if item.most_ns > 0:
-                found.setdefault((item.kind, item.number, item.part), item)
-        return list(found.values())[:MOST_CANDIDATES]
+                by_part.setdefault((item.kind, item.number, item.part), item)
+        return list(by_part.values())[:MOST_CANDIDATES]
 
     def _beside(self, key: TaskKey) -> Iterator[Candidate]:
         place = self.system.place(key)
@@ -135,8 +135,8 @@ class Trials:
             components = list(space.components)
             component, stage = components[item.number], solution.system.stages[item.number, item.part]  # type: ignore[index]
             field = "callback_ns" if item.part == "callback" else "execution_ns"
-            given = at(getattr(component, field), self.view)
-            changed = (stage.best_ns, stage.worst_ns, *given[2:])
+            tree = at(getattr(component, field), self.view)
+            changed = (stage.best_ns, stage.worst_ns, *tree[2:])
             components[item.number] = replace(component, **{field: changed})  # type: ignore[arg-type]
             space = replace(space, components=tuple(components))
         return space, view
@@ -185,13 +185,13 @@ class Trials:
 
     def _known(self, places: frozenset[tuple[int, int]], item: Candidate, by_ns: int) -> Ends:
         """The response times of all that is on some cores, which decide each other; threads there ask for the same."""
-        asked = places, item, by_ns
-        if asked not in self._asked:
+        question = places, item, by_ns
+        if question not in self._asked:
             shorter = self.shortened(item, by_ns)  # with buses everything may have a part in everything
             solution = solve(shorter if counted_buses(self.space) else only(shorter, places))
-            self._asked[asked] = solution.ends
+            self._asked[question] = solution.ends
             self._spent += solution.rounds * len(solution.ends)
-        return self._asked[asked]
+        return self._asked[question]
 
 
 # Which single shorter time would let a design keep all that is asked at once.
@@ -211,15 +211,15 @@ def mending_cuts(space: Space, view: View, wrong: Sequence[Sequence[Shorter]]) -
         wrong, what is mended everywhere is judged once more with all requirements: shorter times may break lower
         limits.
     """
-    found = [{(item.name, item.section): item.by_ns for item in cuts} for cuts in wrong]
-    if len(found) < 2:
+    kept_cuts = [{(item.name, item.section): item.by_ns for item in cuts} for cuts in wrong]
+    if len(kept_cuts) < 2:
         return
-    named = [name for name in found[0] if all(name in cuts for cuts in found)]
+    named = [name for name in kept_cuts[0] if all(name in cuts for cuts in kept_cuts)]
     if not named:
         return
     trials = Trials(space, view)
     candidates = {(item.name, item.kind == "section"): item for item in trials.candidates(_keys(trials))}
-    for name, by_ns in sorted(((one, max(cuts[one] for cuts in found)) for one in named), key=lambda item: item[1]):
+    for name, by_ns in sorted(((one, max(cuts[one] for cuts in kept_cuts)) for one in named), key=lambda item: item[1]):
         candidate = candidates.get(name)
         if candidate is not None:
             trial, seen = trials.whole(candidate, by_ns)

@@ -68,29 +68,29 @@ def worst_busy_period(core: int, responses: Sequence[Response]) -> BusyPeriod | 
             if window.kind not in ("wait_set", "polling"):
                 return _of_executor(core, item, window)
         elif isinstance(window, Preempted):
-            found = worst_job_ns(window.task, window.rivals, window.blocked_ns)
-            if found is None:
+            worst_job = worst_job_ns(window.task, window.rivals, window.blocked_ns)
+            if worst_job is None:
                 continue
-            if sum(most_jobs(rival, found[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
+            if sum(most_jobs(rival, worst_job[1]) for rival in (*window.rivals, window.task)) > MOST_JOBS:
                 return None
-            pieces = played(window.task, window.rivals, window.blocked_ns, found)
-            return BusyPeriod(core, item.name, pieces, found[0], found[1], item.deadline_ns)
+            pieces = played(window.task, window.rivals, window.blocked_ns, worst_job)
+            return BusyPeriod(core, item.name, pieces, worst_job[0], worst_job[1], item.deadline_ns)
     return _of_segments(core, [item for item in here if item.is_piece])
 
 
 def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
     """The busy period of the segment that ends longest after its own release: one job, as earlier ones ended."""
-    found = []
+    busy = []
     for item in segments:
         window = item.window
         if isinstance(window, Preempted):
             job = window.task.single()
             worst_job = worst_job_ns(job, window.rivals, window.blocked_ns)
             if worst_job is not None:
-                found.append((worst_job[1], item, replace(window, task=job)))
-    if not found:
+                busy.append((worst_job[1], item, replace(window, task=job)))
+    if not busy:
         return None
-    end, item, window = max(found, key=lambda one: one[0])
+    end, item, window = max(busy, key=lambda one: one[0])
     if sum(most_jobs(rival, end) for rival in window.rivals) > MOST_JOBS:
         return None
     pieces = played(window.task, window.rivals, window.blocked_ns, (0, end))
@@ -99,48 +99,48 @@ def _of_segments(core: int, segments: Sequence[Response]) -> BusyPeriod | None:
 
 def _of_executor(core: int, item: Response, window: Queued) -> BusyPeriod | None:
     """The busy period of a thread in an executor that runs jobs as they come, or by priority."""
-    found = window.worst_job()
+    worst_job = window.worst_job()
     if (
-        found is None
+        worst_job is None
         or sum(delay.jobs for delay in item.delays) > MOST_JOBS
-        or (found.chain_ns is not None and found.release_ns)
+        or (worst_job.chain_ns is not None and worst_job.release_ns)
     ):
         return None  # of what its chain did before it is known how long it took, not when
-    pieces = _played_in(window, found)
-    return BusyPeriod(core, item.name, pieces, found.release_ns, found.end_ns, item.deadline_ns)
+    pieces = _played_in(window, worst_job)
+    return BusyPeriod(core, item.name, pieces, worst_job.release_ns, worst_job.end_ns, item.deadline_ns)
 
 
-def _played_in(item: Queued, found: WorstJob) -> tuple[Piece, ...]:
-    """Who has the core until the end of the worst job in an executor; no gaps.
+def _played_in(item: Queued, worst_job: WorstJob) -> tuple[Piece, ...]:
+    """The jobs on the core until the end of the worst job in an executor; no gaps.
 
     What preempts the executor goes first. Its own jobs run one after the other: as they come, that one last of those
     that come with it, or the most urgent that waits.
     """
     rivals = list(item.higher)
-    counted = [one for one in item.fellows if found.chain_ns is None or not one.is_kin]
+    counted = [one for one in item.fellows if worst_job.chain_ns is None or not one.is_kin]
     inner = [one.task for one in counted if one.goes_first or item.kind == "fifo"] + [item.task]
     outside = [
         (release, level, job, one)
         for level, one in enumerate(rivals)
-        for job, release in enumerate(_until(one, found.end_ns), 1)
-        if release < found.end_ns
+        for job, release in enumerate(_until(one, worst_job.end_ns), 1)
+        if release < worst_job.end_ns
     ]
     inside = [
         (release, level, job, one)
         for level, one in enumerate(inner)
-        for job, release in enumerate(_until(one, found.until_ns), 1)
-        if (release <= found.release_ns if one is item.task else job <= found.jobs(one))
+        for job, release in enumerate(_until(one, worst_job.until_ns), 1)
+        if (release <= worst_job.release_ns if one is item.task else job <= worst_job.jobs(one))
     ]
-    begun = max(item.blocked_ns, found.behind_ns)
+    begun = max(item.blocked_ns, worst_job.behind_ns)
     name = SECTION
-    if found.behind_ns > item.blocked_ns:
+    if worst_job.behind_ns > item.blocked_ns:
         name = next(one.task.name for one in counted if not one.goes_first and one.task.worst_ns == begun)
     running: tuple[Exact, str, int] | None = (begun, name, 1) if begun else None
-    is_held = begun > found.behind_ns  # a section: nothing preempts it
+    is_held = begun > worst_job.behind_ns  # a section: nothing preempts it
     pieces: list[Piece] = []
     left: dict[int, Exact] = {id(entry): entry[3].worst_ns for entry in outside}
     now: Exact = 0
-    while now < found.end_ns:
+    while now < worst_job.end_ns:
         urgent = [entry for entry in outside if entry[0] <= now and left[id(entry)]]
         later = [entry[0] for entry in outside if entry[0] > now]
         if urgent and not (is_held and running is not None):
@@ -183,7 +183,7 @@ def _urgency(item: Response) -> tuple[bool, Exact]:
 
 
 def played(task: Task, rivals: Sequence[Task], blocked_ns: Exact, worst_job: tuple[Exact, Exact]) -> tuple[Piece, ...]:
-    """Who has the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
+    """The jobs on the core until the end of the task's worst job, given as `worst_job_ns` gives it; no gaps.
 
     >>> from dse.analysis.scheduling.busy_window import periodic
     >>> a, b = periodic("a", 2, 5), periodic("b", 4, 20)

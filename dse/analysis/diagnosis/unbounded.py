@@ -55,9 +55,9 @@ def _unbounded_extreme(space: Space, metric: Metric, view: View) -> tuple[str, .
     picked: list[tuple[list[str], set[int]]] = []
     others: list[tuple[list[str], set[int]]] = []
     for terms in metric.operands:
-        found = [(times.value, unbounded_in(space, inner, view)) for times, inner in terms if times.value]
-        names = [name for _, names in found for name in names]
-        ways = {1 if times > 0 else -1 for times, unbounded in found if unbounded}
+        extremes = [(times.value, unbounded_in(space, inner, view)) for times, inner in terms if times.value]
+        names = [name for _, names in extremes for name in names]
+        ways = {1 if times > 0 else -1 for times, unbounded in extremes if unbounded}
         (picked if wanted in ways else others).append((names, ways))
     if picked:
         return tuple(dict.fromkeys(name for names, _ in picked for name in names))
@@ -123,14 +123,14 @@ def delayed_by(space: Space, processors: Iterable[int]) -> frozenset[int]:
     if counted_buses(space):
         return frozenset(range(len(space.components)))
     reached: set[Place] = {(processor, None) for processor in processors}
-    found = set[int]()
+    delayed = set[int]()
     while True:
         more = {number for number, item in enumerate(space.components) if _meet(_places(item), reached)}
-        led_to = {number for number in range(len(space.components)) if _follows(space, number, more | found)}
+        led_to = {number for number in range(len(space.components)) if _follows(space, number, more | delayed)}
         places = {place for number in led_to for place in _places(space.components[number])}
-        if more | led_to <= found and places <= reached:
-            return frozenset(found)
-        found |= more | led_to
+        if more | led_to <= delayed and places <= reached:
+            return frozenset(delayed)
+        delayed |= more | led_to
         reached |= places
 
 

@@ -76,19 +76,19 @@ def read_of(alone: Space, step: Step, counts_least: bool, view: View) -> Read:
     if step.via is None or not is_periodic(component, view):
         return Read(0)
     period = at(component.period_ns, view)
-    found = neighbours(alone, step, view, offsets=False)
-    if found is None or not (
-        is_given(component.offset_ns, view) and is_given(alone.components[found.sender].offset_ns, view)
+    pair = neighbours(alone, step, view, offsets=False)
+    if pair is None or not (
+        is_given(component.offset_ns, view) and is_given(alone.components[pair.sender].offset_ns, view)
     ):
         return Read(period)
     way = list(_back_to_the_timer(alone, step, view))
-    soonest = found.least_ns if counts_least else 0
+    soonest = pair.least_ns if counts_least else 0
     return Read(
-        period - found.pair.step_ns,
-        found.sender,
-        found.pair.step_ns,
+        period - pair.pair.step_ns,
+        pair.sender,
+        pair.pair.step_ns,
         soonest,
-        found.most_ns - soonest,
+        pair.most_ns - soonest,
         delayed=tuple(number for item in way for number in _waiting(alone, item, view)),
         late=tuple(_beginning(alone, step, view)) if counts_least else (),
         missed=tuple(_beginning(alone, way[-1], view)) if counts_least else (),

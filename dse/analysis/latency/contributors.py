@@ -109,10 +109,10 @@ def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) ->
 
     With `offsets` both must be known, too.
     """
-    found = _arrival_ns(space, step, view)
-    if found is None:
+    arrival_ns = _arrival_ns(space, step, view)
+    if arrival_ns is None:
         return None
-    earlier, least, most = found
+    earlier, least, most = arrival_ns
     sender, receiver = space.components[earlier.index], space.components[step.index]
     pair = pair_of(sender, receiver, view, offsets=offsets)
     if pair is None:
@@ -122,7 +122,7 @@ def neighbours(space: Space, step: Step, view: View, *, offsets: bool = True) ->
 
 
 def start_delay_ns(space: Space, step: Step, view: View) -> Exact:
-    """How long after its release the job of a timer may begin, and read; 0 where it reads at its release.
+    """The longest time from the release of a timer's job until it reads, in ns; 0 where it reads at its release.
 
     A job that begins so late and takes its longest execution time ends within the response time. Latency is counted
     from the release of the first component of a flow.
@@ -162,8 +162,8 @@ def run_spread_ns(space: Space, step: Step, view: View) -> Exact | None:
         return None
     if neighbours(space, step, view) is not None:
         return None
-    found = neighbours(space, step, view, offsets=False)
-    return None if found is None else spread_ns(found.pair, found.least_ns, found.most_ns)
+    pair = neighbours(space, step, view, offsets=False)
+    return None if pair is None else spread_ns(pair.pair, pair.least_ns, pair.most_ns)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,17 +185,17 @@ def phased_parts(space: Space, step: Step, view: View) -> tuple[tuple[Exact, Exa
     That is None for sampling of other clocks.
     """
     component = space.components[step.index]
-    found = neighbours(space, step, view, offsets=False)
+    phased = neighbours(space, step, view, offsets=False)
     rows = _callback_rows(space, step, component, view)
     if not step.only_reads:
         rows += _job_rows(space, step, _in_flow(space, step, view), view)
     least, most = sum(row.min_ns for row in rows), sum(row.max_ns for row in rows)
     period = at(component.period_ns, view)
-    if found is None:
+    if phased is None:
         return (least, most + period), None
-    pair = found.pair
+    pair = phased.pair
     assert not pair.error_ns, component.name
-    phase = Phase(pair.begins_ns[1] - found.least_ns, -found.most_ns, pair.step_ns, missing_ns(pair))
+    phase = Phase(pair.begins_ns[1] - phased.least_ns, -phased.most_ns, pair.step_ns, missing_ns(pair))
     return (least, most + period - pair.step_ns), phase
 
 
@@ -203,10 +203,10 @@ def _on_one_clock(space: Space, step: Step, component: Component, view: View) ->
     """Sampling of what comes from a timer of the same clock, where both offsets are known."""
     if not step.since or at(component.offset_ns, view) is None:
         return None
-    found = neighbours(space, step, view)
-    if found is None:
+    pair = neighbours(space, step, view)
+    if pair is None:
         return None
-    least, most = wait_ns(found.pair, found.least_ns, found.most_ns)
+    least, most = wait_ns(pair.pair, pair.least_ns, pair.most_ns)
     return Row(component.category, component.name, least, METHOD, most, METHOD)
 
 
@@ -241,7 +241,7 @@ def _queuing_row(space: Space, step: Step, component: Component, view: View) -> 
 
 
 def _job_rows(space: Space, step: Step, component: Component, view: View) -> list[Row]:
-    """What a component takes from its release on: what clocks say of those behind it counts these rows, too."""
+    """The rows of a component's own time, from its release on; waits of later timers on its clock count them, too."""
     chain = chain_of(step) if step.chain or step.has_source else None
     return [processing_row(space, component, view, chain)]
 

@@ -51,7 +51,7 @@ def waits_where(space: Space, number: int) -> Callable[[View], bool] | None:
 
 
 def may_wait(space: Space, step: Step, kind: str) -> bool:
-    """Whether what an element of a flow adds may hang on response times: its own, or those before it on its clock."""
+    """Whether what an element of a flow adds may depend on response times: its own, or those before it on its clock."""
     here = space.components[step.index]
     if kind == "min latency":  # only where a job may read when it begins
         return may_move(space, step, kind) and reads_when_jobs_begin(space)
@@ -63,12 +63,12 @@ def may_wait(space: Space, step: Step, kind: str) -> bool:
         )
     if not space.is_last_piece(step.index):
         return False
-    asked = [here]
+    to_ask = [here]
     for earlier in (space.components[item.index] for item in reversed(step.since) if item.kind == "component"):
-        asked.append(earlier)
+        to_ask.append(earlier)
         if is_always_timed(earlier):
             break
-    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in asked)
+    return any(item.processor is not None and set(leaves(item.communication)) != {LET} for item in to_ask)
 
 
 def may_move(space: Space, step: Step, kind: str) -> bool:
@@ -101,9 +101,9 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, FlowChain | N
 
     The last of a chain has the chain, the others have none.
     """
-    found: dict[int, FlowChain | None] = {}
+    apart: dict[int, FlowChain | None] = {}
     if not counts_responses(space) or kind == "min latency" or space.profile != "dse":
-        return found
+        return apart
     places = [number for number, step in enumerate(flow.steps) if step.kind == "component"]
     chains: list[list[int]] = []
     for place in places:
@@ -115,19 +115,19 @@ def chains_apart(space: Space, flow: Flow, kind: str) -> dict[int, FlowChain | N
     for members in chains:
         steps = [flow.steps[place] for place in members]
         if (len(members) > 1 or steps[0].has_source) and all(waits_apart(space, step, kind) for step in steps):
-            found |= dict.fromkeys(members)
-            found[members[-1]] = chain_of(steps[-1])
-    return found
+            apart |= dict.fromkeys(members)
+            apart[members[-1]] = chain_of(steps[-1])
+    return apart
 
 
 def waits_apart(space: Space, step: Step, kind: str) -> bool:
-    """Whether what a job of an element waits for others may be told apart from the rest of it, in every design."""
+    """Whether what a job of an element waits for others may be distinguished from the rest of it, in every design."""
     if step.only_reads or not counts_waiting(space, step.index) or not always_waits(space, step.index):
         return False
     return not may_move(space, step, kind)
 
 
 def waited_ns(space: Space, step: Step, view: View) -> Fraction:
-    """How long the job of a thread of a flow waits for others, behind those before it in its chain."""
+    """The time that the job of a thread of a flow waits for others, behind those before it in its chain, in ns."""
     longest = longer_by_ns(space, chain_of(step), view)
     return ZERO + longest - longest_alone_ns(space, step.index, "thread", view)

@@ -68,21 +68,21 @@ def exact_range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
 
     They are exact unless clocks differ by an error, or a hyperperiod is too long (`MOST_RELEASES`): then safe bounds.
     """
-    found: tuple[Exact, Exact] | None = view.memo.get(("exact", flow.name, space.processing, space.bus_queuing))
-    if found is None:
-        found = view.memo["exact", flow.name, space.processing, space.bus_queuing] = _range_ns(space, flow, view)
-    return found
+    range_ns: tuple[Exact, Exact] | None = view.memo.get(("exact", flow.name, space.processing, space.bus_queuing))
+    if range_ns is None:
+        range_ns = view.memo["exact", flow.name, space.processing, space.bus_queuing] = _range_ns(space, flow, view)
+    return range_ns
 
 
 def _range_ns(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
     runs, others = _runs(space, flow, view)
     least, most = (sum((ends[side] for ends in others), Fraction(0)) for side in (0, 1))
     for run in runs:
-        found = None if is_unbounded(most) else longest_and_shortest_ns(run)
+        both_ns = None if is_unbounded(most) else longest_and_shortest_ns(run)
         low, high = run.bounds_ns
-        if found is not None:
-            low = max(low, found[0] - sum(hop.least_ns for hop in run.hops))
-            high = min(high, found[1] - sum(hop.most_ns for hop in run.hops))
+        if both_ns is not None:
+            low = max(low, both_ns[0] - sum(hop.least_ns for hop in run.hops))
+            high = min(high, both_ns[1] - sum(hop.most_ns for hop in run.hops))
         least, most = least + low, most + high
     return least, most
 
@@ -121,11 +121,13 @@ def _runs(space: Space, flow: Flow, view: View) -> tuple[list[ClockSegment], lis
 def _hop(space: Space, step: Step, view: View) -> tuple[ClockSegment, Hop]:
     """A stretch that begins with the timer that releases what a synchronous reader reads, and the way from there."""
     receiver = space.components[step.index]
-    found = neighbours(space, step, view)
-    assert found is not None, receiver.name
-    pair, offset = found.pair, at(space.components[found.sender].offset_ns, view)
+    neighbour = neighbours(space, step, view)
+    assert neighbour is not None, receiver.name
+    pair, offset = neighbour.pair, at(space.components[neighbour.sender].offset_ns, view)
     first, begins = pair.begins_ns
-    hop = Hop(pair.receiver_ns, at(receiver.offset_ns, view), found.least_ns, found.most_ns, pair.error_ns, begins)
+    hop = Hop(
+        pair.receiver_ns, at(receiver.offset_ns, view), neighbour.least_ns, neighbour.most_ns, pair.error_ns, begins
+    )
     return ClockSegment(pair.sender_ns, offset, (), (0, 0), first), hop
 
 

@@ -74,10 +74,10 @@ def joined_row(space: Space, step: Step, component: Component, view: View) -> Ro
         return None
     if not passes_rates_on(component, view):
         return None
-    found = Join(space, step.index, view)
-    most, last = found.longest_wait(step)
-    least = found._shortest_wait(step)
-    method = f"{JOIN_METHOD}{found._name_of(last)}"
+    join = Join(space, step.index, view)
+    most, last = join.longest_wait(step)
+    least = join._shortest_wait(step)
+    method = f"{JOIN_METHOD}{join._name_of(last)}"
     if most >= UNBOUNDED_NS:
         return Row(component.category, component.name, least, method, NO_BOUND, method + UNBOUNDED_JOIN)
     return Row(component.category, component.name, least, method, most, method)
@@ -116,23 +116,23 @@ class Join:
         own = step.via
         assert own is not None
         others = [wire for wire in self.wires if wire != own]
-        found: tuple[Exact, int] = NO_BOUND, others[0]
+        longest: tuple[Exact, int] = NO_BOUND, others[0]
         size = self.room(own)
         if size is not None:
             gaps = [(self._gap_ns(wire), wire) for wire in others]
             slowest = _first_of(gaps)
-            found = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
+            longest = (NO_BOUND if slowest[0] >= UNBOUNDED_NS else size * slowest[0]), slowest[1]
         ways = _origins_of(self.space, self.number, self.view)
         if ways is not None and self._is_in_order(ways):
             in_order = self._in_order(step, ways)
-            if in_order[0] < found[0] or size is None:
-                found = in_order
-        return found
+            if in_order[0] < longest[0] or size is None:
+                longest = in_order
+        return longest
 
     def _shortest_wait(self, step: Step) -> Exact:
         """How long a message of the input of a step waits at least: more than 0 where it always comes before others.
 
-        That is told where every input comes from a timer at once, so that nothing on the way may lose messages, and no
+        It is known where every input comes from a timer at once, so that nothing on the way may lose messages, and no
         input makes place for new ones: it depends on no response time.
         """
         if any(self.room(wire) is not None for wire in self.wires) or any(map(self._comes_by_others, self.wires)):
@@ -174,7 +174,7 @@ class Join:
         assert step.via is not None
         own, together = ways[step.via], [origin for way in ways.values() for origin in way]
         start = _start_of(self.space, step, self.view)
-        found: tuple[Exact, int] = NO_BOUND, next(wire for wire in self.wires if wire != step.via)
+        longest: tuple[Exact, int] = NO_BOUND, next(wire for wire in self.wires if wire != step.via)
         for origin in own:
             if not start.is_late and (origin.kind, origin.number) != start.origin:
                 continue
@@ -186,10 +186,10 @@ class Join:
                 continue
             there = self._soonest_ns(origin, own) if start.has_figures else there
             waits = latest - there + spread
-            if waits < found[0]:
+            if waits < longest[0]:
                 ends = [(self._latest_ns(origin, way) or 0, wire) for wire, way in ways.items() if wire != step.via]
-                found = waits, _first_of(ends)[1]
-        return found
+                longest = waits, _first_of(ends)[1]
+        return longest
 
     def _latest_ns(self, origin: Origin, origins: Iterable[Origin]) -> Exact | None:
         """How long after a release of an origin the event of these is there at the latest; None: no bound."""
@@ -201,30 +201,30 @@ class Join:
 
 
 def latest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: View) -> Exact | None:
-    """How long after the k-th release of an origin the k-th event of `origins` comes at the latest; None: no bound."""
-    found: list[Exact] = []
+    """The longest time from the k-th release of an origin to the k-th event of `origins`, in ns; None: no bound."""
+    times_ns: list[Exact] = []
     for other in origins:
         phase = _phase_ns(space, origin, other, view)[1]
         if phase is None:
             return None
-        found.append(phase + other.most_ns)
-    return reduce(lambda one, two: picked("max", one, two), found)
+        times_ns.append(phase + other.most_ns)
+    return reduce(lambda one, two: picked("max", one, two), times_ns)
 
 
 def soonest_ns(space: Space, origin: Origin, origins: Iterable[Origin], view: View) -> Exact:
-    """How long after the k-th release of an origin the k-th event of `origins` comes at the soonest."""
-    found: list[Exact] = [0]
+    """The shortest time from the k-th release of an origin to the k-th event of `origins`, in ns."""
+    times_ns: list[Exact] = [0]
     for other in origins:
         phase = _phase_ns(space, origin, other, view)[0]
         if phase is not None:
-            found.append(phase + other.least_ns)
-    return reduce(lambda one, two: picked("max", one, two), found)
+            times_ns.append(phase + other.least_ns)
+    return reduce(lambda one, two: picked("max", one, two), times_ns)
 
 
-def _first_of(found: Sequence[tuple[Exact, int]]) -> tuple[Exact, int]:
+def _first_of(candidates: Sequence[tuple[Exact, int]]) -> tuple[Exact, int]:
     """The longest time with what it is of, the first of equal ones."""
-    best = found[0]
-    for item in found[1:]:
+    best = candidates[0]
+    for item in candidates[1:]:
         if item[0] > best[0]:
             best = item
     return best
@@ -245,7 +245,7 @@ class Start(NamedTuple):
     has_figures: bool = False
 
     def spread_ns(self, join: Join, origin: Origin) -> Exact | None:
-        """How much later than at the soonest the time may begin, counted from the release of an origin."""
+        """The difference between the latest and the soonest begin, from the release of an origin, in ns."""
         if not self.is_late:
             return 0
         if self.releases is None:
@@ -314,34 +314,34 @@ def _first_ns(space: Space, one: Origin, other: Origin, view: View) -> tuple[Exa
 
 def _origins_of(space: Space, number: int, view: View) -> dict[int, tuple[Origin, ...]] | None:
     """The origins of each input of a component; None where those of some are not known."""
-    found = _releases(space, number, view)
-    ways = {wire: _delivered(space, wire, found, view) for wire in space.components[number].triggers}
+    releases = _releases(space, number, view)
+    ways = {wire: _delivered(space, wire, releases, view) for wire in space.components[number].triggers}
     return None if any(way is None for way in ways.values()) else {wire: way or () for wire, way in ways.items()}
 
 
 def _origins_at(space: Space, number: int, view: View) -> Origins:
     """The origins of the releases of a component."""
-    found = _releases(space, number, view)
-    return _released(space, number, found, view)
+    releases = _releases(space, number, view)
+    return _released(space, number, releases, view)
 
 
 def _releases(space: Space, number: int, view: View) -> dict[int, Origins]:
     """The origins of the releases of all components before one, by number."""
-    found: dict[int, Origins] = {}
+    origins: dict[int, Origins] = {}
     todo, begun = _senders(space, number, view), {number}
     while todo:
         top = todo[-1]
-        missing = [item for item in _senders(space, top, view) if item not in found] if top not in found else []
+        missing = [item for item in _senders(space, top, view) if item not in origins] if top not in origins else []
         if not missing:
-            if top not in found:
-                found[top] = _released(space, top, found, view)
+            if top not in origins:
+                origins[top] = _released(space, top, origins, view)
             todo.pop()
         elif top in begun:
-            found[top] = None
+            origins[top] = None
         else:
             begun.add(top)
             todo += missing
-    return found
+    return origins
 
 
 def _senders(space: Space, number: int, view: View) -> list[int]:
@@ -352,7 +352,7 @@ def _senders(space: Space, number: int, view: View) -> list[int]:
     return [pieces_until(space, item)[0] for item in sources if item is not None]
 
 
-def _released(space: Space, number: int, found: dict[int, Origins], view: View) -> Origins:
+def _released(space: Space, number: int, origins_of: dict[int, Origins], view: View) -> Origins:
     """The origins of the releases of a component, from those of the components before it."""
     component = space.components[number]
     if not passes_rates_on(component, view):
@@ -363,7 +363,7 @@ def _released(space: Space, number: int, found: dict[int, Origins], view: View) 
     joins = is_joined(component, view)
     if not joins and len(component.triggers) != 1:
         return None
-    ways = {wire: _delivered(space, wire, found, view) for wire in component.triggers}
+    ways = {wire: _delivered(space, wire, origins_of, view) for wire in component.triggers}
     if any(way is None for way in ways.values()):
         return None
     if joins and not Join(space, number, view)._is_in_order({wire: way or () for wire, way in ways.items()}):
@@ -399,7 +399,7 @@ def _leaving(space: Space, number: int, releases: Origins, view: View) -> Origin
     return tuple(origin.later(least, most) for origin in releases)
 
 
-def _delivered(space: Space, wire: int, found: dict[int, Origins], view: View) -> Origins:
+def _delivered(space: Space, wire: int, origins: dict[int, Origins], view: View) -> Origins:
     """The origins of the messages of a connection, when they have come."""
     connection = space.connections[wire]
     least, most = delivery_ns(space, wire, view)
@@ -408,5 +408,5 @@ def _delivered(space: Space, wire: int, found: dict[int, Origins], view: View) -
         return (Origin("connection", wire, NS_PER_S / rate, least, most),) if rate else None
     if connection.states_rate:
         return None  # what comes sooner is lost
-    leaving = _leaving(space, connection.source, found.get(pieces_until(space, connection.source)[0]), view)
+    leaving = _leaving(space, connection.source, origins.get(pieces_until(space, connection.source)[0]), view)
     return None if leaving is None else tuple(origin.later(least, most) for origin in leaving)

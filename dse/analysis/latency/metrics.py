@@ -89,7 +89,7 @@ def input_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def _read_late(space: Space, step: Step, term: Term) -> Term:
-    """What a reader's wait adds to the age of what it reads: more where its job begins late, up to a period.
+    """The term by which a reader's wait makes its input older: more where its job begins late, up to a period.
 
     What it finds then is no older than one period of what comes next.
     """
@@ -103,8 +103,8 @@ def _read_late(space: Space, step: Step, term: Term) -> Term:
         waited = next((row.max_ns for row in rows if "sampling" in row.max_method), None)
         if waited is None or waited == (period := at(component.period_ns, view)):
             return ZERO
-        found: Fraction = ZERO + picked("min", start_delay_ns(space, step, view), period - waited)
-        return found
+        delay_ns: Fraction = ZERO + picked("min", start_delay_ns(space, step, view), period - waited)
+        return delay_ns
 
     def ends(view: View) -> tuple[Fraction, Fraction]:
         least, most = (term.ends or (lambda seen: (term.value(seen),) * 2))(view)
@@ -286,7 +286,7 @@ def message_term(space: Space, number: int) -> Term:
 
 
 def _follows_a_bus(space: Space, step: Step) -> bool:
-    """Whether what a component of a flow adds hangs on when messages come that wait for buses.
+    """Whether what a component of a flow adds depends on when messages come that wait for buses.
 
     That is so on a clock, where it reads what comes from a timer before it, where others dispatch it, and where it
     waits for other inputs.
@@ -300,7 +300,7 @@ def _follows_a_bus(space: Space, step: Step) -> bool:
 
 
 def _reads(space: Space, step: Step, number: int, kind: str) -> Reads | None:
-    """What a component on a clock adds to a latency or jitter under response times (`clock_reads`).
+    """The term of a component on a clock in a latency or jitter under response times (`clock_reads`).
 
     `number` is how many elements come before it.
     """
@@ -367,17 +367,17 @@ AT_ONCE = ("latency", "min latency", "jitter")
 def flow_figure_ns(space: Space, metric: Metric, view: View) -> int | Fraction | None:
     """The latency, minimum latency or jitter of a flow at once; None for other metrics.
 
-    The same as the measure's value.
+    Equal to the value of the measure.
     """
     if metric.kind not in AT_ONCE:
         return None
     flow = space.flows[metric.index or 0]
     key = ("flow", metric.index)
-    found: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
-    if found is None:
+    range_ns: tuple[int | Fraction, int | Fraction] | None = view.memo.get(key)
+    if range_ns is None:
         ranges = [_element_range_ns(space, item, view) for item in elements_of(space, flow)]
-        found = view.memo[key] = exact_sum(least for least, _ in ranges), exact_sum(most for _, most in ranges)
-    return figure_of(metric.kind, found)
+        range_ns = view.memo[key] = exact_sum(least for least, _ in ranges), exact_sum(most for _, most in ranges)
+    return figure_of(metric.kind, range_ns)
 
 
 def _queue_size(space: Space, step: Step, view: View) -> int:
@@ -391,17 +391,17 @@ def _queue_size(space: Space, step: Step, view: View) -> int:
 def _element_range_ns(space: Space, element: Step | FlowPosition, view: View) -> tuple[Exact, Exact]:
     """The least and most that an element of a flow adds; many flows, metrics and designs ask for the same."""
     key = ("element", element, space.processing, space.bus_queuing)
-    found: tuple[Exact, Exact] | None = view.memo.get(key)
-    if found is None:
+    range_ns: tuple[Exact, Exact] | None = view.memo.get(key)
+    if range_ns is None:
         on_bus = _may_hang_on_buses(space, element)
         if counts_responses(space) and (on_bus or not _is_delivery(element)):  # which consult all on a processor
-            found = _waiting_range_ns(space, element, view)
+            range_ns = _waiting_range_ns(space, element, view)
         elif on_bus:
-            found = _rows_range_ns(space, element, view)
+            range_ns = _rows_range_ns(space, element, view)
         else:
-            found = _RANGES.recall(space, element, view, _rows_range_ns)
-        view.memo[key] = found
-    return found
+            range_ns = _RANGES.recall(space, element, view, _rows_range_ns)
+        view.memo[key] = range_ns
+    return range_ns
 
 
 def _is_delivery(element: Step | FlowPosition) -> bool:
@@ -452,8 +452,8 @@ def _first_period_ns(space: Space, flow: Flow, view: View) -> Exact:
         return 0
     if is_joined(space.components[first.index], view):  # a hybrid thread, which goes on only when all have come
         return dispatch_gap_ns(space, first.index, view)
-    found: Exact = at(space.components[first.index].period_ns, view)
-    return found
+    period_ns: Exact = at(space.components[first.index].period_ns, view)
+    return period_ns
 
 
 def _last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
@@ -466,8 +466,8 @@ def _last_period_ns(space: Space, flow: Flow, view: View) -> Exact:
         if component is None:
             continue
         if is_periodic(component, view):
-            found: Exact = at(component.period_ns, view)
-            return found
+            period_ns: Exact = at(component.period_ns, view)
+            return period_ns
         stored = stored_row(space, step, component, view)
         if stored is not None:
             return stored.max_ns

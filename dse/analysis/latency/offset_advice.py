@@ -109,9 +109,9 @@ def boundaries(space: Space, view: View) -> tuple[Boundary, ...]:
 def _hops(space: Space, flow: Flow, step: Step, view: View) -> Iterator[_Hop]:
     if step.kind != "component" or not step.since or not is_periodic(space.components[step.index], view):
         return
-    found = neighbours(space, step, view, offsets=False)
-    if found is not None and not is_unbounded(found.most_ns):
-        yield _Hop(flow.name, (found.sender, step.index), found.pair, found.least_ns, found.most_ns)
+    pair = neighbours(space, step, view, offsets=False)
+    if pair is not None and not is_unbounded(pair.most_ns):
+        yield _Hop(flow.name, (pair.sender, step.index), pair.pair, pair.least_ns, pair.most_ns)
 
 
 def _boundary(
@@ -148,23 +148,23 @@ def _better(hop: _Hop, hops: Sequence[_Hop], offsets: Mapping[int, Exact | None]
     today = _longest(around, offsets)
     best: tuple[Exact, Exact, Exact] | None = None
     for offset in _meetings(reader, around, offsets):
-        found = _longest(around, {**offsets, reader: offset})
-        others = sum(max(0, found[flow] - today[flow]) for flow in found if flow != hop.flow)
-        key = found[hop.flow], others, offset
+        latencies_ns = _longest(around, {**offsets, reader: offset})
+        others = sum(max(0, latencies_ns[flow] - today[flow]) for flow in latencies_ns if flow != hop.flow)
+        key = latencies_ns[hop.flow], others, offset
         best = key if best is None or key < best else best
     if best is None or best[0] >= today[hop.flow]:
         return None
-    found = _longest(around, {**offsets, reader: best[2]})
-    costs = {flow: found[flow] - today[flow] for flow in found if found[flow] > today[flow]}
+    latencies_ns = _longest(around, {**offsets, reader: best[2]})
+    costs = {flow: latencies_ns[flow] - today[flow] for flow in latencies_ns if latencies_ns[flow] > today[flow]}
     return Shift(best[2], today[hop.flow] - best[0], costs)
 
 
 def _longest(hops: Sequence[_Hop], offsets: Mapping[int, Exact | None]) -> dict[str, Exact]:
     """The longest waits of each flow, added up."""
-    found: dict[str, Exact] = {}
+    latencies_ns: dict[str, Exact] = {}
     for hop in hops:
-        found[hop.flow] = found.get(hop.flow, 0) + hop.wait_ns(offsets)[1]
-    return found
+        latencies_ns[hop.flow] = latencies_ns.get(hop.flow, 0) + hop.wait_ns(offsets)[1]
+    return latencies_ns
 
 
 def _meetings(reader: int, around: Sequence[_Hop], offsets: Mapping[int, Exact | None]) -> Iterator[Exact]:
@@ -204,18 +204,18 @@ def clock_gains(space: Space, flow: Flow) -> tuple[Gain, ...]:
         return ()
     if any(item.pieces is not None for item in space.components):  # beside segments clocks are refused
         return ()
-    found = []
+    gains = []
     for step in with_past(flow.steps):
         if step.kind == "component" and step.since and space.components[step.index].processor is not None:
             cases = tabulate(space, partial(_gain, space, step), MOST_CASES) or ()
             best = max((case.value for case in cases if case.value is not None), default=None)
             if best is not None:
-                found.append(Gain(best[1], space.components[step.index].name, best[0]))
-    return tuple(found)
+                gains.append(Gain(best[1], space.components[step.index].name, best[0]))
+    return tuple(gains)
 
 
 def _gain(space: Space, step: Step, view: View) -> tuple[Exact, str] | None:
-    """What is gained in a design at one reader, and from whom it reads."""
+    """The gain of one reader in a design, and the sender that it reads from."""
     receiver = space.components[step.index]
     if not is_periodic(receiver, view):
         return None

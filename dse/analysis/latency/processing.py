@@ -44,7 +44,7 @@ def best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]
     """
     candidates = [(component.execution_ns, "processing time"), (component.latency_ns, "specified")]
     ranges = [(at(tree, view), method) for tree, method in candidates]
-    return first_given(space, [(given and given[0], method) for given, method in ranges])
+    return first_given(space, [(times and times[0], method) for times, method in ranges])
 
 
 def worst_ns(space: Space, component: Component, view: View, chain: FlowChain | None = None) -> tuple[Exact, str]:
@@ -57,7 +57,7 @@ def worst_ns(space: Space, component: Component, view: View, chain: FlowChain | 
     trees = (component.response_ns, component.execution_ns, component.latency_ns)
     ranges = [at(tree, view) for tree in trees]
     methods = ("response time", "processing time", "specified")
-    response, execution, latency = ((given and given[1], method) for given, method in zip(ranges, methods, strict=True))
+    response, execution, latency = ((times and times[1], method) for times, method in zip(ranges, methods, strict=True))
     waits = component.pieces is None or component.name == component.pieces.thread  # all of it at the last piece
     if waits and is_computed(space, component, view) and response[0] is None and execution[0] is not None:
         response = computed_ns(space, component, execution, view, chain)

@@ -92,13 +92,13 @@ def computed_ns(
     of a `chain` it is how much longer the chain takes with it.
     """
     if chain is not None:
-        found = longer_by_ns(space, chain, view), "response time"
-        found = found if found[0] < UNBOUNDED_NS else (found[0], UNBOUNDED_METHOD)
+        time_ns = longer_by_ns(space, chain, view), "response time"
+        time_ns = time_ns if time_ns[0] < UNBOUNDED_NS else (time_ns[0], UNBOUNDED_METHOD)
     else:
-        found = scheduled_ns(space, component, "thread", view)
+        time_ns = scheduled_ns(space, component, "thread", view)
     if execution[0] is None or space.components[space.component_numbers[component.name]] is component:
-        return found
-    return found if found[0] >= execution[0] else (execution[0], execution[1])
+        return time_ns
+    return time_ns if time_ns[0] >= execution[0] else (execution[0], execution[1])
 
 
 def in_flow(space: Space, component: Component, step: Step, *, is_periodic: bool) -> Component:

@@ -109,7 +109,7 @@ def missing_ns(pair: Pair) -> Exact:
 
 
 def _rest(time: Exact, step: Exact) -> Exact:
-    """What is left of a time after whole steps: linear between them, for numbers that remember how they were made."""
+    """The remainder of a time after whole steps: linear between them, for numbers that remember how they were made."""
     return time - step * _steps(time, step)
 
 
@@ -132,8 +132,8 @@ def spread_ns(pair: Pair, least: Exact, most: Exact) -> Exact:
     step, spread = pair.step_ns, most - least + 2 * pair.error_ns
     grown = -_steps(-spread, step) * step
     within = pair.receiver_ns - step + grown + 2 * pair.error_ns - (most - least)
-    found: Exact = picked("min", within, pair.receiver_ns)
-    return found
+    wait_ns: Exact = picked("min", within, pair.receiver_ns)
+    return wait_ns
 
 
 def common_step(one: Exact, other: Exact) -> Exact:

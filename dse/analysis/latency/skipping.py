@@ -49,7 +49,7 @@ def skipped_terms(space: Space, flow: Flow, kind: str) -> Iterator[Term]:
 
 
 def _anything(view: View) -> tuple[Fraction, Fraction]:
-    """The ends of what hangs on response times."""
+    """The ends of a time that depends on response times."""
     return ZERO, ZERO + UNBOUNDED_NS
 
 
@@ -69,8 +69,8 @@ def _is_followed(space: Space, flow: Flow, place: int, view: View) -> bool:
 
 def own_job_row(space: Space, step: Step, component: Component, view: View) -> Row | None:
     """The row that takes off a job of the timer that samples, where its sampling and its response both count it."""
-    found = own_job_ns(space, step, view)
-    return Row(component.category, component.name, 0, OWN_JOB_METHOD, -found, OWN_JOB_METHOD) if found else None
+    time_ns = own_job_ns(space, step, view)
+    return Row(component.category, component.name, 0, OWN_JOB_METHOD, -time_ns, OWN_JOB_METHOD) if time_ns else None
 
 
 def own_job_ns(space: Space, step: Step, view: View) -> Exact:

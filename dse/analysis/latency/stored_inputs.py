@@ -68,16 +68,16 @@ def dispatchers(space: Space, number: int) -> frozenset[int]:
 
     The transitive closure over triggers and pieces, without a design.
     """
-    found: set[int] = set()
+    numbers: set[int] = set()
     todo = [number]
     while todo:
         component = space.components[todo.pop()]
         pieces = component.pieces.members if component.pieces is not None else ()
         sources = (space.connections[wire].source for wire in component.triggers)
-        fresh = {item for item in (*pieces, *sources) if item is not None} - found
-        found |= fresh
+        fresh = {item for item in (*pieces, *sources) if item is not None} - numbers
+        numbers |= fresh
         todo += fresh
-    return frozenset(found)
+    return frozenset(numbers)
 
 
 class Distance(NamedTuple):
@@ -133,8 +133,8 @@ def message_gap_ns(space: Space, wire: int, view: View) -> Exact:
     Over the jobs of the sender's last piece, in this design.
     """
     source = space.connections[wire].source
-    found = {} if source is None else _distances(space, pieces_until(space, source)[0], view)
-    return _as_bound(_deliveries(space, wire, found, view))
+    distances = {} if source is None else _distances(space, pieces_until(space, source)[0], view)
+    return _as_bound(_deliveries(space, wire, distances, view))
 
 
 def _as_bound(distance: Distance) -> Exact:
@@ -144,21 +144,21 @@ def _as_bound(distance: Distance) -> Exact:
 
 def _distances(space: Space, number: int, view: View) -> dict[int, Distance]:
     """The distance of the dispatches of a component and of each that dispatches it, also by way of others."""
-    found: dict[int, Distance] = {}
+    distances: dict[int, Distance] = {}
     todo, begun = [number], set[int]()
     while todo:
         top = todo[-1]
-        missing = [item for item in _before(space, top, view) if item not in found] if top not in found else []
+        missing = [item for item in _before(space, top, view) if item not in distances] if top not in distances else []
         if not missing:
-            if top not in found:
-                found[top] = _dispatches(space, top, found, view)
+            if top not in distances:
+                distances[top] = _dispatches(space, top, distances, view)
             todo.pop()
         elif top in begun:  # a cycle, which only a stated rate may break
-            found[top] = Distance(0, None)
+            distances[top] = Distance(0, None)
         else:
             begun.add(top)
             todo += missing
-    return found
+    return distances
 
 
 def _before(space: Space, number: int, view: View) -> list[int]:
@@ -175,7 +175,7 @@ def pieces_until(space: Space, number: int) -> tuple[int, ...]:
     return (number,) if pieces is None else pieces.members[: pieces.members.index(number) + 1]
 
 
-def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: View) -> Distance:
+def _dispatches(space: Space, number: int, distances: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the dispatches of a component, from those of the components that dispatch it."""
     component = space.components[number]
     joins = is_joined(component, view)
@@ -183,9 +183,9 @@ def _dispatches(space: Space, number: int, found: Mapping[int, Distance], view: 
         period: Exact = at(component.period_ns, view)
         if not joins:
             return Distance(period, period + skipped_ns(space, number, view))
-        slowest = _together([_to_timer(space, wire, found, view) for wire in component.triggers], joins=True)
+        slowest = _together([_to_timer(space, wire, distances, view) for wire in component.triggers], joins=True)
         return Distance(period, None if slowest is None else slowest + period)
-    ways = [_deliveries(space, wire, found, view) for wire in component.triggers]
+    ways = [_deliveries(space, wire, distances, view) for wire in component.triggers]
     arriving = Distance(ways[0].least_ns if len(ways) == 1 else 0, _together(ways, joins=joins))
     pieces = component.pieces.members if component.pieces is not None else (number,)
     _, busy = processing_ns(space, pieces, view)
@@ -201,15 +201,15 @@ def _together(ways: Sequence[Distance], *, joins: bool) -> Exact | None:
     return reduce(partial(picked, "max" if joins else "min"), bounds)
 
 
-def _to_timer(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
+def _to_timer(space: Space, wire: int, distances: Mapping[int, Distance], view: View) -> Distance:
     """The distance of what a hybrid thread's callback leaves for its timer."""
     number = space.connections[wire].target
     assert number is not None
     least, most = callback_ns(space, space.components[number], view)
-    return _deliveries(space, wire, found, view).later(most - least)
+    return _deliveries(space, wire, distances, view).later(most - least)
 
 
-def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: View) -> Distance:
+def _deliveries(space: Space, wire: int, distances: Mapping[int, Distance], view: View) -> Distance:
     """The distance of the messages of a connection."""
     connection = space.connections[wire]
     least, most = delivery_ns(space, wire, view)
@@ -223,7 +223,7 @@ def _deliveries(space: Space, wire: int, found: Mapping[int, Distance], view: Vi
         return Distance(apart, apart).later(most - least)
     pieces = pieces_until(space, connection.source)
     shortest, longest = processing_ns(space, pieces, view)
-    sent = found.get(pieces[0], Distance(0, None)).later(longest - shortest)
+    sent = distances.get(pieces[0], Distance(0, None)).later(longest - shortest)
     return sent._thinned(apart, apart).later(most - least)
 
 

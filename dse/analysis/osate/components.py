@@ -104,8 +104,8 @@ def _ranges(component: Component, view: View) -> list[tuple[Exact, Exact] | None
 
 def _best_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
     """Shortest processing: response time (not in 2014), execution time, specified."""
-    given = list(zip(_ranges(component, view), METHODS, strict=True))[1 if space.profile == OLD else 0 :]
-    return first_given(space, [(found and found[0], method) for found, method in given])
+    times = list(zip(_ranges(component, view), METHODS, strict=True))[1 if space.profile == OLD else 0 :]
+    return first_given(space, [(range_ns and range_ns[0], method) for range_ns, method in times])
 
 
 def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, str]:
@@ -116,7 +116,7 @@ def _worst_ns(space: Space, component: Component, view: View) -> tuple[Exact, st
     by_deadline = space.worst_case == "deadline"
     deadline = (at(component.deadline_ns, view), "deadline")
     response, execution, latency = (
-        (found and found[1], method) for found, method in zip(_ranges(component, view), METHODS, strict=True)
+        (range_ns and range_ns[1], method) for range_ns, method in zip(_ranges(component, view), METHODS, strict=True)
     )
     if space.profile == OLD:
         return first_given(space, [deadline, latency] if by_deadline else [execution, deadline, latency])

@@ -48,13 +48,13 @@ def specified_rows(space: Space, flow: Flow, view: View) -> tuple[Row, ...]:
     That is the latency of the flow specification for the processing of a component, and of the bus for each carrier of
     a connection; the connection's own where they specify none, at each end, but not in 2014.
     """
-    found: list[Row] = []
+    specified: list[Row] = []
     for place in places_of(space, flow):
         rows = list(place_rows(space, place, view))
         is_wire = place_step(space, place).kind == "connection"
         budgets = _of_connection(space, place, rows, view) if is_wire else _of_component(space, place, rows, view)
-        found += [replace(row, specified_ns=budget) for row, budget in zip(rows, budgets, strict=True)]
-    return tuple(found)
+        specified += [replace(row, specified_ns=budget) for row, budget in zip(rows, budgets, strict=True)]
+    return tuple(specified)
 
 
 def _of_component(space: Space, place: FlowPosition, rows: Sequence[Row], view: View) -> list[Range]:
@@ -71,20 +71,20 @@ def _component(space: Space, place: FlowPosition, view: View) -> Component:
 def _of_connection(space: Space, place: FlowPosition, rows: Sequence[Row], view: View) -> list[Range]:
     wire = space.connections[place_step(space, place).index]
     carried = [item for item in media(space, wire, view) if medium_ns(space, wire, item, view)[1]]
-    given = iter([bus_figure(space, space.buses[item.bus].latency_ns, wire, view) or NOTHING for item in carried])
+    latencies = iter([bus_figure(space, space.buses[item.bus].latency_ns, wire, view) or NOTHING for item in carried])
     first = next(number for number, row in enumerate(rows) if row.category == "connection")
-    found = [NOTHING] * len(rows)
+    counted = [NOTHING] * len(rows)
     if space.profile != CURRENT:  # one row for all that carries it, and nothing of its own
-        ranges = list(given)
-        found[first] = (sum(item[0] for item in ranges), sum(item[1] for item in ranges))
-        return found
-    found = [next(given, NOTHING) if row.max_method in CARRYING and row.medium else NOTHING for row in rows]
+        ranges = list(latencies)
+        counted[first] = (sum(item[0] for item in ranges), sum(item[1] for item in ranges))
+        return counted
+    counted = [next(latencies, NOTHING) if row.max_method in CARRYING and row.medium else NOTHING for row in rows]
     own = at(wire.latency_ns, view) or NOTHING
     least, most = (
-        found[first][end] if any(budget[end] for budget in found) else own[end] for end in (0, 1)
+        counted[first][end] if any(budget[end] for budget in counted) else own[end] for end in (0, 1)
     )  # fmt: skip
-    found[first] = (least, most)
-    return found
+    counted[first] = (least, most)
+    return counted
 
 
 def _printed(value_ns: Exact) -> Fraction:

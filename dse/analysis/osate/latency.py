@@ -182,7 +182,7 @@ def _stated_clock(space: Space, end: int | None, view: View) -> str:
 
 
 def _hardware(space: Space, end: int | None, view: View) -> tuple[str, int] | None:
-    """What a component runs on: a device on itself."""
+    """The hardware that a component runs on; a device runs on itself."""
     if end is None:
         return None
     component = space.components[end]
@@ -197,23 +197,23 @@ def since_sampling(space: Space, place: FlowPosition, view: View) -> Sums | None
 
     Entering a partition counts as sampling; immediate rows and those of buses do not.
     """
-    found = Sums()
+    sums = Sums()
     for position in range(place.position - 1, -1, -1):
         before = FlowPosition(place.flow, position)
         step = place_step(space, before)
         if step.kind == "connection":
             left, entered = crossed(space, step)
             if entered is not None:
-                return found
-            found = found.with_rows(_connection_rows(space, before, view))
+                return sums
+            sums = sums.with_rows(_connection_rows(space, before, view))
             if left is not None:
-                found = found.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
+                sums = sums.with_rows(tuple(row for row in (_output_row(space, before, left, view),) if row))
             continue
         component = space.components[step.index]
-        found = found.with_rows(tuple(later_rows(space, step, component, view)))
+        sums = sums.with_rows(tuple(later_rows(space, step, component, view)))
         first = _first_partition_row(space, before, component, view)
         if first is not None or _samples(space, step, component, view):
-            return found
+            return sums
     return None
 
 
@@ -293,7 +293,7 @@ def _to_phase(distance: Exact, frame: Exact) -> Exact:
 
 
 def _since_crossing(space: Space, place: FlowPosition, view: View) -> Sums | None:
-    """What passed until a connection has carried its message, since the last row that sampled."""
+    """The time since the last row that sampled, until a connection has carried its message."""
     since = since_sampling(space, place, view)
     if since is None:
         return None
@@ -348,7 +348,7 @@ def _connection_rows(space: Space, place: FlowPosition, view: View, *, queues: b
 
 
 def _medium_row(space: Space, wire: Connection, medium: Medium, view: View) -> Row:
-    """What one medium takes, by the rule that gives it at each end."""
+    """The time of one medium, and the rule that gives each end of it."""
     (least, is_least_timed), (most, is_most_timed) = medium_ends(space, wire, medium, view)
     methods = ["transmission time" if timed else "specified" for timed in (is_least_timed, is_most_timed)]
     return Row("connection", wire.name, least, methods[0], most, methods[1], space.buses[medium.bus].name)
@@ -360,7 +360,7 @@ def is_rounded_to_bus(space: Space, place: FlowPosition, view: View) -> bool:
 
 
 def _waiting_ns(space: Space, place: FlowPosition, view: View) -> Exact:
-    """What a message waits for the other connections of flows that its media carry, each for once."""
+    """The wait of a message for the other connections of flows on its media, each counted once."""
     others = rivals(space, place)
     mine = _bound_to(space, place, view) if others else frozenset()
     return sum(_shared_ns(space, mine, other, view) for other in others) if mine else 0
@@ -393,19 +393,19 @@ def _last_flows(space: Space) -> dict[int, int]:
 def waiting_for_ns(space: Space, place: FlowPosition, other: int, view: View) -> Exact:
     """The wait of a message for one other connection: its longest transmission on each medium that both share.
 
-    A medium with a period of its own makes nobody wait. Of several messages over one medium OSATE keeps the last one.
+    A medium with a period of its own makes no message wait. OSATE keeps the last of several messages on one medium.
     """
     return _shared_ns(space, _bound_to(space, place, view), other, view)
 
 
 def _bound_to(space: Space, place: FlowPosition, view: View) -> frozenset[int]:
-    """What the connection at a place is bound to, with what carries that."""
+    """The buses and virtual buses that a connection is bound to, directly and through each other."""
     wire = space.connections[place_step(space, place).index]
     return frozenset(item.bus for item in media(space, wire, view) if item.is_bound)
 
 
 def _shared_ns(space: Space, mine: frozenset[int], other: int, view: View) -> Exact:
-    """What another connection takes on some media."""
+    """The longest transmission of another connection on given media."""
     rival = space.connections[other]
     longest: dict[int, Exact] = {}
     for item in media(space, rival, view):

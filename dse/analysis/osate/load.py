@@ -71,21 +71,21 @@ def _riders(space: Space, number: int, view: View) -> list[Bus]:
 def _messages(space: Space, number: int, view: View) -> list[list[int]]:
     """The connections that are bound to a bus directly; those that are one message of it together."""
     is_broadcast = bool(at(space.buses[number].broadcast, view))
-    found: dict[object, list[int]] = {}
+    by_message: dict[object, list[int]] = {}
     for index, item in enumerate(space.connections):
         first = at(item.bus, view)
         if first is not None and number in (first, *item.further):
             port = (item.source, item.from_port) if is_broadcast and item.from_port is not None else index
-            found.setdefault(port, []).append(index)
-    return list(found.values())
+            by_message.setdefault(port, []).append(index)
+    return list(by_message.values())
 
 
 def _of_connections(space: Space, number: int, names: list[int], loads: dict[str, Fraction]) -> Iterator[Finding]:
     items = [space.connections[index] for index in names]
     load = max((loads.get(item.name, ZERO) for item in items), default=ZERO)
     if len({item.budget for item in items}) > 1:
-        told = ", ".join(item.name for item in items)
-        yield Finding("warning", f"{told} are one message on {space.buses[number].name} and have unequal budgets")
+        said = ", ".join(item.name for item in items)
+        yield Finding("warning", f"{said} are one message on {space.buses[number].name} and have unequal budgets")
     for item in items:
         if item.budget is None:
             yield Finding("warning", f"{item.name} has no budget")
@@ -106,8 +106,8 @@ def _of_bus(
     if capacity is not None and budget > capacity:
         yield Finding("error", f"the budget of {name}, {_told(budget)}, exceeds its bandwidth of {_told(capacity)}")
     if required > budget:
-        told = f"the budgets of what is bound to {name}, {_told(required)} together"
-        yield Finding("error", f"{told}, exceed its budget of {_told(budget)}")
+        required_words = f"the budgets of what is bound to {name}, {_told(required)} together"
+        yield Finding("error", f"{required_words}, exceed its budget of {_told(budget)}")
 
 
 def _told(value: Fraction) -> str:

@@ -62,7 +62,7 @@ def _required(space: Space, required: Sequence[int], size: Exact, view: View, *,
 
 
 def _overheads(space: Space, required: Sequence[int], view: View) -> Exact:
-    """What required protocols add in all, with those that they require."""
+    """The bytes that required protocols add, with the protocols that these require."""
     return sum(
         _overhead(space, number, view) + _overheads(space, at(space.buses[number].protocols, view), view)
         for number in required
@@ -70,7 +70,7 @@ def _overheads(space: Space, required: Sequence[int], view: View) -> Exact:
 
 
 def _overhead(space: Space, number: int, view: View) -> Exact:
-    """What a carrier adds to a message; nothing in 2014."""
+    """The bytes that a carrier adds to a message; none under profile `osate-2.2`."""
     return 0 if space.profile == OLD else unrounded(at(space.buses[number].overhead_bytes, view))
 
 

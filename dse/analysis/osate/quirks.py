@@ -71,9 +71,9 @@ def _unlinked(space: Space, flow: Flow, view: View) -> Iterator[str]:
     linked = replace(flow, steps=tuple(replace(step, unlinked=False) for step in flow.steps))
     there = _with_flow(space, linked)
     if _total_ns(there, linked, view) != _total_ns(space, flow, view):
-        told = _instead(there, linked, view)
+        figures = _instead(there, linked, view)
         lost = f"{flow.name} is composed of other flows, where OSATE counts no sampling and no queues"
-        yield f"{lost}: with them it takes {told}"
+        yield f"{lost}: with them it takes {figures}"
 
 
 def _waits_elsewhere(space: Space, flow: Flow, view: View) -> Iterator[str]:
@@ -90,9 +90,9 @@ def _waits_elsewhere(space: Space, flow: Flow, view: View) -> Iterator[str]:
         )
         if waits and not rivals(space, FlowPosition(space.flows.index(flow), place.position)):
             wires.append(space.connections[step.index].name)
-    told = _instead(other, flow, view)
+    figures = _instead(other, flow, view)
     lost = f"OSATE counts the bus queue of {_listed(wires)} in the last flow over it alone"
-    yield f"{lost}: with it {flow.name} takes {told}"
+    yield f"{lost}: with it {flow.name} takes {figures}"
 
 
 def _early_deadline(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
@@ -106,8 +106,8 @@ def _early_deadline(space: Space, flow: Flow, place: FlowPosition, view: View) -
     if component.category in EXECUTING and row.max_method == "deadline" and execution and execution[1] > row.max_ns:
         worst, deadline = format_duration(execution[1]), format_duration(row.max_ns)
         most = format_duration(_total_ns(space, flow, view)[1] + execution[1] - row.max_ns)
-        told = f"{component.name} takes up to {worst}, OSATE counts its deadline of {deadline}"
-        yield f"{told}: with the execution time {flow.name} takes up to {most}, as far as nothing behind it rounds up"
+        said = f"{component.name} takes up to {worst}, OSATE counts its deadline of {deadline}"
+        yield f"{said}: with the execution time {flow.name} takes up to {most}, as far as nothing behind it rounds up"
 
 
 def _partition(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
@@ -128,10 +128,10 @@ def _partition(space: Space, flow: Flow, place: FlowPosition, view: View) -> Ite
     entered = crossed(space, place_step(space, before))[1] if place.position else None
     if entered is not None and row.min_ns and row.min_method.endswith("sampling"):
         least = format_duration(_total_ns(space, flow, view)[0] - row.min_ns)
-        told = (
+        said = (
             f"{component.name} samples behind its partition {entered.name}: OSATE adds {format_duration(row.min_ns)} to"
         )
-        yield f"{told} the minimum of {flow.name} as well, which is {least} without it"
+        yield f"{said} the minimum of {flow.name} as well, which is {least} without it"
 
 
 def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
@@ -145,8 +145,8 @@ def _bus_period(space: Space, flow: Flow, place: FlowPosition, view: View) -> It
     if period:
         what = "period" if sum(map(bool, periods)) == 1 else "periods, in all"
         least = format_duration(_total_ns(space, flow, view)[0] - period)
-        told = f"OSATE adds the {what} {format_duration(period)} of what carries {wire.name} to the minimum as well"
-        yield f"{told}, for it takes the system for synchronous: without it {flow.name} takes at least {least}"
+        said = f"OSATE adds the {what} {format_duration(period)} of what carries {wire.name} to the minimum as well"
+        yield f"{said}, for it takes the system for synchronous: without it {flow.name} takes at least {least}"
 
 
 def _shared_data(space: Space, flow: Flow, place: FlowPosition, view: View) -> Iterator[str]:
@@ -158,9 +158,9 @@ def _shared_data(space: Space, flow: Flow, place: FlowPosition, view: View) -> I
     if wire.port != "data_access" or not is_sampling(space, reader, view):
         return
     wires = [replace(item, port="data") if item is wire else item for item in space.connections]
-    told = _instead(replace(space, connections=tuple(wires)), flow, view)
+    figures = _instead(replace(space, connections=tuple(wires)), flow, view)
     lost = f"OSATE counts no sampling of data that {reader.name} has access to"
-    yield f"{lost}: with it, as of a data port, {flow.name} takes {told}"
+    yield f"{lost}: with it, as of a data port, {flow.name} takes {figures}"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -84,20 +84,20 @@ def resource_uses(space: Space, view: View) -> tuple[ResourceUse, ...]:
     Processors and partitions by speed, memories by size, RAM and ROM; nothing where the problem states no budgets.
     """
     stated = space.resources
-    found: list[ResourceUse] = []
+    uses: list[ResourceUse] = []
     if stated.types or stated.partitions or any(item.speed is not None for item in stated.entries):
-        found += _processors(_Needs(space, view, "speed"))
+        uses += _processors(_Needs(space, view, "speed"))
     kinds: tuple[Kind, ...] = ("memory", "RAM", "ROM")
     for kind in kinds:
         needs = _Needs(space, view, kind)
         budgets = kind != "memory" and any(needs.budget(item) for item in range(len(stated.entries)))
         if budgets or any(_size(item, kind) for item in stated.memories.values()):
-            found += _memories(needs)
-    return tuple(found)
+            uses += _memories(needs)
+    return tuple(uses)
 
 
 class _Needs:
-    """What entries and threads need of one resource in one design; threads without an entry are entries by themselves.
+    """The needs of entries and threads for one resource in one design; a thread without an entry is one itself.
 
     An item is a number: below the number of entries one of these, else a thread.
     """
@@ -112,16 +112,16 @@ class _Needs:
 
     @cached_property
     def parts(self) -> dict[int, list[int]]:
-        """What is within each entry."""
-        found: dict[int, list[int]] = {}
+        """The items within each entry."""
+        by_resource: dict[int, list[int]] = {}
         for number, item in enumerate(self.entries):
             if item.within is not None:
-                found.setdefault(item.within, []).append(number)
-        return found
+                by_resource.setdefault(item.within, []).append(number)
+        return by_resource
 
     @cached_property
     def roots(self) -> list[int]:
-        """What is within nothing."""
+        """The items that are within no entry."""
         inner = [number for number, item in enumerate(self.entries) if item.within is None]
         return inner + [len(self.entries) + number for number in range(len(self.threads))]
 
@@ -140,7 +140,7 @@ class _Needs:
         return self.space.components[self.threads[item - len(self.entries)]].name if entry is None else entry.name
 
     def budget(self, item: int) -> Fraction | None:
-        """What an item is to use at most."""
+        """The budget of an item."""
         entry = self.entry(item)
         if entry is None:
             return None
@@ -150,14 +150,14 @@ class _Needs:
         return None if set(stated) == {None} else Fraction(sum(size or 0 for size in stated))
 
     def used(self, item: int) -> Fraction:
-        """What it needs itself or its parts do; 0 where nobody says."""
+        """The need of an item, else the sum of its parts' needs; 0 where none is stated."""
         component = self.component(item)
         if self.kind == "speed" and component is not None and self.space.components[component].category == "thread":
             return self._demand(component, self.entry(item))
         return self._own(self.entry(item)) + sum((self.figure(part) for part in self.parts.get(item, ())), ZERO)
 
     def figure(self, item: int) -> Fraction:
-        """What it counts: what it needs, or its budget where that is nothing."""
+        """The figure that counts for an item: its need, or its budget where the need is 0."""
         return self.used(item) or self.budget(item) or ZERO
 
     def _own(self, entry: Budgeted | None) -> Fraction:
@@ -167,7 +167,7 @@ class _Needs:
         return Fraction(sum(sizes[self.kind]))
 
     def _demand(self, number: int, entry: Budgeted | None) -> Fraction:
-        """What a thread needs, in MIPS."""
+        """The need of a thread, in MIPS."""
         component = self.space.components[number]
         period = period_ns(component, self.view)
         if not period:
@@ -213,7 +213,7 @@ class _Needs:
         return entry is not None and (entry.processor if kind == "processor" else entry.partition) == target
 
     def use(self, item: int) -> BudgetUse:
-        """What an item counts, and its budget."""
+        """The counted figure of an item, and its budget."""
         return BudgetUse(self.name(item), self.figure(item), self.budget(item))
 
 
@@ -249,7 +249,7 @@ def _size(memory: MemorySizes, kind: Kind) -> Fraction | None:
 
 
 def _use(needs: _Needs, name: str, capacity: Fraction | None, bound: list[int]) -> ResourceUse:
-    """What is bound to one processor, partition or memory."""
+    """The use of one processor, partition or memory by the items that are bound to it."""
     users = tuple(needs.use(item) for item in bound)
     total = sum((item.used for item in users), ZERO)
     return _result(needs, name, capacity, total, users, tuple(_of_bound(needs, name, capacity, total, bound)))
@@ -266,8 +266,8 @@ def _of_bound(
         yield Finding(severity, f"{name} has no {what} stated, but something is bound to it")
     if total > (capacity or ZERO):
         if capacity:
-            told = f"what is bound to {name} needs {_told(needs, total)}"
-            yield Finding("error", f"{told}, more than its {what} of {_told(needs, capacity)}")
+            said = f"what is bound to {name} needs {_told(needs, total)}"
+            yield Finding("error", f"{said}, more than its {what} of {_told(needs, capacity)}")
     elif not total:
         yield Finding("warning", f"what is bound to {name} states no {what} that it needs")
     counted = [number for item in bound for number in _threads_within(needs, item)]
@@ -297,21 +297,21 @@ def _system(needs: _Needs, capacities: list[Fraction | None], what: str) -> Reso
     """Everything against what there is altogether, bound or not; and each budget against what its owner needs."""
     capacity = sum((item or ZERO for item in capacities), ZERO)
     total = sum((needs.figure(item) for item in needs.roots), ZERO)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     stated = [item for item in range(len(needs.entries)) if needs.budget(item)]
     users = tuple(BudgetUse(needs.name(item), needs.used(item), needs.budget(item)) for item in stated)
     for item in users:
         if item.used > (item.budget or ZERO):
-            told = f"{item.name} needs {_told(needs, item.used)}, more than its {needs.kind} budget of"
-            found.append(Finding("error", f"{told} {_told(needs, item.budget or ZERO)}"))
+            said = f"{item.name} needs {_told(needs, item.used)}, more than its {needs.kind} budget of"
+            findings.append(Finding("error", f"{said} {_told(needs, item.budget or ZERO)}"))
     if total > capacity:
         of = "" if needs.kind == "speed" else f" of {needs.kind}"
-        told = f"all together need {_told(needs, total)}{of}, the {what} have {_told(needs, capacity)}"
-        found.append(Finding("error", told))
+        said = f"all together need {_told(needs, total)}{of}, the {what} have {_told(needs, capacity)}"
+        findings.append(Finding("error", said))
     having = sum(1 for item in capacities if item)
     if having < len(capacities):
-        found.append(Finding("warning", f"{having} of {len(capacities)} {what} state their {needs.kind}"))
-    return _result(needs, "system", capacity, total, users, tuple(found))
+        findings.append(Finding("warning", f"{having} of {len(capacities)} {what} state their {needs.kind}"))
+    return _result(needs, "system", capacity, total, users, tuple(findings))
 
 
 def _result(

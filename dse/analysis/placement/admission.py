@@ -96,14 +96,14 @@ class Admission:
     def __call__(self, numbers: Sequence[int]) -> bool:
         """Whether the threads with these numbers, the newest last, meet their limits together."""
         group = frozenset(numbers)
-        found = self._answers.get(group)
-        if found is None:
+        answer = self._answers.get(group)
+        if answer is None:
             try:
-                found = self._step_by_step(numbers) is not None
+                answer = self._step_by_step(numbers) is not None
             except _NotSimple:
-                found = self._by_analysis(numbers)
-            self._answers[group] = found
-        return found
+                answer = self._by_analysis(numbers)
+            self._answers[group] = answer
+        return answer
 
     def _by_analysis(self, numbers: Sequence[int]) -> bool:
         if self._free:
@@ -118,10 +118,10 @@ class Admission:
     def _simple_of(self, number: int) -> _Simple:
         if number not in self._simple:
             self._simple[number] = None if self._free else self._made(number)
-        found = self._simple[number]
-        if found is None:
+        simple = self._simple[number]
+        if simple is None:
             raise _NotSimple
-        return found
+        return simple
 
     def _made(self, number: int) -> _Simple | None:
         space, view = self.space, self.view
@@ -153,11 +153,11 @@ class Admission:
         first = len(numbers)
         while first and frozenset(numbers[:first]) not in self._among:
             first -= 1
-        found = self._among[frozenset(numbers[:first])] if first else NOBODY
+        among = self._among[frozenset(numbers[:first])] if first else NOBODY
         for count in range(first + 1, len(numbers) + 1):
-            found = None if found is None else self._with(found, numbers[:count])
-            self._among[frozenset(numbers[:count])] = found
-        return found
+            among = None if among is None else self._with(among, numbers[:count])
+            self._among[frozenset(numbers[:count])] = among
+        return among
 
     def _with(self, before: _Among, numbers: Sequence[int]) -> _Among | None:
         """What is known of threads that are in time, with the last of `numbers` added; None where one is late then."""
@@ -185,16 +185,16 @@ class Admission:
 
     def _task(self, number: int) -> Task:
         """A thread as a task that is released where nothing before it waits, which only makes it come later."""
-        found = self._tasks.get(number)
-        if found is None:
+        task = self._tasks.get(number)
+        if task is None:
             simple = self._simple_of(number)
             made = EventModels(simple.stages, {}).bounded_task(simple.key)
             if made is None or type(made.worst_ns) is not int:
                 raise _NotSimple
             if any(type(time) not in NUMBERS for item in made.streams for time in (item.period_ns, item.jitter_ns)):
                 raise _NotSimple
-            found = self._tasks[number] = made
-        return found
+            task = self._tasks[number] = made
+        return task
 
 
 def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: _Latest) -> Exact | None:
@@ -207,8 +207,8 @@ def _response_ns(task: Task, together: Sequence[Task], begin_ns: Exact, latest: 
     is_timed = len(task.streams) == 1 and task.separation_ns is None and not task.streams[0].jitter_ns
     if is_timed and latest.bound_ns <= task.streams[0].period_ns:
         return _first_response_ns(max(begin_ns, task.worst_ns), together, latest)
-    found = response_time_ns(task, [other for other in together if other is not task])
-    return found if found is not None and latest.allows(found) else None
+    response_ns = response_time_ns(task, [other for other in together if other is not task])
+    return response_ns if response_ns is not None and latest.allows(response_ns) else None
 
 
 def _first_response_ns(begin_ns: Exact, together: Sequence[Task], latest: _Latest) -> Exact | None:

@@ -135,8 +135,8 @@ class PackingSearch:
 
         Depth-first over the threads in decreasing load, with equal cores tried once.
         """
-        found = self._place(0) if self.is_enough else False
-        status: Status = "undecided" if found is None else "found" if found else "none"
+        is_packed = self._place(0) if self.is_enough else False
+        status: Status = "undecided" if is_packed is None else "found" if is_packed else "none"
         return PackingOutcome(status, tuple(self.cores), tuple(self.loads), self.steps)
 
     def _place(self, position: int) -> bool | None:
@@ -157,9 +157,9 @@ class PackingSearch:
             if self.steps < 0:
                 return None
             self.loads[core], self.cores[number] = load + item.share, core
-            found = self._place(position + 1)
-            if found is not False:
-                return found
+            is_placed = self._place(position + 1)
+            if is_placed is not False:
+                return is_placed
             self.loads[core] = load
         return False
 
@@ -167,10 +167,10 @@ class PackingSearch:
         """Whether the cores have too much room that the threads from `position` on cannot fill, each by itself."""
         sums = self.sums.get(position)
         if sums is None:
-            found: set[Any] = {0}
+            reachable: set[Any] = {0}
             for number in self.order[position:]:
-                found |= {one + self.work[number].share for one in found}
-            sums = self.sums[position] = sorted(found)
+                reachable |= {one + self.work[number].share for one in reachable}
+            sums = self.sums[position] = sorted(reachable)
         waste: Any = 0
         for load in self.loads:
             room = self.most - load

@@ -22,9 +22,9 @@ def core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
     each is put on the first core with room, else on the one that is used least.
     """
     units = {number: space.unit(number, view) for number in members(space, processor, view)}
-    given = given_cores(space, processor, units.values(), view)  # then they do not hang on what the threads use
-    if given is not None:
-        return {number: given[unit] for number, unit in units.items()}
+    stated = given_cores(space, processor, units.values(), view)  # then they do not hang on what the threads use
+    if stated is not None:
+        return {number: stated[unit] for number, unit in units.items()}
     return dict(placement(space, processor, view).cores)
 
 
@@ -35,10 +35,10 @@ def placement(space: Space, processor: int, view: View) -> Spread:
     """
     here = members(space, processor, view)
     used = _used(space, here, view)
-    found = spread(space, processor, used, view, core_room(space, processor))
-    if found.status != "found":
-        found = replace(spread(space, processor, used, view, WHOLE), status=found.status)
-    return replace(found, cores={number: found.cores[space.unit(number, view)] for number in here})
+    assignment = spread(space, processor, used, view, core_room(space, processor))
+    if assignment.status != "found":
+        assignment = replace(spread(space, processor, used, view, WHOLE), status=assignment.status)
+    return replace(assignment, cores={number: assignment.cores[space.unit(number, view)] for number in here})
 
 
 def even_core_of_each(space: Space, processor: int, view: View) -> dict[int, int]:
@@ -47,8 +47,8 @@ def even_core_of_each(space: Space, processor: int, view: View) -> dict[int, int
     Component indices to core numbers from 1; threads of one executor or reservation share a core.
     """
     here = members(space, processor, view)
-    found = even_spread(space, processor, _used(space, here, view), view)
-    return {number: found.cores[space.unit(number, view)] for number in here}
+    assignment = even_spread(space, processor, _used(space, here, view), view)
+    return {number: assignment.cores[space.unit(number, view)] for number in here}
 
 
 def _used(space: Space, here: Iterable[int], view: View) -> dict[int, Fraction]:

@@ -50,11 +50,11 @@ def placed(space: Space, design: Design, waiting: Sequence[int]) -> Design:
     whole = first_fit(space, design, open_)
     first: Design | None = None
     known = iter(()) if whole is None else ordered(space, whole, orders, limits)
-    for found in chain(known, placements(space, design, open_, limits, orders)):
-        first = first if first is not None else found
-        view = View(found)
+    for candidate in chain(known, placements(space, design, open_, limits, orders)):
+        first = first if first is not None else candidate
+        view = View(candidate)
         if all(judge(limit, view).holds for limit in (*limits, *beside)):
-            return found
+            return candidate
     return first if first is not None else design
 
 
@@ -83,12 +83,12 @@ def _with_cores(
     """The design with the cores of which a rule says how the threads of a processor have them."""
     view, without = View(design), without_cores(space, open_)
     chosen = list(design)
-    given: dict[int, int] = {}
+    core_of: dict[int, int] = {}
     for processor, slot in enumerate(space.processors):
         if slot.types[view[slot.type_decision]] != EMPTY:
-            given |= core_of_each(without, processor, View(design))
+            core_of |= core_of_each(without, processor, View(design))
     for unit, item in by_unit(open_, space, view).items():
-        core = given.get(unit)
+        core = core_of.get(unit)
         if core is None:
             continue
         if core not in item.decision.values:
@@ -124,10 +124,10 @@ def placements(
     seen = set()
     if orders:
         yield from ordered(space, design, orders, limits)
-    for found in _elsewhere(space, view, open_, Admission(space, view, latest, orders), beside) if open_ else ():
-        if found is not None and found not in seen:
-            seen.add(found)
-            yield from ordered(space, found, orders, limits)
+    for candidate in _elsewhere(space, view, open_, Admission(space, view, latest, orders), beside) if open_ else ():
+        if candidate is not None and candidate not in seen:
+            seen.add(candidate)
+            yield from ordered(space, candidate, orders, limits)
 
 
 def _elsewhere(
@@ -145,12 +145,14 @@ def _elsewhere(
 
 def _rooms(beside: Sequence[Limit]) -> dict[int, Room]:
     """What limits on cores leave of each core of a processor."""
-    found: dict[int, Room] = {}
+    room_of: dict[int, Room] = {}
     for limit in beside:
         if limit.cores is not None:
             processor, room = limit.cores.processor, limit.cores.room
-            found[processor] = min(found.get(processor, room), room, key=lambda item: (item.share, not item.is_strict))
-    return found
+            room_of[processor] = min(
+                room_of.get(processor, room), room, key=lambda item: (item.share, not item.is_strict)
+            )
+    return room_of
 
 
 def _ways(meets: Fits) -> Iterator[tuple[Fits, Order]]:

@@ -47,21 +47,21 @@ def first_placement(
     response times, `beside` others that the cores must keep.
     """
     view = View(design)
-    asked = _asked_of(space, view, open_)
+    question = _asked_of(space, view, open_)
     meets = Admission(space, view, limits_of(limits, view), orders)
 
     def ends(options: Options) -> Design | None:
         made = tuple(options.get(number, option) for number, option in enumerate(design))
-        for found in ordered(space, made, orders, limits):
-            end = View(found)
+        for candidate in ordered(space, made, orders, limits):
+            end = View(candidate)
             if all(judge(limit, end).holds for limit in (*limits, *beside)):
-                return found
+                return candidate
         return None
 
     parts: Options = {}
-    rooms = asked.rooms(space, view, beside)  # of which each search fills those of its processor
-    for processor in dict.fromkeys(asked.where[item.component] for item in asked.order):
-        search = _Search(asked, asked.on(processor), rooms, meets)
+    rooms = question.rooms(space, view, beside)  # of which each search fills those of its processor
+    for processor in dict.fromkeys(question.where[item.component] for item in question.order):
+        search = _Search(question, question.on(processor), rooms, meets)
         options = next(search.found(), None)
         if options is None:
             return None, search.left > 0
@@ -69,7 +69,7 @@ def first_placement(
     whole_design = ends(parts)
     if whole_design is not None:
         return whole_design, True
-    search = _Search(asked, asked.order, asked.rooms(space, view, beside), meets)
+    search = _Search(question, question.order, question.rooms(space, view, beside), meets)
     for options in search.found():
         whole_design = ends(options)
         if whole_design is not None:
@@ -98,16 +98,16 @@ class _Asked:
 
     def rooms(self, space: Space, view: View, beside: Sequence[Limit]) -> dict[int, list[_CoreRoom]]:
         """What the limits on the cores of each processor leave of them."""
-        found: dict[int, list[_CoreRoom]] = {processor: [] for processor in range(len(self.counts))}
+        rooms: dict[int, list[_CoreRoom]] = {processor: [] for processor in range(len(self.counts))}
         for limit in beside:
             if limit.cores is not None:
                 processor = limit.cores.processor
                 loads = on_processor(space, processor, thread_values(limit, view), view)
-                found[processor].append(_room_of(limit.cores.room, loads))
+                rooms[processor].append(_room_of(limit.cores.room, loads))
         for (processor, core), numbers in self.taken.items():
-            for room in found[processor]:
+            for room in rooms[processor]:
                 room.add(core, numbers)
-        return found
+        return rooms
 
 
 def _asked_of(space: Space, view: View, open_: Sequence[OpenCore]) -> _Asked:
@@ -176,13 +176,13 @@ class _Search:
 
     def __init__(
         self,
-        asked: _Asked,
+        question: _Asked,
         order: Sequence[OpenCore],
         rooms: Mapping[int, Sequence[_CoreRoom]],
         meets: Callable[[Sequence[int]], bool],
     ) -> None:
-        self.asked, self.order, self.rooms, self.meets = asked, order, rooms, meets
-        self.taken = {place: list(numbers) for place, numbers in asked.taken.items()}
+        self.asked, self.order, self.rooms, self.meets = question, order, rooms, meets
+        self.taken = {place: list(numbers) for place, numbers in question.taken.items()}
         self.left = MOST_STEPS
 
     def found(self) -> Iterator[Options]:
@@ -194,11 +194,11 @@ class _Search:
         """Of each limit on the cores of a thread's processor what comes after it uses, and the least of that."""
         processor = self.asked.where[self.order[position].component]
         later = [item.threads for item in self.order[position + 1 :] if self.asked.where[item.component] == processor]
-        found = []
+        waiting = []
         for room in self.rooms[processor]:
             loads = [room.load(numbers) for numbers in later]
-            found.append((sum(loads), min(loads, default=0)))
-        return found
+            waiting.append((sum(loads), min(loads, default=0)))
+        return waiting
 
     def _from(self, position: int, chosen: Options, waiting: Sequence[Sequence[tuple[int, int]]]) -> Iterator[Options]:
         if position == len(self.order):

@@ -91,12 +91,12 @@ def partition(work: Sequence[Work], taken: Sequence[Fraction], room: Room) -> Co
     if status != "found" and _is_hopeless(counted):
         status = "none"
     elif status != "found" and len(work) <= MOST_THREADS:
-        found = _searched(counted, order, FIRST_STEPS)
-        if found.status == "undecided":
-            found = _filled(counted) or _searched(counted, order, MOST_STEPS)
-        status = found.status
+        packing = _searched(counted, order, FIRST_STEPS)
+        if packing.status == "undecided":
+            packing = _filled(counted) or _searched(counted, order, MOST_STEPS)
+        status = packing.status
         if status == "found":
-            cores, loads = list(found.cores), list(found.loads)
+            cores, loads = list(packing.cores), list(packing.loads)
     return CorePartition(status, tuple(cores), tuple(load / counted.scale for load in loads))
 
 
@@ -131,10 +131,10 @@ def tightest(work: Sequence[Work], taken: Sequence[Fraction]) -> CorePartition:
     steps = MOST_STEPS if len(work) <= MOST_THREADS else 0
     while status == "found" and max(loads) > least:
         peak = max(loads)
-        found = _searched(replace(counted, room=Room(peak, is_strict=True)), order, steps)
-        status, steps = found.status, found.steps
+        packing = _searched(replace(counted, room=Room(peak, is_strict=True)), order, steps)
+        status, steps = packing.status, packing.steps
         if status == "found":
-            cores, loads = list(found.cores), list(found.loads)
+            cores, loads = list(packing.cores), list(packing.loads)
     said: Status = "undecided" if status == "undecided" else "found"
     return CorePartition(said, tuple(cores), tuple(load / counted.scale for load in loads))
 
@@ -180,11 +180,11 @@ def spread(space: Space, processor: int, used: Mapping[int, Fraction], view: Vie
     taken, waiting, allowed = _given(space, processor, used, view)
     work = [Work(used[number], allowed[number]) for number in waiting]
     if asks_for_first_fit(space, waiting):
-        found = first_fit(work, taken)
-        found = replace(found, status="found" if all(map(room.fits, found.loads)) else "none")
+        assignment = first_fit(work, taken)
+        assignment = replace(assignment, status="found" if all(map(room.fits, assignment.loads)) else "none")
     else:
-        found = partition(work, taken, room)
-    return _as_spread(space, used, view, waiting, found)
+        assignment = partition(work, taken, room)
+    return _as_spread(space, used, view, waiting, assignment)
 
 
 def even_spread(space: Space, processor: int, used: Mapping[int, Fraction], view: View) -> Spread:
@@ -212,8 +212,8 @@ def core_count(space: Space, processor: int, view: View) -> int:
 
     An integer of at least 1; traced numbers from a study are rounded down.
     """
-    given = max(1, at(space.processors[processor].cores, view))
-    return operator.index(given) if given.denominator == 1 else floor(given)
+    count = max(1, at(space.processors[processor].cores, view))
+    return operator.index(count) if count.denominator == 1 else floor(count)
 
 
 def given_cores(space: Space, processor: int, numbers: Iterable[int], view: View) -> dict[int, int] | None:
@@ -222,9 +222,9 @@ def given_cores(space: Space, processor: int, numbers: Iterable[int], view: View
     Component indices to core numbers from 1.
     """
     count = core_count(space, processor, view)
-    found = {number: own_core(space, number, view, count) for number in numbers}
-    given = {number: core for number, core in found.items() if core is not None}
-    return given if len(given) == len(found) else None
+    core_of = {number: own_core(space, number, view, count) for number in numbers}
+    stated = {number: core for number, core in core_of.items() if core is not None}
+    return stated if len(stated) == len(core_of) else None
 
 
 def _given(
@@ -250,14 +250,14 @@ def _given(
 
 
 def _as_spread(
-    space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], found: CorePartition
+    space: Space, used: Mapping[int, Fraction], view: View, waiting: Sequence[int], packing: CorePartition
 ) -> Spread:
-    chosen = dict(zip(waiting, (core + 1 for core in found.cores), strict=True))
-    own = {number: own_core(space, number, view, len(found.loads)) for number in used}
+    chosen = dict(zip(waiting, (core + 1 for core in packing.cores), strict=True))
+    own = {number: own_core(space, number, view, len(packing.loads)) for number in used}
     return Spread(
-        found.status,
+        packing.status,
         {number: chosen[number] if core is None else core for number, core in own.items()},
-        found.loads,
+        packing.loads,
         bool(waiting),
     )
 

@@ -37,8 +37,8 @@ class _Changed(Sequence[int]):
         self.design, self.changes = design, changes
 
     def __getitem__(self, decision: int) -> int:  # type: ignore[override]
-        found = self.changes.get(decision)
-        return self.design[decision] if found is None else found
+        changed = self.changes.get(decision)
+        return self.design[decision] if changed is None else changed
 
     def __len__(self) -> int:
         return len(self.design)
@@ -79,11 +79,11 @@ def limits_of(limits: Sequence[Limit], view: View) -> Latest:
 
     Component indices to pairs of an operator and a limit in ns.
     """
-    found: dict[int, list[tuple[str, Fraction]]] = {}
+    by_thread: dict[int, list[tuple[str, Fraction]]] = {}
     for limit in limits:
         number = limit.requirement.metric.index or 0
-        found.setdefault(number, []).append((limit.requirement.operator, limit.bound(view)))
-    return found
+        by_thread.setdefault(number, []).append((limit.requirement.operator, limit.bound(view)))
+    return by_thread
 
 
 def best_options(
@@ -105,8 +105,8 @@ def best_options(
     simple = _by_limit(core)
     if simple is not None and core.are_in_time(simple):
         return simple
-    found = _from_the_lowest(core)
-    return found if found is not None and core.are_in_time(found) else None
+    options = _from_the_lowest(core)
+    return options if options is not None and core.are_in_time(options) else None
 
 
 def is_decisive(space: Space, group: Sequence[int], free: Mapping[int, OpenPriority], view: View) -> bool:
@@ -185,10 +185,10 @@ def with_best_order(
         chosen = list(design)
         for group in groups_of(space, view):
             here = [number for number in group if number in by_number]
-            found = best_options(space, group, by_number, latest, design, known) if here else {}
-            if found is None:
-                found = _by_turn(by_number, here, latest)
-            for number, option in found.items():
+            options = best_options(space, group, by_number, latest, design, known) if here else {}
+            if options is None:
+                options = _by_turn(by_number, here, latest)
+            for number, option in options.items():
                 chosen[by_number[number].index] = option
         if tuple(chosen) not in seen:
             seen.add(tuple(chosen))
@@ -208,8 +208,8 @@ def groups_of(space: Space, view: View) -> list[list[int]]:
 
     Lists of component indices; each group is ordered by itself.
     """
-    found: dict[tuple[int, int], list[int]] = {}
+    groups: dict[tuple[int, int], list[int]] = {}
     for processor in range(len(space.processors)):
         for number, core in core_of_each(space, processor, view).items():
-            found.setdefault((processor, core), []).append(number)
-    return list(found.values())
+            groups.setdefault((processor, core), []).append(number)
+    return list(groups.values())

@@ -86,10 +86,10 @@ class _Filling:
 
     def _sums(self, numbers: Sequence[int], room: int) -> list[int]:
         """Before and after each of these threads: the bit of a load is set where those until then can have it."""
-        mask, found = (1 << (room + 1)) - 1, [1]
+        mask, masks = (1 << (room + 1)) - 1, [1]
         for number in numbers:
-            found.append((found[-1] | found[-1] << self.shares[number]) & mask)
-        return found
+            masks.append((masks[-1] | masks[-1] << self.shares[number]) & mask)
+        return masks
 
     def _chosen(self, numbers: Sequence[int], sums: Sequence[int], load: int) -> list[int]:
         """Threads that have a load together, large ones first: what is small still fits later."""

@@ -141,15 +141,15 @@ def _with_bends(
 
 
 def _neighbours(chains: Sequence[Sequence[int]], heavy: Collection[int]) -> dict[int, list[tuple[int, int]]]:
-    """What each node is linked to, and how strongly."""
-    found: dict[int, list[tuple[int, int]]] = {}
+    """The neighbours of each node, with the weight of each link."""
+    neighbours: dict[int, list[tuple[int, int]]] = {}
     for number, chain in enumerate(chains):
         pull = HEAVY if number in heavy else 1
         for one, other in pairwise(chain):
             if one != other:
-                found.setdefault(one, []).append((other, pull))
-                found.setdefault(other, []).append((one, pull))
-    return found
+                neighbours.setdefault(one, []).append((other, pull))
+                neighbours.setdefault(other, []).append((one, pull))
+    return neighbours
 
 
 def _mean(places: Sequence[tuple[float, int]]) -> float:

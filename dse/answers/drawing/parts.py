@@ -25,7 +25,7 @@ class Area:
 
 @dataclass
 class Use:
-    """How a component uses a physical bus: whether it sends and receives there, and over which connections.
+    """The use of a physical bus by a component: whether it sends and receives there, and over which connections.
 
     `always` tells whether one of the connections can be on no other bus.
     """
@@ -70,15 +70,15 @@ class Parts:
         Every processor has an area, even without threads. Threads whose processor is open between several form an area
         of their own.
         """
-        found: dict[tuple[int, ...], list[int]] = {}
+        threads_of: dict[tuple[int, ...], list[int]] = {}
         for number, item in enumerate(self.space.components):
             processors = self._processors(number)
             if processors or item.section == "threads":
-                found.setdefault(processors, []).append(number)
+                threads_of.setdefault(processors, []).append(number)
         for processor in range(len(self.space.processors)):
-            found.setdefault((processor,), [])
-        order = sorted(found, key=lambda processors: (not processors, sum(processors) / max(len(processors), 1)))
-        return tuple(Area(processors, tuple(found[processors])) for processors in order)
+            threads_of.setdefault((processor,), [])
+        order = sorted(threads_of, key=lambda processors: (not processors, sum(processors) / max(len(processors), 1)))
+        return tuple(Area(processors, tuple(threads_of[processors])) for processors in order)
 
     @cached_property
     def home(self) -> Mapping[int, int]:
@@ -160,8 +160,8 @@ class Parts:
         item = self.space.components[component]
         if item.processor is None and item.part_of:  # a job that takes no time is where its thread is
             item = self.space.components[self.space.component_numbers[item.part_of]]
-        found = set(leaves(item.processor, dict(self.space.fixed)))
-        return tuple(sorted(found - {None}))
+        options = set(leaves(item.processor, dict(self.space.fixed)))
+        return tuple(sorted(options - {None}))
 
     def _sort(self, number: int, item: Connection) -> None:
         """A connection is a link, or two uses of each physical bus that may carry it."""

@@ -140,13 +140,13 @@ class Drafter(Places):
         looks = ["edge"]
         if self.in_flow(connections):
             looks.append("flow")
-        told = []
+        titles = []
         used = []
         for item in items:
             options = {leaf for leaf in leaves(item.bus, dict(self.space.fixed)) if leaf is not None}
             stack = bus_stack(self.space, item, view) if view is not None else None
             names = [self.space.buses[one].name for one in (sorted(options) if stack is None else stack)]
-            told.append(f"{item.name}: {(' or ' if stack is None else ' over ').join(names) or 'no bus'}")
+            titles.append(f"{item.name}: {(' or ' if stack is None else ' over ').join(names) or 'no bus'}")
             used.append(stack is None or bus is None or bus in stack)
             if bus is not None and len(options) > 1 and "option" not in looks:
                 looks += ["option", "decision"]
@@ -154,7 +154,7 @@ class Drafter(Places):
             looks.append("local")
         if not any(used):
             looks.append("unused")
-        return f"<g class='{' '.join(looks)}'><title>{escape('; '.join(told))}</title>{shape}</g>"
+        return f"<g class='{' '.join(looks)}'><title>{escape('; '.join(titles))}</title>{shape}</g>"
 
     def _bar(self, bus: int, texts: Texts) -> Iterator[str]:
         slot, (start, end), y = self.space.buses[bus], self.bars[bus], self.bar_y[bus]

@@ -100,9 +100,9 @@ class Places:
             for item in self.space.connections
             if item.source in index and item.target in index
         ]
-        found = ranks(len(threads), edges)
-        used = {row: place for place, row in enumerate(sorted(set(found)))}
-        return {number: used[found[place]] for number, place in index.items()}
+        row_of = ranks(len(threads), edges)
+        used = {row: place for place, row in enumerate(sorted(set(row_of)))}
+        return {number: used[row_of[place]] for number, place in index.items()}
 
     def _lanes(self) -> dict[int, tuple[int, int]]:
         """Links from an area to another that do not lead to the next row: each takes a lane below the areas."""
@@ -285,7 +285,7 @@ class Places:
         half, height = self.box_h / 2, self.height_in_rows
         kind, number = door
         downwards = route[0][1] <= route[-1][1]
-        found: list[tuple[float, float]] = []
+        corners: list[tuple[float, float]] = []
         for place, (column, layer) in enumerate(route):
             x, y = self._node_x(one, column), self._row_y(layer) + half
             if layer in (-1, height):
@@ -297,13 +297,13 @@ class Places:
                     far = (x, self.lane_y[number])
                 elif kind == "device":
                     far = (self.device_x[number], far[1])
-                found += [far, (x, frame)] if place == 0 else [(x, frame), far]
+                corners += [far, (x, frame)] if place == 0 else [(x, frame), far]
             elif place in (0, len(route) - 1):
                 other = route[1][1] if place == 0 else route[-2][1]
-                found.append((x, y + half * (0 if other == layer else 1 if other > layer else -1)))
+                corners.append((x, y + half * (0 if other == layer else 1 if other > layer else -1)))
             else:
-                found += [(x, y - half), (x, y + half)] if downwards else [(x, y + half), (x, y - half)]
-        return found
+                corners += [(x, y - half), (x, y + half)] if downwards else [(x, y + half), (x, y - half)]
+        return corners
 
     def straight(self, source: int, target: int) -> list[tuple[float, float]]:
         """The ends of a line from box to box, without regard to what lies between.
@@ -323,24 +323,24 @@ class Places:
 
         Component indices to (x, y) in px, devices outside of areas included.
         """
-        found = {number: (x, self._device_y(number)) for number, x in self.device_x.items()}
+        place_of = {number: (x, self._device_y(number)) for number, x in self.device_x.items()}
         for one in self.placed:
             for node, (kind, number) in enumerate(one.nodes):
                 if kind == "thread":
-                    found[number] = (self._node_x(one, one.layout.centres[node]), self._row_y(self.rows[number]))
-        return found
+                    place_of[number] = (self._node_x(one, one.layout.centres[node]), self._row_y(self.rows[number]))
+        return place_of
 
     def legend(self, *, decided: bool) -> list[tuple[str, str]]:
         """The legend of line styles: pairs of class and words.
 
         Only looks that appear in this drawing. The class is the one of the SVG's style sheet.
         """
-        found = [("flow", f"flow {flow.name}") for flow in self.parts.main_flows]
+        entries = [("flow", f"flow {flow.name}") for flow in self.parts.main_flows]
         connections = [item for item in self.space.connections if item.source is not None and item.target is not None]
-        found += [("", "messages")] * any(True for item in connections for _ in buses_of(item))
-        found += [("local", "data without a bus")] * any(not list(buses_of(item)) for item in connections)
-        found += [("decision", "decided" if decided else "open decision")] * bool(self.texts.open)
-        return found
+        entries += [("", "messages")] * any(True for item in connections for _ in buses_of(item))
+        entries += [("local", "data without a bus")] * any(not list(buses_of(item)) for item in connections)
+        entries += [("decision", "decided" if decided else "open decision")] * bool(self.texts.open)
+        return entries
 
 
 def _inside(centres: dict[int, float], width: float) -> dict[int, float]:

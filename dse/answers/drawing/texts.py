@@ -92,15 +92,15 @@ class Texts:
 
     def _options(self, item: Component) -> Line:
         """``periodic 10 … 100 ms, aperiodic``; open where there is more than one way."""
-        found: dict[str | None, list[int]] = {}
+        numbers_of: dict[str | None, list[int]] = {}
         for protocol, period in _pairs(item.protocol, item.period_ns, dict(self.space.fixed)):
-            periods = found.setdefault(protocol, [])
+            periods = numbers_of.setdefault(protocol, [])
             if period is not None and period not in periods:
                 periods.append(period)
-        if item.section == "devices" and not any(found.values()):
+        if item.section == "devices" and not any(numbers_of.values()):
             return Line(item.category)
-        ways = sum(max(1, len(periods)) for periods in found.values())
-        text = ", ".join(_activation(protocol, sorted(periods)) for protocol, periods in found.items())
+        ways = sum(max(1, len(periods)) for periods in numbers_of.values())
+        text = ", ".join(_activation(protocol, sorted(periods)) for protocol, periods in numbers_of.items())
         return Line(text, ways > 1)
 
 
@@ -144,7 +144,7 @@ def _rate(rate: Fraction) -> str:
 
 
 def columns(text: str) -> int:
-    """How wide a text is, in columns: wide letters take two.
+    """The width of a text in columns: wide letters take two.
 
     >>> columns("sprayer"), columns("噴霧")
     (7, 4)

@@ -33,9 +33,9 @@ def cie_configuration(space: Space, design: Design, title: str, names: Ros2 | No
     if names is None or not names.callback_groups:
         hint = "state them under `ros2: callback_groups`, as `dse import` of that executor's template does"
         raise UsageError(f"the problem states no ids of callback groups: {hint}")
-    found = list(_entries(space, design, names))
+    entries = list(_entries(space, design, names))
     seen: dict[str, str] = {}
-    for name, text, _ in found:
+    for name, text, _ in entries:
         if text in seen:
             raise UsageError(f"{name} and {seen[text]} have the same id with the chosen periods: {text}")
         seen[text] = name
@@ -43,7 +43,7 @@ def cie_configuration(space: Space, design: Design, title: str, names: Ros2 | No
     lines = [f"# {title}", f"# Priorities by the levels of each core, from {MOST_URGENT} downwards."]
     lines += [f"# Without an id, and so not here: {', '.join(unnamed)}"] if unnamed else []
     lines += ["callback_groups:"]
-    for _, text, rest in found:
+    for _, text, rest in entries:
         lines += [f"  - id: {yaml_text(text)}", *(f"    {line}" for line in rest), ""]
     return "\n".join("".join(char if char.isprintable() else " " for char in line) for line in lines).rstrip() + "\n"
 
@@ -51,15 +51,15 @@ def cie_configuration(space: Space, design: Design, title: str, names: Ros2 | No
 def _threads_of(space: Space, design: Design) -> dict[str, list[int]]:
     """The OS threads: executors, and threads without one that run on a processor; each with its jobs by number."""
     view = View(design)
-    found: dict[str, list[int]] = {}
+    threads_of: dict[str, list[int]] = {}
     for number, component in enumerate(space.components):
         processor = at(component.processor, view)
         if component.section != "threads" or processor is None or space.processors[processor].serves is not None:
             continue
         executor = at(component.executor, view)
         name = component.stated_as if executor is None else space.executors[executor].name
-        found.setdefault(name, []).append(number)
-    return found
+        threads_of.setdefault(name, []).append(number)
+    return threads_of
 
 
 def _entries(space: Space, design: Design, names: Ros2) -> Iterator[tuple[str, str, list[str]]]:
@@ -99,11 +99,11 @@ def _ranks(space: Space, design: Design) -> dict[int, int]:
         for number in numbers:
             key = at(space.components[number].processor, view), cores.get(number)
             by_core.setdefault(key, []).append(number)
-    found: dict[int, int] = {}
+    rank_of: dict[int, int] = {}
     for numbers in by_core.values():
         for rank, level in enumerate(levels_of(space, numbers, view)):
-            found |= dict.fromkeys(level, rank)
-    return found
+            rank_of |= dict.fromkeys(level, rank)
+    return rank_of
 
 
 def _with_periods(space: Space, pattern: str, view: View, owner: str) -> str:

@@ -69,17 +69,19 @@ def can_database(space: Space, design: Design, title: str) -> str:
 
 def _bus(space: Space, view: View) -> tuple[int, Frame]:
     """The only bus of a design with frames of CAN."""
-    found = []
+    candidates = []
     for number, slot in enumerate(space.buses):
         frame = None if slot.types[view[slot.type_decision]] == EMPTY else frame_at(slot.fixed_ns, view)
         if frame is not None and frame.protocol in MOST_BYTES:
-            found.append((number, frame))
-    if len(found) != 1:
-        named = ", ".join(space.buses[number].name for number, _ in found)
+            candidates.append((number, frame))
+    if len(candidates) != 1:
+        named = ", ".join(space.buses[number].name for number, _ in candidates)
         raise UsageError(f"a DBC file is of one bus with frames of CAN; this design has {named or 'none'}")
-    if found[0][1].protocol == "can_fd":
-        raise UsageError(f"{space.buses[found[0][0]].name} has frames of CAN FD, which are not written to DBC files")
-    return found[0]
+    if candidates[0][1].protocol == "can_fd":
+        raise UsageError(
+            f"{space.buses[candidates[0][0]].name} has frames of CAN FD, which are not written to DBC files"
+        )
+    return candidates[0]
 
 
 def _rows(space: Space, bus: int, frame: Frame, view: View) -> Iterator[_Row]:
@@ -115,15 +117,15 @@ def _names(names: Iterable[str]) -> dict[str, str]:
     >>> _names(["ekf.main", "ekf main", "2nd"])
     {'ekf.main': 'ekf_main', 'ekf main': 'ekf_main_2', '2nd': '_2nd'}
     """
-    found: dict[str, str] = {}
+    name_of: dict[str, str] = {}
     for name in dict.fromkeys(names):
         plain = re.sub(r"\W", "_", name, flags=re.ASCII)
         plain = (f"_{plain}" if plain[:1].isdigit() or not plain else plain)[:LONGEST_NAME]
         made, count = plain, 2
-        while made in found.values():
+        while made in name_of.values():
             made, count = f"{plain[: LONGEST_NAME - len(str(count)) - 1]}_{count}", count + 1
-        found[name] = made
-    return found
+        name_of[name] = made
+    return name_of
 
 
 def _plain(text: str) -> str:

@@ -47,12 +47,12 @@ def ros2_parameters(space: Space, design: Design, title: str, names: Ros2 | None
 
 def own_parameters(space: Space) -> Mapping[str, Sequence[str]]:
     """The parameters with a value that threads state, by thread."""
-    found: dict[str, list[str]] = {}
+    parameters: dict[str, list[str]] = {}
     for reference in space.references.values():
         if reference.kind == PARAMETER:
             thread, _, name = reference.name.rpartition(".")
-            found.setdefault(thread, []).append(name)
-    return found
+            parameters.setdefault(thread, []).append(name)
+    return parameters
 
 
 def _nodes(space: Space, design: Design, names: Ros2) -> Iterator[str]:
@@ -150,8 +150,8 @@ def _own_parameter(space: Space, item: Parameter, view: View) -> str:
     if is_whole and value.denominator != 1:
         raise UsageError(f"{item.name}: {float(value):g} {unit} is no whole number")
     text = str(value) if is_whole else _float(float(value))
-    told = f"{item.thread}, {item.field}" + (f" [{unit}]" if unit else "")
-    return f"    {yaml_text(item.name)}: {text}  # {_line(told)}"
+    comment = f"{item.thread}, {item.field}" + (f" [{unit}]" if unit else "")
+    return f"    {yaml_text(item.name)}: {text}  # {_line(comment)}"
 
 
 PINNING = (
@@ -162,7 +162,7 @@ PINNED = "# Response times hold where each thread is pinned to its cpu (taskset,
 
 
 def pinning_table(space: Space, design: Design, title: str) -> str:
-    """Where each thread of a processor runs, as CSV: one line of a thread or callback, by processor, core and level.
+    """The core of each thread of a processor, as CSV: one line of a thread or callback, by processor, core and level.
 
     ``core`` counts from 1, ``cpu`` from 0 as operating systems do; ``chosen_by`` is whose choice it is (`core_by`);
     ``level`` 1 goes first on its core, threads of one level share it; ``response_ns`` is empty without a bound.
@@ -190,11 +190,11 @@ def _unique(name: str, taken: set[str]) -> str:
     """A ROS name: letters, digits and underscores, no digit first; numbered where another one has it."""
     plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "node"
     plain = f"n_{plain}" if plain[0].isdigit() else plain
-    found, number = plain, 2
-    while found in taken:
-        found, number = f"{plain}_{number}", number + 1
-    taken.add(found)
-    return yaml_text(found)
+    unique, number = plain, 2
+    while unique in taken:
+        unique, number = f"{plain}_{number}", number + 1
+    taken.add(unique)
+    return yaml_text(unique)
 
 
 def _original(name: str) -> str:

@@ -193,8 +193,8 @@ class YamlDocument:
         self._edits.append((first, last, f"# {reason}\n{said}"))
 
     def _line_end(self, place: int) -> int:
-        found = self.text.find("\n", place)
-        return len(self.text) if found < 0 else found
+        end = self.text.find("\n", place)
+        return len(self.text) if end < 0 else end
 
     def _end(self, node: Any) -> int:
         """The end of a node's own text: a block collection ends with its last item, not where the next key begins."""

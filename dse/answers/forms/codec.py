@@ -54,7 +54,7 @@ class Form(BaseModel):
     model_config = ConfigDict(strict=True, frozen=True, extra="forbid", populate_by_name=False, defer_build=True)
 
     def __repr__(self) -> str:
-        """What there is, by the names of the fields; their values may be long."""
+        """The names of the fields; their values may be long."""
         return f"<{type(self).__name__}: {', '.join(type(self).model_fields)}>"
 
     __str__ = __repr__
@@ -62,9 +62,9 @@ class Form(BaseModel):
 
 def _read_figure(value: Any) -> Fraction:
     if type(value) is int or (isinstance(value, str) and re.fullmatch(FRACTION, value)):
-        found = Fraction(value)
-        if abs(found) <= MOST:
-            return found
+        exact = Fraction(value)
+        if abs(exact) <= MOST:
+            return exact
     raise PydanticCustomError("figure", 'expected an integer, or a fraction as text such as "50/3"')
 
 
@@ -157,8 +157,8 @@ def written(cls: type, source: object) -> dict[str, Any]:
     if isinstance(source, Mapping):
         there = [entry for entry in entries if entry.default is ALWAYS or entry.key in source]
         return {entry.key: entry.kind.write(source[entry.key]) for entry in there}
-    found = [(entry, entry.get(source)) for entry in entries]
-    return {entry.key: entry.kind.write(value) for entry, value in found if not entry.is_left_out(value)}
+    entries_of = [(entry, entry.get(source)) for entry in entries]
+    return {entry.key: entry.kind.write(value) for entry, value in entries_of if not entry.is_left_out(value)}
 
 
 def read_as(cls: type[T], data: Mapping[str, Any], **more: Any) -> T:
@@ -206,7 +206,7 @@ def _model(cls: Any) -> type[BaseModel]:
 
 
 def _entries_of(cls: Any) -> tuple[FormEntry, ...]:
-    """What is written of an object of a class, in order."""
+    """The entries that are written for an object of a class, in order."""
     return _listed(cls)
 
 
@@ -230,10 +230,10 @@ def _entries(cls: type) -> Iterator[FormEntry]:
 def _entry(cls: Any, stated: Of) -> FormEntry:
     hint, text, how = stated.kind, stated.text or _text_of(stated.kind), Json()
     if hint is None or not text:
-        found, found_text = _at(getattr(cls, "OF", cls), stated.path)
-        how = next((mark for mark in _metadata(found) if isinstance(mark, Json)), how)
+        owner, found_text = _at(getattr(cls, "OF", cls), stated.path)
+        how = next((mark for mark in _metadata(owner) if isinstance(mark, Json)), how)
         text = text or found_text
-        hint = next((kind for kind in (stated.kind, how.kind) if kind is not None), found)
+        hint = next((kind for kind in (stated.kind, how.kind) if kind is not None), owner)
     return FormEntry(
         key=stated.key or how.key or stated.path.rpartition(".")[2],
         path=stated.path,
@@ -256,8 +256,8 @@ def _at(cls: Any, path: str) -> tuple[Any, str]:
     text = ""
     for name in path.split("."):
         owner = _plain(hint)
-        found = inspect.getattr_static(owner, name, None)
-        getter = found.fget if isinstance(found, property) else getattr(found, "func", None)
+        attribute = inspect.getattr_static(owner, name, None)
+        getter = attribute.fget if isinstance(attribute, property) else getattr(attribute, "func", None)
         if getter is not None:
             hint = _hints(getter)["return"]
             text = _text_of(hint) or _first_paragraph(getter)
@@ -372,8 +372,8 @@ def _by_kind(cases: Sequence[type]) -> ValueType:
     """Data of one of several classes; the tags are no names of entries, so that places of mistakes do without them."""
 
     def kind(data: Any) -> str | None:  # its name is the place of a mistake
-        found = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
-        return f"a run of kind {found}" if isinstance(found, str) else None
+        stated_kind = data.get("kind") if isinstance(data, dict) else getattr(data, "kind", None)
+        return f"a run of kind {stated_kind}" if isinstance(stated_kind, str) else None
 
     def form() -> Any:
         tagged = []

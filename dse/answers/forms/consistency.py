@@ -21,9 +21,9 @@ def check_whole(name: str, data: object) -> Iterator[FormMistake]:
     >>> list(check_whole("verification", {**data, **lists, "wall_s": 1}))
     []
     """
-    found = list(mistakes_in(name, data))
-    yield from found
-    if not found and name in AGREEMENTS and isinstance(data, dict):
+    mistakes = list(mistakes_in(name, data))
+    yield from mistakes
+    if not mistakes and name in AGREEMENTS and isinstance(data, dict):
         yield from AGREEMENTS[name](data)
 
 
@@ -32,9 +32,9 @@ def mistakes_in_outcome(data: Data) -> Iterator[FormMistake]:
 
     Mistakes of form first; only data of the right form are tested for unknown designs, order and figures.
     """
-    found = list(mistakes_in_part(kind_of(Found).form(), "sweep", data))
-    yield from found
-    if not found and data["kind"] in ("front", "breaks"):
+    mistakes = list(mistakes_in_part(kind_of(Found).form(), "sweep", data))
+    yield from mistakes
+    if not mistakes and data["kind"] in ("front", "breaks"):
         yield from (FormMistake(item.place.removeprefix("."), item.text) for item in _run(data, ""))
 
 
@@ -133,8 +133,8 @@ def _run(run: Data, place: str) -> Iterator[FormMistake]:
 
 
 def _sensitivity(data: Data) -> Iterator[FormMistake]:
-    found = data["uncertainty"]
-    for at, item in enumerate(found["indices"] if found else ()):
+    uncertainty = data["uncertainty"]
+    for at, item in enumerate(uncertainty["indices"] if uncertainty else ()):
         for key in ("first", "effect", "spread", "over"):
             yield from _same(item[key], list(item["total"]), f"uncertainty.indices[{at}].{key}")
 
@@ -155,7 +155,7 @@ def check_data(name: str, data: object, path: object) -> None:
     UsageError
         naming the first place that is wrong, and how many others are.
     """
-    found = list(check_whole(name, data))
-    if found:
-        more = f" (and {len(found) - 1} more mistakes)" if len(found) > 1 else ""
-        raise UsageError(f"{path}: is not a whole {name}: {found[0]}{more}")
+    mistakes = list(check_whole(name, data))
+    if mistakes:
+        more = f" (and {len(mistakes) - 1} more mistakes)" if len(mistakes) > 1 else ""
+        raise UsageError(f"{path}: is not a whole {name}: {mistakes[0]}{more}")

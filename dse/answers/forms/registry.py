@@ -156,7 +156,7 @@ def _mistakes(validate: Callable[[Any], object], name: str, data: object) -> Ite
 
 
 def _location(item: ErrorDetails) -> tuple[str | int, ...]:
-    """Where it is; what tells the cases of a union apart is a field, too."""
+    """The place of a mistake; the field that selects the case of a union counts as a step."""
     path = item["loc"]
     if item["type"] not in TAGS:
         return path
@@ -165,15 +165,15 @@ def _location(item: ErrorDetails) -> tuple[str | int, ...]:
 
 def _place(path: Sequence[str | int], data: object) -> str:
     """``front[2].objectives.price``; the names of cases and types that pydantic puts between are no part of it."""
-    found = ""
+    place = ""
     for number, part in enumerate(path, 1):
         if isinstance(part, int) and isinstance(data, list):
-            found += f"[{part}]"
+            place += f"[{part}]"
             data = data[part] if part < len(data) else None
         elif isinstance(data, dict) and (part in data or number == len(path)):
-            found += f".{part}"
+            place += f".{part}"
             data = data.get(part)
-    return found.removeprefix(".")
+    return place.removeprefix(".")
 
 
 def _words(item: ErrorDetails, name: str) -> str:

@@ -90,11 +90,11 @@ def best_assignment(gains: Sequence[Sequence[int]]) -> list[int]:
             owner[last] = owner[path[last]]
             last = path[last]
         owner[last] = start
-    found = [0] * count
+    assignment = [0] * count
     for column, row in enumerate(owner):
         assert row is not None
-        found[row] = column
-    return found
+        assignment[row] = column
+    return assignment
 
 
 def _cheapest_path(

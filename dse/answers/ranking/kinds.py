@@ -101,9 +101,9 @@ def _naming(result: Result, always: Sequence[str], others: Sequence[str]) -> set
     there are `MOST_NAMING`.
     """
     front, senses = result.front, [info.sense for info in result.objectives]
-    found = list(always)
+    naming = list(always)
     if len(front) * len(others) > MOST_LOOKED_AT:
-        return set(found)
+        return set(naming)
     vectors = [tuple(point.objectives[info.name] for info in result.objectives) for point in front]
     ranges = [max(Fraction(worst - best), Fraction(best - worst)) for best, worst in range_of(vectors, senses)]
     fields = {decision.name: decision.field for decision in result.space.decisions}
@@ -111,16 +111,16 @@ def _naming(result: Result, always: Sequence[str], others: Sequence[str]) -> set
     rest = sorted(others, key=lambda name: (fields[name] in ARRANGED, not name.endswith(".type")))
     groups = _numbered(list(zip(*(columns[name] for name in always), strict=True)) or [()] * len(front))
     excess = _excess(groups, vectors, ranges)
-    while excess > EXCESS and rest and len(found) < len(always) + MOST_NAMING:
+    while excess > EXCESS and rest and len(naming) < len(always) + MOST_NAMING:
         finer = {name: _numbered(list(zip(groups, columns[name], strict=True))) for name in rest}
         left = {name: _excess(finer[name], vectors, ranges) for name in rest}
         name = min(rest, key=lambda name: left[name])  # the first of several
         if left[name] >= excess:
             break
         groups, excess = finer[name], left[name]
-        found.append(name)
+        naming.append(name)
         rest.remove(name)
-    return set(found)
+    return set(naming)
 
 
 def _numbered(keys: Sequence[Hashable]) -> list[int]:
@@ -161,14 +161,14 @@ def shortest_names(names: Iterable[str], known: Iterable[str]) -> Mapping[str, s
     {'ekf.main_loop.period': 'main_loop.period', 'can0.type': 'can0', 'a.period': 'a.period'}
     """
     every = [name.split(".") for name in {*known, *names}]
-    found = {}
+    short = {}
     for name in names:
         parts = name.split(".")
         if parts[-1] == "type":
-            found[name] = ".".join(parts[:-1])
+            short[name] = ".".join(parts[:-1])
             continue
         for count in range(2, len(parts) + 1):
             if sum(other[-count:] == parts[-count:] for other in every) == 1:
                 break
-        found[name] = ".".join(parts[-count:]) if len(parts) > 1 else name
-    return found
+        short[name] = ".".join(parts[-count:]) if len(parts) > 1 else name
+    return short

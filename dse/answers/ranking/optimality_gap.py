@@ -45,7 +45,7 @@ class Outlook:
 def is_proved(result: Result, point: Point) -> bool:
     """Whether a point is proved to be non-dominated: it is in none of the regions that may hold something better.
 
-    A search that is stopped before its first point shows the best design that it has come across.
+    A search that is stopped before its first point shows the best design that it has found.
     """
     signs = {info.name: 1 if info.sense == "minimise" else -1 for info in result.objectives}
     return not any(
@@ -70,11 +70,11 @@ def outlooks_of(result: Result) -> tuple[Outlook, ...]:
     signs = [1 if info.sense == "minimise" else -1 for info in result.objectives]
 
     def vectors(rows: Sequence[Mapping[str, int]]) -> Any:
-        found = [
+        columns = [
             [sign * row[name] if name in row else UNBOUNDED for name, sign in zip(names, signs, strict=True)]
             for row in rows
         ]
-        return numpy.array(found, dtype=numpy.int64).reshape(-1, len(names))
+        return numpy.array(columns, dtype=numpy.int64).reshape(-1, len(names))
 
     least, points = vectors([result.potential])[0], vectors([point.objectives for point in result.front])
     near: list[int | None] = [None] * len(names)

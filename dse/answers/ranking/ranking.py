@@ -283,8 +283,8 @@ def _by_knee(method: str, losses: Vectors) -> Ranking:
     keys: list[Key] = []
     scores: list[float | None] = []
     for row in rows:
-        found = [value for other in rows if other is not row and (value := trade_off(row, other)) is not None]
-        worth = min(found, default=None)
+        trade_offs = [value for other in rows if other is not row and (value := trade_off(row, other)) is not None]
+        worth = min(trade_offs, default=None)
         keys.append((0, Fraction(0)) if worth is None else (1, -worth))
         scores.append(None if worth is None else float(worth))
     words = (
@@ -328,19 +328,19 @@ def split_names(text: str) -> list[str]:
 def _weights(text: str, names: Sequence[str], method: str) -> list[Fraction]:
     parts = split_names(text)
     if len(parts) == len(names) and all(_number(part) is not None for part in parts):
-        found = {index: _number(part) for index, part in enumerate(parts)}
+        by_index = {index: _number(part) for index, part in enumerate(parts)}
     else:
-        found = {}
+        by_index = {}
         for part in parts:
             name, separator, value = part.rpartition("=")
             number = _number(value)
             if not separator or number is None:
                 raise UsageError(f"--rank-by {method}: expected NAME=NUMBER, got {part!r}")
             index = _objective(name, names, method)
-            if index in found:
+            if index in by_index:
                 raise UsageError(f"--rank-by {method}: {names[index]!r} has two weights")
-            found[index] = number
-    weights = [found.get(index) or Fraction(0) for index in range(len(names))]
+            by_index[index] = number
+    weights = [by_index.get(index) or Fraction(0) for index in range(len(names))]
     if any(weight < 0 for weight in weights) or not any(weights):
         raise UsageError(f"--rank-by {method}: weights are not negative, and one is positive")
     return weights
@@ -360,11 +360,11 @@ def _objective(text: str, names: Sequence[str], method: str) -> int:
         body = body[1:-1]
     if body in names:
         return list(names).index(body)
-    found = [index for index, name in enumerate(names) if body and name.startswith(body)]
-    if len(found) != 1:
-        which = "several objectives begin so" if found else "no such objective"
+    matches = [index for index, name in enumerate(names) if body and name.startswith(body)]
+    if len(matches) != 1:
+        which = "several objectives begin so" if matches else "no such objective"
         raise UsageError(f"--rank-by {method}: {body!r}: {which}; objectives: {', '.join(names)}")
-    return found[0]
+    return matches[0]
 
 
 def _weight_words(weights: Sequence[Fraction], names: Sequence[str]) -> str:

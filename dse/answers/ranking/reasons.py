@@ -36,7 +36,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Margin:
-    """How much room a requirement leaves, in `unit`; `thread` is named where the limit is that of one core alone.
+    """The slack of a requirement, in `unit`; `thread` is named where the limit is that of one core alone.
 
     `capacity` is what the limit is a share of (all cores, the bandwidth), where it is stated as a share.
     """
@@ -225,7 +225,7 @@ class Reasoner:
         return Comparison(None, changes, deltas(self.result.objectives, self.baseline[1], point.objectives))
 
     def _variants(self, point: Point) -> Iterator[Comparison]:
-        """The points that `point` stands for, with what they change, gain and give up against it."""
+        """The points that `point` stands for, with what they change, gain and lose against it."""
         for other in self.result.front:
             if self.result.variants.get(other.id) == point.id:
                 yield replace(self.against(other, point, like_other=True), with_=other.id)
@@ -277,8 +277,8 @@ class Reasoner:
         have none.
         """
         view = View(point.design)
-        found = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
-        return sorted(found, key=lambda margin: margin.share)
+        margins = [margin for limit in self.evaluator.limits for margin in margins_of(limit, view)]
+        return sorted(margins, key=lambda margin: margin.share)
 
 
 def margins_of(limit: Limit, view: View) -> list[Margin]:
@@ -293,7 +293,7 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
     if requirement.operator == "==":
         return []
     bound = limit.bound(view)
-    found = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
+    margins = [Margin(requirement, limit.measure.value(view), bound, unit, capacity=_capacity(requirement, bound))]
     if limit.cores is not None and limit.cores.most != bound:
         alone = [
             item
@@ -303,8 +303,8 @@ def margins_of(limit: Limit, view: View) -> list[Margin]:
         fullest = max(alone, key=lambda item: (item.value, _stated_core(item)), default=None)
         if fullest is not None:
             who = fullest.thread or f"core {fullest.core}"
-            found.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
-    return found
+            margins.append(Margin(requirement, fullest.value, limit.cores.most, unit, who))
+    return margins
 
 
 def _stated_core(item: ComparedSum) -> int:
@@ -313,7 +313,7 @@ def _stated_core(item: ComparedSum) -> int:
 
 
 def _capacity(requirement: Requirement, bound: Fraction) -> Fraction | None:
-    """What a limit on utilisation or load is a share of, if it is one."""
+    """The whole of which a limit on utilisation or load is a share; None for a limit that is no share."""
     stated = requirement.limit.value
     return bound / stated if requirement.is_share and stated else None
 

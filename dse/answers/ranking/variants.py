@@ -46,9 +46,9 @@ def find_variants(
     >>> find_variants([(100, 10), (95, 11), (0, 30)], rates)
     [None, 0, None]
     """
-    found: list[int | None] = [None] * len(vectors)
+    leaders: list[int | None] = [None] * len(vectors)
     if not vectors or not vectors[0]:
-        return found
+        return leaders
     endless = [tuple(map(is_unbounded, vector)) for vector in vectors]
     bounded = range_of(vectors, ["minimise"] * len(vectors[0]))
     vectors = finite(vectors)
@@ -72,8 +72,8 @@ def find_variants(
             edge += joined
             taken.update(joined)
             for at in joined:
-                found[at] = leader
-    return found
+                leaders[at] = leader
+    return leaders
 
 
 def _is_near(one: Vector, other: Vector, most: Vector) -> bool:

@@ -18,7 +18,7 @@ Decisions: TypeAlias = Mapping[str, str]
 class Change:
     """The designs that a run gains and loses against the run before it on the last axis.
 
-    Designs are told apart by their decisions; the first run of an axis has no change.
+    Designs are distinguished by their decisions; the first run of an axis has no change.
     """
 
     JSON_NAME = "FrontChange"
@@ -47,7 +47,7 @@ class LimitedContention(Data):
 
 
 class _Design(Data):
-    """What is said of every design."""
+    """The fields of a design in every study."""
 
     decisions: Annotated[Decisions, "The chosen option of each open decision that matters in it."]
     metrics: Annotated[
@@ -60,7 +60,7 @@ class FrontDesign(_Design):
     """A design of a front."""
 
     contention: Annotated[
-        Contended, "What it keeps when response times count, where the front leaves that out.", Json(default=None)
+        Contended, "Verdict on the design with response times, where the front leaves them out.", Json(default=None)
     ]
 
 
@@ -69,8 +69,8 @@ class Alternative(FrontDesign):
 
     WRITTEN = ("rank", "score", "decisions", "metrics", "contention")
 
-    rank: Annotated[int, "Its rank, from 1."]
-    score: Annotated[str, "Its score: the distance to the ideal point of all fronts."]
+    rank: Annotated[int, "Rank of the design, from 1."]
+    score: Annotated[str, "Score of the design: the distance to the ideal point of all fronts."]
 
 
 class LimitedDesign(_Design):
@@ -98,8 +98,8 @@ class Entry(Named):
 
     WRITTEN = ("rank", "score", "id")
 
-    rank: Annotated[int, "Its rank among those of the stretch."]
-    score: Annotated[str, "Its score."]
+    rank: Annotated[int, "Rank of the design among those of the stretch."]
+    score: Annotated[str, "Score of the design."]
 
 
 class _Interval(Data):
@@ -125,18 +125,22 @@ class Stretch(_Interval):
 class Failure(Data):
     """The outcome of a run whose values make no valid problem."""
 
-    kind: Annotated[Literal["error"], "What was found."]
-    status: Annotated[Literal["invalid", "other version"], "What is wrong."]
-    message: Annotated[str, "The same in words."]
+    kind: Annotated[Literal["error"], "Kind of outcome."]
+    status: Annotated[
+        Literal["invalid", "other version"], "The kind of mistake: an invalid problem, or a store of another version."
+    ]
+    message: Annotated[str, "The mistakes as one text."]
 
 
 class FoundFront(Data):
     """The outcome of a run in the store: a front without ranks, because ranking needs the scale of the whole sweep."""
 
-    kind: Annotated[Literal["front"], "What was found."]
-    status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]
+    kind: Annotated[Literal["front"], "Kind of outcome."]
+    status: Annotated[
+        Literal["complete", "infeasible", "incomplete"], "Status of the proof: complete, incomplete or infeasible."
+    ]
     objectives: Annotated[list[Objective], "The objectives."]
-    units: Annotated[Mapping[str, Unit], "What the figures of each metric count."]
+    units: Annotated[Mapping[str, Unit], "Unit of each metric."]
     front: Annotated[list[FrontDesign], "The front, in the order of objectives."]
 
 
@@ -147,17 +151,19 @@ class FoundBreaks(Data):
     one front.
     """
 
-    kind: Annotated[Literal["breaks"], "What was found."]
-    status: Annotated[Literal["complete", "infeasible", "incomplete"], "How far the front is proved."]
-    definition: Annotated[str, "What a break-point is."]
+    kind: Annotated[Literal["breaks"], "Kind of outcome."]
+    status: Annotated[
+        Literal["complete", "infeasible", "incomplete"], "Status of the proof: complete, incomplete or infeasible."
+    ]
+    definition: Annotated[str, "Definition of a break-point."]
     metric: Annotated[str, "The limited metric."]
     operator: Annotated[Literal["<=", ">="], "The sense of the limit."]
-    unit: Annotated[Unit, "What limits count."]
+    unit: Annotated[Unit, "Unit of the limits."]
     from_: Annotated[Fraction, "The least limit of the interval.", Json("from")]
     to: Annotated[Fraction, "The greatest limit of the interval."]
     exact: Annotated[bool, "Whether the figures of the metric are exact, not rounded up to a unit."]
     objectives: Annotated[list[Objective], "The objectives."]
-    units: Annotated[Mapping[str, Unit], "What the figures of each metric count."]
+    units: Annotated[Mapping[str, Unit], "Unit of each metric."]
     infeasible_until: Annotated[
         Fraction | None, "The tightest limit that leaves a design, where it lies inside the interval."
     ]
@@ -170,12 +176,12 @@ Found: TypeAlias = Annotated[Failure | FoundFront | FoundBreaks, BY_KIND]
 
 
 class _Run(Data):
-    """What every run has."""
+    """The fields that every run of a sweep has."""
 
     values: Annotated[Mapping[str, str], "The value of each axis that has values."]
     change: Annotated[
         Change | None,
-        "What it wins and loses against the run before it; null for the first, and where one of the two is not proved.",
+        "Designs gained and lost against the run before; null for the first run, and where one of both is not proved.",
     ]
 
 
@@ -184,8 +190,8 @@ class OpenRun(_Run):
 
     WRITTEN = ("values", "kind", "status", "change")
 
-    kind: Annotated[Literal["open"], "What was found."]
-    status: Annotated[Literal["open"], "How far."]
+    kind: Annotated[Literal["open"], "Kind of outcome."]
+    status: Annotated[Literal["open"], "Status of the run."]
 
 
 class FailedRun(_Run, Failure):

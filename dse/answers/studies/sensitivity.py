@@ -16,6 +16,7 @@ from dse.answers.tables.display import exact
 from dse.answers.tables.frames import mixed_frame
 from dse.support.errors import EXIT_COMPLETE, EXIT_INCOMPLETE, EXIT_NO
 from dse.support.json_fields import NULL, Json, Unit
+from dse.support.units.text import count_words
 
 if TYPE_CHECKING:
     import pandas
@@ -38,18 +39,18 @@ class Break:
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one input may move while all others stay, before a requirement is violated.
+    """The margin of one input: its range within which no requirement is violated while all others stay.
 
     `below` and `above` have the last value that meets every requirement in each direction, exact in `unit`; None where
     no requirement is violated within `searched`.
     """
 
     path: Annotated[str, "The input, as a path of the problem file."]
-    unit: Annotated[Unit, "What its figures count."]
-    nominal: Annotated[Fraction, "Its value in the problem."]
-    below: Annotated[Break | None, "What is violated when it decreases; null where nothing is."]
-    above: Annotated[Break | None, "What is violated when it increases; null where nothing is."]
-    searched: Annotated[tuple[Fraction, Fraction], "How far down and up it was looked for."]
+    unit: Annotated[Unit, "Unit of the values."]
+    nominal: Annotated[Fraction, "Value of the input in the problem."]
+    below: Annotated[Break | None, "Requirement that is violated first when the input decreases; null where none is."]
+    above: Annotated[Break | None, "Requirement that is violated first when the input increases; null where none is."]
+    searched: Annotated[tuple[Fraction, Fraction], "Least and greatest value of the input that was searched."]
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,13 @@ class Bar:
     WRITTEN = ("metric", "unit", "path", "input_unit", "inputs", "values", "nominal", "swing")
 
     metric: Annotated[str, "The metric."]
-    unit: Annotated[Unit, "What its figures count."]
+    unit: Annotated[Unit, "Unit of the values."]
     path: Annotated[str, "The input."]
-    input_unit: Annotated[Unit, "What its figures count."]
+    input_unit: Annotated[Unit, "Unit of the input."]
     inputs: Annotated[tuple[Fraction, Fraction], "The low and the high value of the input."]
     values: Annotated[
         tuple[Annotated[Fraction, NULL], Annotated[Fraction, NULL]],
-        "The metric at these; null where it is unbounded.",
+        "The metric at both values of the input; null where it is unbounded.",
     ]
     nominal: Annotated[Fraction, NULL, "The metric at the stated value; null where it is unbounded."]
 
@@ -108,7 +109,7 @@ class Chance:
 
     decisions: Annotated[Mapping[str, str], "The design."]
     all_met: Annotated[float, "The share of the samples in which every requirement holds."]
-    standard_error: Annotated[float, "Its standard error."]
+    standard_error: Annotated[float, "Standard error of the probability."]
     by_requirement: Annotated[Mapping[str, float], "The share in which each requirement holds."]
 
 
@@ -121,7 +122,7 @@ class Indices:
     """
 
     output: Annotated[str, "The metric."]
-    unit: Annotated[Unit, "What its figures count."]
+    unit: Annotated[Unit, "Unit of the values."]
     first: Annotated[Mapping[str, float], "The first-order Sobol index of each input."]
     total: Annotated[Mapping[str, float], "The total Sobol index of each input."]
     effect: Annotated[Mapping[str, float], "The mean absolute change when the input goes from one end to the other."]
@@ -143,7 +144,7 @@ class UncertainResult:
     samples: Annotated[int, "The number of samples."]
     seed: Annotated[int, "The seed."]
     chances: Annotated[tuple[Chance, ...], "The chances of the designs of the front.", Json("alternatives")]
-    indices: Annotated[tuple[Indices, ...], "What explains the variation of each metric."]
+    indices: Annotated[tuple[Indices, ...], "Sobol indices: the share of each input in the variation of each metric."]
     design_chance: Annotated[Chance, "The chance of the studied design.", Json("design")]
     unbounded: Annotated[
         tuple[str, ...],
@@ -174,18 +175,18 @@ class SensitivityResult(DataAnswer):
     problem: Annotated[Mapping[str, Any], "Which problem was studied.", Json(kind=StudiedProblem)]
     decisions: Annotated[Mapping[str, str], "The studied design."]
     broken: Annotated[tuple[str, ...], "The requirements that it violates; margins concern the others."]
-    margins: Annotated[tuple[Margin, ...], "How far each input may move, alone."]
+    margins: Annotated[tuple[Margin, ...], "Margin of each input, alone."]
     scaling: Annotated[
         Scaling | None, "All execution times together; null where time was too short.", Json("execution_times")
     ]
-    bars: Annotated[tuple[Bar, ...], "How far each input moves each metric.", Json("tornado")]
-    swing: Annotated[str, "Over what the bars go."]
+    bars: Annotated[tuple[Bar, ...], "Effect of each input on each metric.", Json("tornado")]
+    swing: Annotated[str, "Range of the inputs over which the bars go."]
     uncertain: Annotated[
         UncertainResult | None,
-        "What stated uncertainties do; null where none are stated.",
+        "Effect of the stated uncertainties; null where none are stated.",
         Json("uncertainty"),
     ] = None
-    left_out: Annotated[tuple[str, ...], "What the time limit left no time for.", Json(default=[])] = ()
+    left_out: Annotated[tuple[str, ...], "Parts that the time limit left out.", Json(default=[])] = ()
     bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
     files: Annotated[
         Mapping[str, str], "The text of the problem file, of what it includes and of its samples, by name."
@@ -195,6 +196,10 @@ class SensitivityResult(DataAnswer):
     def currency(self) -> str:
         """The currency of prices, which count in cents."""
         return str(self.problem["currency"])
+
+    def _verdict(self) -> str:
+        broken = f"violates {count_words(len(self.broken), 'requirement')}, " if self.broken else ""
+        return f"{broken}{count_words(len(self.margins), 'margin')}"
 
     @property
     def exit_code(self) -> int:

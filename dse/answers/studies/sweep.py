@@ -38,7 +38,7 @@ class VariedAxis:
 
     name: Annotated[str, "The path of an input, or the metric of a limit."]
     kind: Annotated[str, "`limit` or what kind of input it is."]
-    values: Annotated[tuple[str, ...], "Its values as texts.", Json(default=[])] = ()
+    values: Annotated[tuple[str, ...], "Values of the axis as texts.", Json(default=[])] = ()
     interval: Annotated[str, "The interval of a limit whose break-points are exact.", Json(default="")] = ""
 
 
@@ -72,8 +72,8 @@ class SweepRun:
         if self.outcome is None or self.outcome["kind"] == "error":
             return ()
         if self.outcome["kind"] == "front":
-            found: Sequence[Mapping[str, Any]] = self.outcome["front"]
-            return found
+            front: Sequence[Mapping[str, Any]] = self.outcome["front"]
+            return front
         stretches = self.outcome["stretches"]
         return self._of_stretch(stretches[-1]) if stretches else ()
 
@@ -96,13 +96,15 @@ class ScaledObjective:
     name: str
     sense: str
     unit: str
-    best: Annotated[Fraction, NULL, "Its best value on all fronts, in `unit`; null where it is unbounded."]
-    worst: Annotated[Fraction, NULL, "Its worst value on all fronts, in `unit`; null where it is unbounded."]
+    best: Annotated[Fraction, NULL, "Best value of the objective on all fronts, in `unit`; null where it is unbounded."]
+    worst: Annotated[
+        Fraction, NULL, "Worst value of the objective on all fronts, in `unit`; null where it is unbounded."
+    ]
 
 
 @dataclass(frozen=True)
 class SweepRanking:
-    """How designs are ranked, on one scale for the whole sweep."""
+    """The ranking of designs, on one scale for the whole sweep."""
 
     words: Annotated[str, "The method in words."]
     scale: Annotated[tuple[ScaledObjective, ...], "The scale: each objective with its best and worst value."]
@@ -118,18 +120,22 @@ class Changes(Data):
     objectives: Annotated[list[str], "The objectives that take the place of those of the file.", Json(default=[])]
     fix: Annotated[list[str], "Fixed decisions.", Json(default=[])]
     profile: Annotated[str, "The profile, where another was asked for.", Json(default=None)]
-    worst_case: Annotated[str, "The worst-case setting, likewise.", Json(default=None)]
-    processing: Annotated[str, "What a flow counts for a thread, likewise.", Json(default=None)]
-    deadlines: Annotated[str, "Which deadlines count, likewise.", Json(default=None)]
-    overload: Annotated[str, "Whether cores and buses may be used beyond all of them, likewise.", Json(default=None)]
+    worst_case: Annotated[str, "The worst-case setting, where another was asked for.", Json(default=None)]
+    processing: Annotated[
+        str, "What a flow counts for a thread, where another setting was asked for.", Json(default=None)
+    ]
+    deadlines: Annotated[str, "Which deadlines count, where another setting was asked for.", Json(default=None)]
+    overload: Annotated[
+        str, "Whether a load of more than 100 % is allowed, where another setting was asked for.", Json(default=None)
+    ]
 
 
 class SweptProblem(StudiedProblem):
-    """Which problem was swept, and what was asked of it."""
+    """The swept problem, and its question."""
 
     WRITTEN = (*StudiedProblem.WRITTEN, "changes")
 
-    changes: Annotated[Changes, "What the caller asked beyond the file."]
+    changes: Annotated[Changes, "Changes by the caller: limits, fixed decisions and settings beyond the file."]
 
 
 @dataclass(frozen=True, repr=False)
@@ -156,14 +162,14 @@ class SweepResult(DataAnswer):
 
     problem: Annotated[Mapping[str, Any], "Which problem was swept.", Json(kind=SweptProblem)]
     semantics: Annotated[str, "The version of what the figures mean, with a digest of the code that found them."]
-    axes: Annotated[tuple[VariedAxis, ...], "What was varied.", Json("vary")]
+    axes: Annotated[tuple[VariedAxis, ...], "Axes of the sweep.", Json("vary")]
     runs: tuple[SweepRun, ...]
     seed: Annotated[int, "The seed."] = 0
-    ranking: Annotated[SweepRanking, "How designs are ranked."] = SweepRanking(RANKING, ())
-    remarks: Annotated[tuple[str, ...], "What varying an input cannot show."] = ()
+    ranking: Annotated[SweepRanking, "Ranking of the designs."] = SweepRanking(RANKING, ())
+    remarks: Annotated[tuple[str, ...], "Remarks on effects that varying an input does not show."] = ()
     contention: Annotated[
         Mapping[str, Any] | None,
-        "What all fronts leave out; null where that is nothing.",
+        "Contention that all fronts leave out; null where they count it.",
         Json(kind=ContentionBasis | None),
     ] = None
     bus_waiting: Annotated[Literal["not counted"] | None, BUS_WAITING] = None
@@ -207,12 +213,12 @@ class SweepResult(DataAnswer):
         None for the first.
         """
         last = len(self._grid_axes[-1].values) if self._grid_axes else 1
-        found: list[Change | None] = []
+        changes: list[Change | None] = []
         for number, run in enumerate(self.runs):
             before = self.runs[number - 1] if number % last else None
             usable = before is not None and all(item.status in ("complete", "infeasible") for item in (before, run))
-            found.append(_change(before, run) if before is not None and usable else None)
-        return tuple(found)
+            changes.append(_change(before, run) if before is not None and usable else None)
+        return tuple(changes)
 
     @property
     def run_data(self) -> Annotated[list[Mapping[str, Any]], Json(kind=list[AnyRun])]:
@@ -370,10 +376,10 @@ def rank_together(
     infos: Sequence[Outcome] = solved[0]["objectives"] if solved else []
     senses = [info["sense"] for info in infos]
     known = {number: _alternatives(item) for number, item in enumerate(outcomes) if item is not None}
-    vectors = {number: [_vector(item, infos) for item in found] for number, found in known.items()}
-    scale = range_of([vector for found in vectors.values() for vector in found], senses)
-    distances = {number: ideal_distances(found, senses, scale=scale) for number, found in vectors.items()}
-    texts = iter(score_texts([sqrt(value) for found in distances.values() for value in found]))
+    vectors = {number: [_vector(item, infos) for item in items] for number, items in known.items()}
+    scale = range_of([vector for items in vectors.values() for vector in items], senses)
+    distances = {number: ideal_distances(items, senses, scale=scale) for number, items in vectors.items()}
+    texts = iter(score_texts([sqrt(value) for items in distances.values() for value in items]))
     signs = {name: 1 if operator == "<=" else -1 for name, operator in limits}
     result: list[Outcome | None] = []
     for number, outcome in enumerate(outcomes):
@@ -400,8 +406,8 @@ Row: TypeAlias = tuple[Fraction, tuple[Fraction, ...], Vector, int, str]
 
 
 def _alternatives(outcome: Outcome) -> Sequence[Outcome]:
-    found: Sequence[Outcome] = outcome.get("front") or outcome.get("alternatives") or ()
-    return found
+    alternatives: Sequence[Outcome] = outcome.get("front") or outcome.get("alternatives") or ()
+    return alternatives
 
 
 def _vector(item: Outcome, infos: Sequence[Outcome]) -> Vector:

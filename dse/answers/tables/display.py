@@ -43,13 +43,13 @@ def exact(value: Exact) -> int | str | None:
     return int(value) if value.denominator == 1 else f"{value.numerator}/{value.denominator}"
 
 
-def figure(given: int | str | None) -> Fraction:
+def figure(value: int | str | None) -> Fraction:
     """The number that `exact` wrote, read again.
 
     Text or integer of a JSON file as an exact fraction; null (None) becomes the number that stands for an unbounded
     figure.
     """
-    return Unbounded(UNBOUNDED_NS) if given is None else Fraction(given)
+    return Unbounded(UNBOUNDED_NS) if value is None else Fraction(value)
 
 
 def without_stand_in(space: Space, metric: Metric, unit: str, value: int) -> int:
@@ -93,7 +93,7 @@ def readable(value: Fraction | int, unit: str, currency: str = "EUR", digits: in
 
 
 def scaled_unit(unit: str) -> tuple[int, str]:
-    """How many of a counting unit make one of its base unit, and that unit.
+    """The number of counting units in one base unit, and the base unit.
 
     >>> scaled_unit("ns"), scaled_unit("1/3 ppm"), scaled_unit("1/3 ")
     ((1, 'ns'), (3, 'ppm'), (3, ''))
@@ -114,7 +114,7 @@ def in_base_units(counts: Mapping[str, int], units: Mapping[str, str]) -> dict[s
 
 
 def display_unit(unit: str, currency: str = "EUR") -> tuple[Fraction, str]:
-    """How many of a counting unit (``ns``, ``1/3 ppm``) make one of the unit that engineers read, and that unit's name.
+    """The number of counting units (``ns``, ``1/3 ppm``) in one unit that engineers read, and that unit's name.
 
     >>> display_unit("ns"), display_unit("1/3 ppm")
     ((Fraction(1000000, 1), 'ms'), (Fraction(30000, 1), '%'))

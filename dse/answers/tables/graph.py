@@ -86,11 +86,11 @@ def architecture_graph(space: Space, design: Design) -> networkx.MultiDiGraph[st
 
 def _decided(space: Space, view: View) -> dict[str, dict[str, str]]:
     """The options that a design takes in its other open decisions, by component and field."""
-    found: dict[str, dict[str, str]] = {}
+    decided: dict[str, dict[str, str]] = {}
     for decision, option in zip(space.decisions, view.design, strict=True):
         if decision.is_open and option >= 0 and decision.field not in SHOWN:
-            found.setdefault(decision.component, {})[decision.field] = decision.options[option]
-    return found
+            decided.setdefault(decision.component, {})[decision.field] = decision.options[option]
+    return decided
 
 
 def _type(space: Space, name: str, view: View) -> str | None:

@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
+    help="The design: RESULT.json#ID (an alternative, with its question), or a decision other than the baseline's.",
 )
-@click.option("--response-times", is_flag=True, help="Also the response time of every thread, by core and priority.")
+@click.option(
+    "--response-times", is_flag=True, help="Also print the response time of every thread, by core and priority."
+)
 @question_options
 @all_option
 @report_option
@@ -43,19 +45,20 @@ def command(
     quiet: bool,
     **options: Any,
 ) -> int:
-    """One design (the baseline, unless told otherwise): its verdict, what is tightest, its latencies.
+    """One design, by default the baseline: its verdict, the nearest limits, its latencies.
 
-    With --all also each contribution to each latency, who uses processors and buses, and every metric.
-    Exit code 4 when the design violates a requirement, or cannot be compared with one, or is not valid.
+    With --all also each contribution to each latency, the load of processors and buses by thread and connection, and
+    every metric. Exit code 4 when the design is not valid, violates a requirement, or a requirement cannot be checked.
     """
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.analyse import analyse
 
-    found = named(design, load_told(file).ask(**question_of(options)))
-    analysis = analyse(found.problem, found.texts, response_times=response_times)
+    design_asked = named(design, load_told(file).ask(**question_of(options)))
+    analysis = analyse(design_asked.problem, design_asked.texts, response_times=response_times)
     from dse.report.content.analyse import analysis_page
 
-    answer(analysis_page(analysis), (json_path, analysis.to_json), report=report, every=every, quiet=quiet)
+    page, lead = analysis_page(analysis), f"{analysis.space.name}: {design_asked.called}"
+    answer(page, (json_path, analysis.to_json), report=report, every=every, quiet=quiet, lead=lead)
     return EXIT_COMPLETE if analysis.is_feasible else EXIT_NO
 
 
@@ -66,7 +69,7 @@ def named(texts: tuple[str, ...], problem: Problem) -> NamedDesign:
     """
     from dse.questions.named_design import named_design
 
-    found = named_design(problem, texts)
-    for remark in found.remarks:
+    design = named_design(problem, texts)
+    for remark in design.remarks:
         tell(f"dse: {remark}")
-    return found
+    return design

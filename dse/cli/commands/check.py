@@ -35,14 +35,14 @@ def command(
     from dse.questions.verbs.check import check
     from dse.space.question.unchecked import unchecked_words
 
-    asked = question_of(options)
-    description = check(load_told(file), **asked)
+    question = question_of(options)
+    description = check(load_told(file), **question)
     from dse.report.content.check import description_page
 
     page = description_page(description)
     answer(page, (json_path, description.to_json), report=report, every=every, quiet=quiet)
     is_shown = not quiet and json_path != "-" and not description.exit_code
-    if is_shown and isinstance(file, str) and file != "-" and not any(asked.values()):
+    if is_shown and isinstance(file, str) and file != "-" and not any(question.values()):
         say(f"Next       dse solve {shlex.quote(file)}")
     if description.too_large:
         tell(f"dse: {description.too_large}")

@@ -35,18 +35,18 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_NO
     multiple=True,
     type=ExistingPath(),
     metavar="PATH",
-    help="Measurements (CSV, a trace, a bag) against which a design of the problem file A is held.",
+    help="Compare a design of the problem file A with measurements: CSV, a trace, or a bag.",
 )
 @click.option(
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="With --measured: a decision, on top of the baseline; or RESULT.json#ID, an alternative.",
+    help="With --measured: the design, RESULT.json#ID or a decision other than the baseline's.",
 )
 @click.option(
     "--tolerance",
     metavar="SHARE",
-    help="With --measured: how far the mean of periods and rates may be from what is stated.  [default: 1 %]",
+    help="With --measured: largest difference of the mean of a period or rate from the stated one.  [default: 1 %]",
 )
 @click.option("--figures", metavar="DIR", help="With --measured: write the plots into this folder, as SVG and PNG.")
 @all_option
@@ -71,7 +71,7 @@ def command(
 
     With --measured, A is a problem file: its baseline (or --design) against samples of latencies, loads and
     utilisations, and of the execution times, periods, rates and sizes that the file states. Exit code 4 when a
-    requirement breaks with figures that have drifted, or what was measured oversteps its limit.
+    requirement is violated with the measured figures, or a measurement exceeds its limit.
     """
     check_writable(json_path, page_path(report))
     if measured:
@@ -79,17 +79,17 @@ def command(
             raise click.UsageError("--measured goes with one problem file; --design names a design of it")
         return _measured(one, measured, design, tolerance or "1 %", figures, every, quiet, report, json_path)
     if design or tolerance is not None or figures is not None:
-        given = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
-        raise click.UsageError(f"{given} goes with --measured")
+        option = "--design" if design else "--tolerance" if tolerance is not None else "--figures"
+        raise click.UsageError(f"{option} goes with --measured")
     if other is None:
         raise click.UsageError("missing argument B: what A is compared with, or --measured FILE")
     from dse.questions.verbs.compare import compare
     from dse.report.content.compare import comparison_page
 
-    found = compare(one, other, problem)
-    for file in found.carried:
+    comparison = compare(one, other, problem)
+    for file in comparison.carried:
         tell_carried(file, is_carried=True)
-    answer(comparison_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    answer(comparison_page(comparison), (json_path, comparison.to_json), report=report, every=every, quiet=quiet)
     return EXIT_COMPLETE
 
 
@@ -111,8 +111,8 @@ def _measured(
     from dse.report.content.measured import measured_page
 
     chosen = named(design, load_told(problem))
-    found = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
-    page = measured_page(found)
-    answer(page, (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    comparison = compare_measured(chosen.problem, *files, design=chosen.texts, tolerance=tolerance)
+    page = measured_page(comparison)
+    answer(page, (json_path, comparison.to_json), report=report, every=every, quiet=quiet)
     write_page_figures(figures, page, Path(files[0]).stem)
-    return EXIT_NO if any(item.is_newly_broken for item in found.requirements) else EXIT_COMPLETE
+    return EXIT_NO if any(item.is_newly_broken for item in comparison.requirements) else EXIT_COMPLETE

@@ -59,15 +59,17 @@ def _refuse(ctx: click.Context, param: click.Parameter, value: object) -> None:
 @question_options
 @objective_options(hidden=True)
 @all_option
-@click.option("--limit", type=click.IntRange(1), default=100, show_default=True, help="At most so many conflicts.")
+@click.option(
+    "--limit", type=click.IntRange(1), default=100, show_default=True, help="Largest number of conflicts to list."
+)
 @click.option(
     "--offer",
     multiple=True,
     metavar="'DECISION += OPTION'",
-    help="A further option, e.g. 'computer.type += Spectra': would it help, and at what price?",
+    help="Price of the cheapest design with a further option, e.g. 'computer.type += Spectra'.",
 )
 @time_limit_option("with what was proved so far")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the solver.")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Seed of the solver.")
 @report_option
 @json_option
 @click.option("--csv", "csv_path", metavar="PATH", help="Also write the conflicts as CSV; - for standard output.")
@@ -88,11 +90,11 @@ def command(
     quiet: bool,
     **options: Any,
 ) -> int:
-    """Why a problem is infeasible: requirements and rules that clash, and the smallest changes that mend it.
+    """Why a problem is infeasible: requirements and rules that conflict, and the smallest relaxations that help.
 
     Takes the options of `dse solve`; those about its front (--workers, --top, ...) change nothing. Each conflict is
     minimal, shown by a design for each member left out; each limit is exact. Without --time-limit and --all a hard
-    problem is looked at for about 15 seconds of a processor, and the page says what was left out. Exit code 0 when the
+    problem is explained for about 15 seconds of CPU time, and the page says what was left out. Exit code 0 when the
     problem is feasible, 4 when it is proved infeasible, 5 when something was left out.
     """
     if json_path == "-" and csv_path == "-":
@@ -101,7 +103,7 @@ def command(
     from dse.questions.explain.explain import Listener, Wishes, explain_asked
 
     with until(time_limit):
-        asked = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
+        asked_problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
     with Working("looking for what clashes", quiet=quiet) as line:
 
         def show(conflict: Sequence[Demand]) -> None:
@@ -109,15 +111,15 @@ def command(
                 line.tell(f"conflict: {'; '.join(item.text for item in conflict)}")
 
         listener = Listener(partial(setattr, line, "text"), show)
-        found = explain_asked(asked, Wishes(every, limit, offer, time_limit.rest_s, seed), listener)
+        explanation = explain_asked(asked_problem, Wishes(every, limit, offer, time_limit.rest_s, seed), listener)
     from dse.report.content.explain import explanation_page
 
     answer(
-        explanation_page(found),
-        (json_path, found.to_json),
-        (csv_path, found.to_csv),
+        explanation_page(explanation),
+        (json_path, explanation.to_json),
+        (csv_path, explanation.to_csv),
         report=report,
         quiet=quiet,
         every=every,
     )
-    return found.exit_code
+    return explanation.exit_code

@@ -24,7 +24,7 @@ from dse.support.files.writing import write_files
     default="reports",
     show_default=True,
     metavar="DIR",
-    help="The folder to write to; it is made.",
+    help="Folder to write to; it is created.",
 )
 @click.option(
     "--problem",
@@ -33,7 +33,7 @@ from dse.support.files.writing import write_files
     help="The problem file, if it has moved.",
 )
 @click.option(
-    "--alternative", type=int, metavar="ID", help="The alternative that the report opens with, and that figures show."
+    "--alternative", type=int, metavar="ID", help="Alternative that the report opens with and that figures show."
 )
 @click.option(
     "--study",
@@ -58,9 +58,9 @@ def command(
 ) -> int:
     """A result as a report: one HTML file that needs no network, Markdown, CSV and JSON.
 
-    Every figure is recomputed from the problem file, which must mean what it meant when it was solved, or from the
-    problem that the result carries where that file is not there. RESULT may also be what `dse sweep --json` or
-    `dse sensitivity --json` wrote: then the report is that of the study, with its figures as they were written.
+    Every figure is recomputed from the problem file, which must state the problem that was solved, or, where the file
+    is missing, from the problem that the result carries. RESULT may also be the JSON of `dse sweep` or `dse
+    sensitivity`: then the report shows that study, with its figures as they were written.
     """
     formats = _formats(figures)
     target = report_folder(folder)
@@ -74,14 +74,14 @@ def command(
     from dse.report.output import check_alternative, report_files
     from dse.support.errors import UsageError
 
-    found = reopen(result, problem)
-    tell_carried(found.problem.file, is_carried=found.problem.is_carried)
+    reopened = reopen(result, problem)
+    tell_carried(reopened.problem.file, is_carried=reopened.problem.is_carried)
     if rank_by is not None:
-        found = ranked_by(found, rank_by)
-    check_alternative(found, alternative, result)
-    if formats and not found.front:
+        reopened = ranked_by(reopened, rank_by)
+    check_alternative(reopened, alternative, result)
+    if formats and not reopened.front:
         raise UsageError(f"{result}: there is no alternative, so there is nothing to draw")
-    document = Document(found)
+    document = Document(reopened)
     if formats:
         from dse.report.output import figure_files
 

@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 
 def solve_robustly(
-    asked: Problem,
+    problem: Problem,
     resume: tuple[str, str | None] | None,
     budget: SearchLimits,
     tell: tuple[Callable[[Progress], None], Callable[[Any], None] | None],
 ) -> RobustResult:
     """Both fronts of the question of a problem, or of a stopped search: a result and its problem file, where given.
 
-    `tell` hears of progress, and of the state so far.
+    `tell` is called with the progress, and with the state so far.
     """
     from dse.questions.robust.robust import RobustWatcher, robust_asked
 
     watcher = RobustWatcher(*tell)
     if resume is None:
-        return robust_asked(asked, budget, watcher)
+        return robust_asked(problem, budget, watcher)
     from dse.questions.resume import resume_robust
 
     return resume_robust(*resume, budget, watcher)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -17,6 +18,7 @@ from dse.cli.common import (
     problem_argument,
     quiet_option,
     save,
+    screen_lines,
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
@@ -50,7 +52,7 @@ class Share(click.ParamType[Any]):
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
+    help="The design: RESULT.json#ID (an alternative, with its question), or a decision other than the baseline's.",
 )
 @question_options
 @objective_options()
@@ -76,7 +78,9 @@ class Share(click.ParamType[Any]):
     help="Of the samples; recorded in the result.",
 )
 @click.option(
-    "--front/--no-front", default=True, help="Whether to tell the chance of each alternative of the front too."
+    "--front/--no-front",
+    default=True,
+    help="Also compute the chance of each alternative of the front to meet every requirement.",
 )
 @all_option
 @time_limit_option("with what was found so far")
@@ -102,10 +106,10 @@ def command(
     csv_path: str | None,
     **options: Any,
 ) -> int:
-    """How far each input of a design may move before a requirement breaks; which inputs matter; how sure one can be.
+    """Margins and sensitivity of a design: how far inputs may move, which matter most, how sure it is.
 
     Uncertain inputs are those that the problem file states under `uncertainty`. Exit code 4 when the design violates a
-    requirement as it is.
+    requirement with the stated inputs.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
@@ -123,16 +127,18 @@ def command(
     with until(time_limit):
         problem = load_told(file).ask(**question_of(options, objectives_of(minimise, maximise)))
         claim_study(target, problem.name, "sensitivity")
-        found = named(design, problem)
-        result = sensitivity_asked(found.problem, found.texts, settings, say)
+        chosen = named(design, problem)
+        result = sensitivity_asked(chosen.problem, chosen.texts, settings, say)
     if live:
         rewrite("")
     from dse.report.content.study import study_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every, lines=SCREEN)
+        screen = console()
+        lead = f"{problem.name}: margins of {chosen.called}"
+        print_page(screen, replace(page, lead=lead), every=every, lines=screen_lines(screen))
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

@@ -28,33 +28,45 @@ from dse.support.timelimit import TimeLimit, until
     "--design",
     multiple=True,
     metavar="'DECISION = OPTION'",
-    help="A decision of the design, on top of the baseline; or RESULT.json#ID, an alternative and its question.",
+    help="The design: RESULT.json#ID (an alternative, with its question), or a decision other than the baseline's.",
 )
-@click.option("--duration", metavar="DURATION", help="Simulated time of each run, e.g. 10s; else as long as needed.")
+@click.option(
+    "--duration", metavar="DURATION", help="Simulated time of each run, e.g. 10s; default: as long as the periods need."
+)
 @click.option(
     "--offsets",
     type=click.Choice(["worst", "random", "zero"]),
     default="worst",
     show_default=True,
-    help="Search the worst ones for each flow, draw them, or start everything at once.",
+    help="Release offsets: search the worst ones of each flow, draw them, or release everything at once.",
 )
 @click.option(
-    "--runs", type=click.IntRange(1, 10**6), default=40, show_default=True, help="Runs; for each flow when searching."
+    "--runs",
+    type=click.IntRange(1, 10**6),
+    default=40,
+    show_default=True,
+    help="Number of runs; of each flow where worst offsets are searched.",
 )
 @click.option(
-    "--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of everything that is drawn."
+    "--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Seed of all random numbers."
 )
 @click.option(
     "--execution",
     type=click.Choice(["random", "max", "min"]),
     default="random",
     show_default=True,
-    help="Execution and transmission times within their ranges.",
+    help="Execution and transmission times: random in their ranges, longest, or shortest.",
 )
 @click.option(
-    "--drift", type=click.IntRange(0, 100_000), default=0, metavar="PPM", help="Let clocks drift by up to this much."
+    "--drift",
+    type=click.IntRange(0, 100_000),
+    default=0,
+    metavar="PPM",
+    help="Largest drift of clocks, in parts per million.",
 )
-@click.option("--contention/--no-contention", default=True, help="Threads share cores (default), or have one each.")
+@click.option(
+    "--contention/--no-contention", default=True, help="Threads wait for their core (default), or have a core each."
+)
 @click.option(
     "--bus-contention", is_flag=True, help="A physical bus carries one message at a time, in order of arrival."
 )
@@ -86,19 +98,18 @@ def command(
     quiet: bool,
     **options: Any,
 ) -> int:
-    """Play a design out in time, and hold what is observed against the analysis.
+    """Simulate a design in time, and compare every observation with its analysed bounds.
 
-    Exit code 4 when an observation lies outside the analysed bounds, whatever
-    the reason.
+    Exit code 4 when an observation lies outside the bounds, whatever the reason.
     """
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.simulate import simulate
 
     with until(time_limit):
-        found = named(design, load_told(file).ask(**question_of(options)))
+        chosen = named(design, load_told(file).ask(**question_of(options)))
     simulation = simulate(
-        found.problem,
-        found.texts,
+        chosen.problem,
+        chosen.texts,
         duration=duration,
         offsets=offsets,
         runs=runs,
@@ -112,5 +123,6 @@ def command(
     )
     from dse.report.content.simulate import simulation_page
 
-    answer(simulation_page(simulation), (json_path, simulation.to_json), report=report, every=every, quiet=quiet)
+    page, lead = simulation_page(simulation), f"{simulation.space.name}: {chosen.called}, simulated"
+    answer(page, (json_path, simulation.to_json), report=report, every=every, quiet=quiet, lead=lead)
     return simulation.exit_code

@@ -63,30 +63,33 @@ REPORT_S = 2.0
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     show_default=True,
-    help="Of the solver; the front does not depend on it.",
+    help="Seed of the solver; the front does not depend on it.",
 )
 @click.option(
     "--workers",
     type=click.IntRange(1, 64),
-    help="Regions searched at the same time, one unless told otherwise; of --insist options, then on the cores of this "
-    "machine. What is found does not depend on it. Good for fronts of hundreds of points with short solver calls; a "
-    "few hard calls, as with response times, may end no sooner, and use more of the processor.",
+    help="Number of regions that are searched in parallel (default 1), or of options with --insist (default: the cores "
+    "of this machine). The answer does not depend on it. Helps for fronts of hundreds of points with short solver "
+    "calls; a few hard calls, as with response times, may end no sooner, and use more CPU time.",
 )
 @click.option(
     "--resume",
     type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="RESULT",
-    help="Go on with the stopped search of a result file; the question is that of the result, robust or not.",
+    help="Go on with the stopped search of a result file, with the question of that result.",
 )
 @click.option(
     "--robust",
     is_flag=True,
-    help="Let every requirement hold for all values that `uncertainty` states; tell what that costs.",
+    help="Search designs that meet every requirement for all values stated under `uncertainty`, and print what "
+    "robustness costs.",
 )
 @ranking_options
 @all_option
 @click.option(
-    "--explain", is_flag=True, help="Say of the first alternatives why each is there, and all that was left out."
+    "--explain",
+    is_flag=True,
+    help="Explain why each of the first alternatives is on the front, and print what the screen leaves out.",
 )
 @click.option(
     "--further",
@@ -94,21 +97,22 @@ REPORT_S = 2.0
     "further",
     type=click.IntRange(1, 1000),
     metavar="K",
-    help="Also up to K other designs with exactly the objectives of each alternative shown, chosen to differ.",
+    help="Also search up to K other designs with the same objective values as each alternative shown, as different as "
+    "possible.",
 )
 @click.option(
     "--within",
     metavar="SHARE",
-    help="Also designs with every objective at most so much worse, e.g. 5%; what dominates them is said.",
+    help="Also search designs with every objective worse by at most this share, e.g. 5%, and name what dominates them.",
 )
 @click.option(
     "--insist",
     is_flag=True,
-    help="Also the price of insisting: for each option of each open decision the front with it fixed, on --workers "
-    "cores or on --scheduler.",
+    help="Also print the price of insisting on an option: for each option of each open decision the front with that "
+    "option fixed, solved on --workers cores or on --scheduler.",
 )
 @click.option(
-    "--scheduler", metavar="ADDRESS", help="Where --insist searches: a Dask cluster, such as tcp://host:8786."
+    "--scheduler", metavar="ADDRESS", help="Dask cluster on which --insist searches, such as tcp://host:8786."
 )
 @study_report_options
 @json_option
@@ -141,8 +145,8 @@ def command(
     """The proven Pareto front of a problem, ranked.
 
     Requirements given here are added to those of the file; --minimise and --maximise replace its objectives.
-    Ctrl-C ends the search and keeps what was found. While it searches, --json PATH holds the result so far, marked
-    incomplete, from which --resume goes on.
+    Ctrl-C ends the search and prints the designs found so far. During the search --json PATH holds the result so far,
+    marked incomplete, from which --resume goes on.
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
@@ -156,30 +160,30 @@ def command(
 
     whole = time_limit
     with until(whole.for_the_last_steps()):
-        asked, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
+        problem, earlier = _question(file, resume, question_of(options, objectives_of(minimise, maximise)))
     if target is not None:
-        _claim_report(target, asked)
+        _claim_report(target, problem)
     if report is not None:
         time_limit = whole.sparing(REPORT_S)
     if within is not None:
         from dse.questions.verbs.alternatives import read_share
 
         read_share(within)
-    check_ranking(rank_by or "ideal", asked.space, has_baseline=baseline_design(asked.space) is not None)
-    if robust and resume is not None and not asked.robust:
+    check_ranking(rank_by or "ideal", problem.space, has_baseline=baseline_design(problem.space) is not None)
+    if robust and resume is not None and not problem.robust:
         raise click.UsageError(
             f"{resume}: its search is not robust, and --resume goes on with the question of the result"
         )
     if scheduler is not None and not insist:
         raise click.UsageError("--scheduler is for --insist")
-    if robust or asked.robust:
+    if robust or problem.robust:
         if further is not None or within is not None or insist:
             raise click.UsageError("--robust shows one design for each point: no --further, --within or --insist")
         from dse.cli.commands.robust import show_robust, solve_robustly
 
         with _Reporter(quiet=quiet) as progress:
             budget, tell = SearchLimits(time_limit, seed, workers or 1), (progress, _checkpoint(json_path))
-            study = solve_robustly(asked, (resume, file) if resume is not None else None, budget, tell)
+            study = solve_robustly(problem, (resume, file) if resume is not None else None, budget, tell)
         return show_robust(
             study,
             rank_by or "ideal",
@@ -190,7 +194,7 @@ def command(
         )
     with _Reporter(quiet=quiet) as progress, about(resume) if resume is not None else nullcontext():
         watcher = Watcher(progress, _checkpoint(json_path))
-        result = solve_asked(asked, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
+        result = solve_asked(problem, SearchLimits(time_limit, seed, workers or 1), watcher, earlier)
     result = ranked_by(result, rank_by or "ideal")
     if further is not None or within is not None:
         from dse.questions.verbs.alternatives import DEFAULT_COUNT, with_further_designs
@@ -211,7 +215,7 @@ def command(
 
 
 def _insisted(result: Result, workers: int | None, scheduler: str | None, limit: TimeLimit, *, quiet: bool) -> Result:
-    """The result with the price of insisting; on a terminal it is told how far that is."""
+    """The result with the price of insisting; a terminal shows the progress."""
     from dse.questions.sweep.workers import usable_cores
     from dse.questions.verbs.insist import Machines, insisted
 
@@ -221,10 +225,10 @@ def _insisted(result: Result, workers: int | None, scheduler: str | None, limit:
         if live:
             rewrite(f"{done} of {whole} options")
 
-    found = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
+    with_prices = insisted(result, Machines(workers or usable_cores(), scheduler), limit, tell)
     if live:
         rewrite("")
-    return found
+    return with_prices
 
 
 def _question(file: str | None, resume: str | None, question: Question) -> tuple[Problem, FrontSearch | None]:
@@ -235,34 +239,34 @@ def _question(file: str | None, resume: str | None, question: Question) -> tuple
 
         if changes_of(question).is_anything:
             raise click.UsageError("--resume goes on with the question of the result: no further limits or objectives")
-        asked, earlier = read_search(resume, file)
-        tell_carried(asked.loaded.path, is_carried=asked.loaded.is_carried)
-        return asked, earlier
+        problem, earlier = read_search(resume, file)
+        tell_carried(problem.loaded.path, is_carried=problem.loaded.is_carried)
+        return problem, earlier
     if file is None:
         raise click.UsageError("missing argument FILE")
     return load_told(file).ask(**question), None
 
 
 def _checkpoint(json_path: str | None) -> Callable[[Result | RobustResult], None] | None:
-    """What writes the result so far; where that fails the search goes on, and the user hears of it once."""
+    """The function that writes the result so far; where that fails the search goes on, with one message."""
     if json_path is None or json_path == "-" or is_stream(json_path):
         return None
-    told = False
+    is_reported = False
 
     def write(result: Result | RobustResult) -> None:
-        nonlocal told
+        nonlocal is_reported
         failure = save((json_path, result.to_json))
-        if failure is not None and not told:
-            told = True
+        if failure is not None and not is_reported:
+            is_reported = True
             tell(f"dse: the result so far cannot be written: {json_path}: {failure.strerror}")
 
     return write
 
 
-def _claim_report(folder: Path, asked: Problem) -> None:
+def _claim_report(folder: Path, problem: Problem) -> None:
     from dse.report.output import report_names
 
-    check_writable(*(folder / name for name in report_names(str(asked.loaded.path), asked.name)))
+    check_writable(*(folder / name for name in report_names(str(problem.loaded.path), problem.name)))
 
 
 def _document(result: Result) -> Document:

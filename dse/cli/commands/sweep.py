@@ -19,6 +19,7 @@ from dse.cli.common import (
     problem_argument,
     quiet_option,
     save,
+    screen_lines,
     time_limit_option,
 )
 from dse.cli.options import OrderedCommand, objective_options, objectives_of, question_of, question_options
@@ -54,10 +55,10 @@ PLAIN_STEP_S = 5.0
     type=click.IntRange(0, 2**31 - 1),
     default=0,
     show_default=True,
-    help="Of the solver; the result does not depend on it.",
+    help="Seed of the solver; the result does not depend on it.",
 )
 @click.option(
-    "--workers", type=click.IntRange(1, 1024), help="Processes on this machine; its cores unless told otherwise."
+    "--workers", type=click.IntRange(1, 1024), help="Number of processes on this machine; default: its cores."
 )
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Solve on a Dask cluster, such as tcp://host:8786 (docs/cluster.md)."
@@ -68,7 +69,7 @@ PLAIN_STEP_S = 5.0
     help="Where finished runs are kept; else NAME.runs.sqlite next to the result (--json, --csv, --report), and "
     "nowhere where none is written.",
 )
-@click.option("--no-store", is_flag=True, help="Keep nothing; a stopped sweep begins anew.")
+@click.option("--no-store", is_flag=True, help="Keep no finished runs; a stopped sweep starts from the beginning.")
 @time_limit_option("with the runs that are finished")
 @all_option
 @study_report_options
@@ -98,8 +99,8 @@ def command(
 ) -> int:
     """The front as a function of a limit or an input.
 
-    With --json, --csv, --report or --store every finished run is kept at once: the same command goes on where it was
-    stopped, however it was stopped. Ctrl-C ends the sweep and writes what is done (exit code 5).
+    With --json, --csv, --report or --store every finished run is kept at once, so that the same command goes on after
+    any stop. Ctrl-C ends the sweep and writes the finished runs (exit code 5).
     """
     if json_path == "-" and csv_path == "-":
         raise click.UsageError("only one of --json and --csv can go to standard output")
@@ -121,15 +122,16 @@ def command(
     with Estimate(quiet=quiet) as progress:
         result = sweep_asked(problem, vary, seed, means, progress)
     from dse.report.content.study import study_page
-    from dse.report.terminal import SCREEN, print_page
+    from dse.report.terminal import print_page
 
     page = study_page(result.to_dict())
     if not quiet and "-" not in (json_path, csv_path):
-        print_page(console(), page, every=every, lines=SCREEN - 1)
+        screen = console()
+        print_page(screen, page, every=every, lines=screen_lines(screen) - 1)
         kept = f", kept in {path}" if path is not None else ""
         count = f"{len(result.runs)} {'run' if len(result.runs) == 1 else 'runs'}"
-        told = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
-        console().print(told, markup=False)
+        summary = f"{count}: {result.solved} solved now, {result.found} from the store{kept}."
+        screen.print(summary, markup=False)
     failure = save((json_path, result.to_json), (csv_path, result.to_csv)) or write_page(report or None, page)
     if target is not None:
         write_study(result, target, quiet=quiet)

@@ -17,14 +17,14 @@ from dse.support.timelimit import TimeLimit
     "--problem",
     type=ExistingPath(dir_okay=False, allow_dash=True),
     metavar="FILE",
-    help="The problem file, where it is no longer where the result says.",
+    help="The problem file, if it has moved.",
 )
 @click.option(
     "--method",
     type=click.Choice(["auto", "exhaustion", "model"]),
     default="auto",
     show_default=True,
-    help="Look at every design, or ask a second model; auto looks where there are few enough.",
+    help="Enumerate every design, or solve a second model; auto enumerates up to 200 000 designs.",
 )
 @time_limit_option("and say what was confirmed")
 @all_option
@@ -41,7 +41,7 @@ def command(
     json_path: str | None,
     quiet: bool,
 ) -> int:
-    """Re-check a result without trusting the solver or the encoding that made it.
+    """Prove a result again, without the search and the encoding that made it.
 
     Exit code 0 when everything the result says was confirmed, 4 when it is rejected (with what is wrong), 5 when
     nothing is wrong but not everything could be proved again.
@@ -50,8 +50,8 @@ def command(
     from dse.questions.verify.verify import verify
 
     with Working("proving the front again", quiet=quiet):
-        found = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
+        verification = verify(result, problem=problem, method=method, time_limit_s=time_limit.rest_s)  # type: ignore[arg-type]
     from dse.report.content.verify import verification_page
 
-    answer(verification_page(found), (json_path, found.to_json), report=report, quiet=quiet, every=every)
-    return found.exit_code
+    answer(verification_page(verification), (json_path, verification.to_json), report=report, quiet=quiet, every=every)
+    return verification.exit_code

@@ -39,7 +39,7 @@ class Family:
     most_processors: int = 40
 
     def processors(self, threads: int) -> int:
-        """How many processor slots a system of this many threads has."""
+        """The number of processor slots of a system with this many threads."""
         wanted = -(-threads // self.threads_per_processor)
         return max(self.least_processors, min(self.most_processors, wanted))
 

@@ -67,20 +67,20 @@ def _alternatives(
     def document(taken: Mapping[str, str]) -> dict[str, Any]:
         variant = with_implementations(model, chosen, taken, path, options)
         writer = Writer(variant, path, options)
-        found = writer.document()
+        written = writer.document()
         model.properties.asked |= variant.properties.asked
-        budgets.append(found.pop("budgets", None))
+        budgets.append(written.pop("budgets", None))
         places.update({key: place for key, place in writer.places.items() if key not in places})
-        return found
+        return written
 
     try:
         if reason := conflict(chosen):
             raise DifferError(reason)
-        found = merged(chosen, document, places)
+        joined = merged(chosen, document, places)
     except DifferError as error:
         raise ProblemError([finding(str(error), chosen[0].component.place)]) from None
     if all(item == budgets[0] for item in budgets):
-        return found if budgets[0] is None else {**found, "budgets": budgets[0]}
+        return joined if budgets[0] is None else {**joined, "budgets": budgets[0]}
     message = f"budgets of processors and memories differ with the type of {chosen[0].name}: not looked at"
     model.library.remark(message, chosen[0].component.place)
-    return found
+    return joined

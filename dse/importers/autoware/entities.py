@@ -61,15 +61,15 @@ class Entity:
     def add(self, part: Part) -> None:
         """Put in lists: what has the name of an entry takes its place, everything else comes behind."""
         for key in (*KEYED, "inputs", "outputs", "connections"):
-            found = self.lists.setdefault(OTHER_NAMES.get(key, key), [])
+            entries = self.lists.setdefault(OTHER_NAMES.get(key, key), [])
             for item in part.value[key]:
                 spend()
                 fresh, name = Part(item, part.file), item["name"].text
-                place = next((at for at, old in enumerate(found) if name and old.text("name") == name), None)
+                place = next((at for at, old in enumerate(entries) if name and old.text("name") == name), None)
                 if place is None or key == "connections":
-                    found.append(fresh)
+                    entries.append(fresh)
                 else:
-                    found[place] = fresh
+                    entries[place] = fresh
 
     def _remove(self, part: Part) -> None:
         for key in (*KEYED, "inputs", "outputs"):
@@ -80,7 +80,7 @@ class Entity:
             self.lists[list_name] = [one for one in self.entries(key) if one.text("name") not in gone]
             if list_name == "components":
                 ends = [(one, ends_of(one.value)) for one in self.entries("connections")]
-                kept = [one for one, found in ends if not any(end.split(".")[0] in gone for end in found)]
+                kept = [one for one, names in ends if not any(end.split(".")[0] in gone for end in names)]
                 self.lists["connections"] = kept
         cut = {frozenset(ends_of(item)) for item in part.value["connections"]}
         self.lists["connections"] = [
@@ -90,8 +90,8 @@ class Entity:
 
 def ends_of(connection: LocatedValue) -> tuple[str, ...]:
     """The two ends of a connection: a list of two, or the values of a mapping."""
-    found = connection.data
-    items = found.values() if isinstance(found, dict) else list(connection)
+    ends = connection.data
+    items = ends.values() if isinstance(ends, dict) else list(connection)
     return tuple(item.text for item in items)
 
 
@@ -125,12 +125,12 @@ class Library:
         """
         file = self._open(self.path)
         name = file.root["name"].text or self.path.name.removesuffix(self.path.suffix)
-        found = self._entity(name, file, 0)
-        if found.kind not in KINDS:
+        entity = self._entity(name, file, 0)
+        if entity.kind not in KINDS:
             words = f"expected the name of a node, module or system, such as Robot.system; got {name[:60]!r}"
             file.wrong(file.root["name"], words)
         file.check()
-        return found
+        return entity
 
     def named(self, name: str, place: Part, depth: int = 0) -> Entity | None:
         """The entity with a name; None, and a remark, where no file defines it or the file cannot be read."""
@@ -162,21 +162,21 @@ class Library:
         return file
 
     def _entity(self, name: str, file: LocatedFile, depth: int) -> Entity:
-        found = Entity(name, name.rpartition(".")[2], file)
+        entity = Entity(name, name.rpartition(".")[2], file)
         whole = Part(file.root, file)
         base = whole.text("base")
         known = self.named(base, whole, depth + 1) if base else None
         if known is not None:
-            found.lists = {key: list(items) for key, items in known.lists.items()}
-            found.modes = dict(known.modes)
-        found.add(whole)
-        found.apply(whole)
-        for item in found.entries("modes"):
+            entity.lists = {key: list(items) for key, items in known.lists.items()}
+            entity.modes = dict(known.modes)
+        entity.add(whole)
+        entity.apply(whole)
+        for item in entity.entries("modes"):
             for part in (whole, Part(file.root["override"], file)):
                 own = part.value[item.text("name")]
                 if isinstance(own.data, dict):
-                    found.modes[item.text("name")] = Part(own, file)
-        return found
+                    entity.modes[item.text("name")] = Part(own, file)
+        return entity
 
     def _path_of(self, name: str) -> Path | None:
         if self._paths is None:

@@ -62,22 +62,22 @@ def threads_of(process: Part, connected: Sequence[str]) -> list[ThreadOfProcess]
         process.remark(f"{name} is left out: it runs once, or nothing says when")
         return []
     outputs = tuple(item["to_output"].text for item in process.value["outcomes"] if item["to_output"].text)
-    found = [_of_way(name, process, way) for way in known if len(way) > 1]
+    threads = [_of_way(name, process, way) for way in known if len(way) > 1]
     single = tuple(sorted(cause for way in known if len(way) == 1 for cause in way if cause[0] in EVENTS))
     if single:
-        found.insert(0, ThreadOfProcess(name, name, process, causes=single))
+        threads.insert(0, ThreadOfProcess(name, name, process, causes=single))
     for way in known:
         if len(way) == 1 and next(iter(way))[0] == "periodic":
-            found.append(_of_way(name, process, way))
-    events = {cause for one in found for cause in one.causes}
-    for number, one in enumerate(found):
+            threads.append(_of_way(name, process, way))
+    events = {cause for one in threads for cause in one.causes}
+    for number, one in enumerate(threads):
         one.reads = tuple(sorted(once if one.causes else once | events))
         one.outputs = outputs
         if number:
             one.name = f"{name}/periodic" if one.period_ns is not None and not one.causes else f"{name}/all"
-    if len(found) > 1:
-        process.remark(f"{name} starts in {len(found)} ways: it counts as a thread for each")
-    return found
+    if len(threads) > 1:
+        process.remark(f"{name} starts in {len(threads)} ways: it counts as a thread for each")
+    return threads
 
 
 def _of_way(name: str, process: Part, way: Way) -> ThreadOfProcess:
@@ -98,23 +98,23 @@ def _ways(item: LocatedValue, process: Part, depth: int) -> list[Way]:
     if depth > DEEPEST or not isinstance(item.data, dict):
         Part(item, process.file).remark("a condition is left out: it is none, or nested too deeply")
         return []
-    found: list[Way] = []
+    ways: list[Way] = []
     for kind, value in item.data.items():
         if kind == "or":
-            found += _any_of(list(value), process, depth)
+            ways += _any_of(list(value), process, depth)
         elif kind == "and":
             parts = [_ways(one, process, depth + 1) for one in value]
             for choice in product(*(part for part in parts if part)) if any(parts) else ():
                 spend()
-                found.append(frozenset[Cause]().union(*choice))
-                if len(found) >= MOST_WAYS:
+                ways.append(frozenset[Cause]().union(*choice))
+                if len(ways) >= MOST_WAYS:
                     Part(value, process.file).remark(f"of a condition the first {MOST_WAYS} ways count")
                     break
         elif kind == "once" or (kind in EVENTS and value.text) or (kind == "periodic" and _period_ns(value.text)):
-            found.append(frozenset({(kind, value.text)}))
+            ways.append(frozenset({(kind, value.text)}))
         elif kind in (*EVENTS, "periodic"):
             Part(value, process.file).remark(f"a condition is left out: `{kind}` without what it needs")
-    return found
+    return ways
 
 
 def _period_ns(rate: str) -> int:

@@ -76,9 +76,11 @@ class _Writer:
         self.containers = dict(self._containers())
         self.threads: dict[str, list[_Thread]] = {}
         for at, node in tree.nodes.items():
-            found = [one for item in node.entity.entries("processes") for one in threads_of(item, self._connected(at))]
-            self.threads[at] = [_Thread(self.names.new(ros_name(f"{at}/{one.name}")), node, one) for one in found]
-            if not found:
+            threads = [
+                one for item in node.entity.entries("processes") for one in threads_of(item, self._connected(at))
+            ]
+            self.threads[at] = [_Thread(self.names.new(ros_name(f"{at}/{one.name}")), node, one) for one in threads]
+            if not threads:
                 node.place.remark(f"{at} has no process that starts again and again: it is no thread")
 
     def document(self, mode: str) -> dict[str, Any]:
@@ -90,7 +92,7 @@ class _Writer:
         words = f"{self.path.name} (Autoware system design{f', mode {mode}' if mode else ''})"
         cores = "stated at the import (--cores)" if self.cores is not None else "MISSING: how many; --cores states it"
         kinds = {f"{name}_type": {"cores": self.cores or 1, "source": cores} for name in self.units.values()}
-        found: dict[str, Any] = {
+        document: dict[str, Any] = {
             "dse": 1,
             "name": self.path.name.rsplit(".", 2)[0],
             "source": words,
@@ -102,19 +104,21 @@ class _Writer:
             "processor_types": kinds,
             "processors": {name: {"type": f"{name}_type"} for name in self.units.values()},
         }
-        found |= {"executors": executors} if executors else {}
-        found["threads"] = threads
-        found |= {"connections": connections} if connections else {}
+        document |= {"executors": executors} if executors else {}
+        document["threads"] = threads
+        document |= {"connections": connections} if connections else {}
         nodes = {self.process_of(at): at for at in self.tree.nodes if at not in self.containers and NODE.fullmatch(at)}
         used = {body["process"] for body in threads.values()}
-        found["ros2"] = {"nodes": {name: node for name, node in nodes.items() if name in used}}
+        document["ros2"] = {"nodes": {name: node for name, node in nodes.items() if name in used}}
         if missing:
-            found["assumptions"].append(
+            document["assumptions"].append(
                 f"MISSING: how often these come from outside, a `rate` each (or --rate): {', '.join(missing)}."[:900]
             )
         if not self.tree.is_whole:
-            found["assumptions"].append("MISSING: instances or connections that could not be read; see the warnings.")
-        return found
+            document["assumptions"].append(
+                "MISSING: instances or connections that could not be read; see the warnings."
+            )
+        return document
 
     # --- where it runs
 

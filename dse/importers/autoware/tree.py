@@ -56,10 +56,10 @@ class Tree:
 
 def tree_of(library: Library, entity: Entity) -> Tree:
     """The instances of a system or module, or a node alone."""
-    found = Tree()
+    tree = Tree()
     whole = Part(entity.file.root, entity.file)
-    _grow(library, found, entity, "", "", whole, 0)
-    return found
+    _grow(library, tree, entity, "", "", whole, 0)
+    return tree
 
 
 def _grow(library: Library, tree: Tree, entity: Entity, path: str, unit: str, place: Part, depth: int) -> None:
@@ -76,14 +76,14 @@ def _grow(library: Library, tree: Tree, entity: Entity, path: str, unit: str, pl
             item.remark(f"{name[:80] or 'an instance'} is left out: {why}")
             tree.is_whole = False
             continue
-        found = library.named(kind, item)
-        if found is None or found.kind not in ("node", "module"):
-            if found is not None:
+        child = library.named(kind, item)
+        if child is None or child.kind not in ("node", "module"):
+            if child is not None:
                 item.remark(f"{name[:80]} is left out: {kind[:80]} is no node and no module")
             tree.is_whole = False
             continue
-        inside[name] = _path_of(item, path, name), found
-        _grow(library, tree, found, inside[name][0], item.text("compute_unit") or unit, item, depth + 1)
+        inside[name] = _path_of(item, path, name), child
+        _grow(library, tree, child, inside[name][0], item.text("compute_unit") or unit, item, depth + 1)
     _connect(tree, entity, path, inside)
 
 
@@ -143,11 +143,11 @@ def _pairs(ends: list[str], sources: dict[str, PortKey], targets: dict[str, Port
             continue
         if _is_wild(source) and _is_wild(target):
             filled = [(start, _filled(target, captured)) for start, captured in starts.items()]
-            found = [(start, stop) for start, stop in filled if stop in stops]
+            pairs = [(start, stop) for start, stop in filled if stop in stops]
         else:
-            found = [(start, stop) for start in starts for stop in stops]
-        if found:
-            return found
+            pairs = [(start, stop) for start in starts for stop in stops]
+        if pairs:
+            return pairs
     return []
 
 
@@ -161,12 +161,12 @@ def _matching(pattern: str, ports: dict[str, PortKey]) -> dict[str, list[tuple[s
         return {pattern: []} if pattern in ports else {}
     marks = [mark for mark in pattern if mark in WILD]
     form = re.compile("".join("([^.]*)" if mark in WILD else re.escape(mark) for mark in pattern))
-    found = {}
+    matching = {}
     for port in ports:
         spend()
         if match := form.fullmatch(port):
-            found[port] = list(zip(marks, match.groups(), strict=True))
-    return found
+            matching[port] = list(zip(marks, match.groups(), strict=True))
+    return matching
 
 
 def _filled(pattern: str, captured: list[tuple[str, str]]) -> str:

@@ -133,7 +133,7 @@ class _Reader:
                 self._keep(write, read, item, "variable passing")
 
     def _keep(self, write: Callback, read: Callback, place: LocatedValue, words: str) -> Wire:
-        """What one callback of a node leaves for another to read."""
+        """Add the data that one callback of a node leaves for another to read."""
         key = (id(write), id(read))
         if key not in self.kept:
             self.kept[key] = Wire(f"{write.name}/to/{read.name.rpartition('/')[2]}", place, write, read, True, words)
@@ -171,20 +171,20 @@ class _Reader:
         timers = [one for one in own if one.period_ns is not None]
         if not own:
             return []
-        found = own if len(own) == 1 else timers if len(timers) == 1 else []
+        guessed = own if len(own) == 1 else timers if len(timers) == 1 else []
         for path in self.file.root["named_paths"]:
             for step in path["node_chain"]:
-                if not found and step["node_name"].text == name and step["publish_topic_name"].text == topic:
-                    found = self.subscribed.get((name, step["subscribe_topic_name"].text), [])
+                if not guessed and step["node_name"].text == name and step["publish_topic_name"].text == topic:
+                    guessed = self.subscribed.get((name, step["subscribe_topic_name"].text), [])
         for context in node["message_contexts"]:
-            if not found and context["publisher_topic_name"].text == topic:
-                found = self.subscribed.get((name, context["subscription_topic_name"].text), [])
-        if not found:
+            if not guessed and context["publisher_topic_name"].text == topic:
+                guessed = self.subscribed.get((name, context["subscription_topic_name"].text), [])
+        if not guessed:
             self.file.remark(item, f"nothing says which callback of {name} publishes {topic}: it is left out")
         elif len(own) > 1:
             hint = "state it under callback_names"
-            self.file.remark(item, f"{found[0].name} is taken for what publishes {topic}", hint)
-        return found[:1]
+            self.file.remark(item, f"{guessed[0].name} is taken for what publishes {topic}", hint)
+        return guessed[:1]
 
     # --- executors, topics
 
@@ -291,23 +291,23 @@ class _Reader:
     def _named_path(self, path: LocatedValue) -> None:
         name = self.file.needed(path, "path_name")
         steps = list(path["node_chain"])
-        found: list[Callback | Wire] = []
+        parts: list[Callback | Wire] = []
         before = ""
         for number, step in enumerate(steps):
-            part = self._step(step, found, before, is_last=number == len(steps) - 1)
+            part = self._step(step, parts, before, is_last=number == len(steps) - 1)
             if part is None:
                 return
-            found += part
+            parts += part
             before = step["publish_topic_name"].text
-        if len([item for item in found if isinstance(item, Callback)]) < 2:
+        if len([item for item in parts if isinstance(item, Callback)]) < 2:
             self.file.remark(path, f"the path {name} is left out: it has fewer than two callbacks")
             return
-        self.found.flows[name] = (path, found)
+        self.found.flows[name] = (path, parts)
 
     def _step(
         self, step: LocatedValue, so_far: list[Callback | Wire], before: str, *, is_last: bool
     ) -> list[Callback | Wire] | None:
-        """What a path has of one node; None where it leads nowhere, which is told."""
+        """The callbacks and connections of a path in one node; None where it leads nowhere, with a remark."""
         node, topic = step["node_name"].text, step["publish_topic_name"].text
         leaving = self.published.get((node, topic), []) if topic not in ("", UNDEFINED) else []
         if not is_last and not leaving:
@@ -321,7 +321,7 @@ class _Reader:
                 arriving = wire.target
                 if not leaving or arriving in leaving:
                     return [wire, arriving]
-                way = next((found for one in leaving if (found := self._leads(arriving, one))), [])
+                way = next((way_on for one in leaving if (way_on := self._leads(arriving, one))), [])
                 if not way and (node, topic) in self.seen:
                     words = f"{arriving.name} is taken to leave its data for {leaving[0].name}, which publishes {topic}"
                     self.file.remark(step, f"{words} by the trace: a path leads through both")

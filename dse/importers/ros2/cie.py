@@ -46,7 +46,7 @@ def _system(file: LocatedFile) -> System:
     groups = list(file.root["callback_groups"])
     if not groups:
         file.wrong(file.root["callback_groups"], f"expected `callback_groups`, as {file.what} has them")
-    found = System()
+    system = System()
     idle = 0
     seen: dict[str, int] = {}
     clients = _clients(groups)
@@ -63,31 +63,31 @@ def _system(file: LocatedFile) -> System:
         if not group.callbacks:
             idle += 1
             continue
-        found.groups.append(group)
-        found.executors.append((group.name, [group]))
+        system.groups.append(group)
+        system.executors.append((group.name, [group]))
         for one in group.callbacks:
             if one.period_ns is None:
-                found.wires.append(Wire(f"{one.topic}{one.node}", item, None, one, words=f"topic {one.topic}"))
+                system.wires.append(Wire(f"{one.topic}{one.node}", item, None, one, words=f"topic {one.topic}"))
     if idle:
         words = "callback groups without a timer or subscription of their own, left out"
         file.remark(file.root["callback_groups"], f"{words}: {idle}")
-    if found.wires:
+    if system.wires:
         hint = "state the `rate` of each, give --rate, or import CARET's architecture with it"
         file.remark(file.root["callback_groups"], "who publishes the topics is not in such files", hint)
     for item in file.root["non_ros_threads"]:
         file.remark(item, f"{item['id'].text[:80]} is left out: nothing says how often a thread of its own kind runs")
-    return found
+    return system
 
 
 def _clients(groups: Sequence[LocatedValue]) -> Mapping[str, Sequence[str]]:
     """The nodes with a client of each service, by the service's name."""
-    found: dict[str, list[str]] = {}
+    clients: dict[str, list[str]] = {}
     for item in groups:
         node, *parts = item["id"].text.split("@")
         for match in filter(None, map(_PART.fullmatch, parts)):
-            if match["kind"] == "Client" and node not in found.setdefault(match["what"] or "", []):
-                found[match["what"] or ""].append(node)
-    return found
+            if match["kind"] == "Client" and node not in clients.setdefault(match["what"] or "", []):
+                clients[match["what"] or ""].append(node)
+    return clients
 
 
 def _group(file: LocatedFile, item: LocatedValue, text: str, clients: Mapping[str, Sequence[str]]) -> Group | None:

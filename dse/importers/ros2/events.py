@@ -86,7 +86,7 @@ def _plain(value: Any) -> Any:
 
 
 def _of_text(path: Path) -> Iterator[Event]:
-    days, before, found = 0, 0, False
+    days, before, is_any = 0, 0, False
     try:
         with opened(path) as stream:
             if stream.read(4) == MAGIC:
@@ -107,7 +107,7 @@ def _of_text(path: Path) -> Iterator[Event]:
                     raise _stop(path, "this event is later than 2**63 ns", "", number)
                 if time_ns < before:
                     raise _stop(path, "this event is earlier than the one before it", "one trace, in its order", number)
-                before, found = time_ns, True
+                before, is_any = time_ns, True
                 fields = _fields(match["rest"])
                 if fields is None:
                     raise _stop(path, f"a number of more than {LONGEST_NUMBER} digits", "", number)
@@ -116,18 +116,18 @@ def _of_text(path: Path) -> Iterator[Event]:
         raise _stop(path, error.reason) from None
     except OSError as error:
         raise _stop(path, f"cannot be read: {error.strerror}") from None
-    if not found:
+    if not is_any:
         raise _stop(path, "the file is empty", "expected what `babeltrace2 TRACE` prints")
 
 
 def _fields(text: str) -> dict[str, Any] | None:
     """The fields of an event by their names; None where a number is longer than any."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for name, quoted, number in _FIELD.findall(text):
         if len(number) > LONGEST_NUMBER:
             return None
-        found[name] = int(number, 16 if number.startswith("0x") else 10) if number else quoted
-    return found
+        fields[name] = int(number, 16 if number.startswith("0x") else 10) if number else quoted
+    return fields
 
 
 def _time_ns(match: re.Match[str]) -> int:

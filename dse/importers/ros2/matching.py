@@ -53,32 +53,32 @@ def matched(first: Imported, second: Imported) -> Match:
     A `Match`: names of threads, connections, executors and processes of `second` to those of `first`, and remarks on
     what has no counterpart.
     """
-    found = Match()
+    match = Match()
     ours, theirs = _of(first, "threads"), _of(second, "threads")
-    _threads(found, first, second)
+    _threads(match, first, second)
     for name in theirs:
         if name not in second.entities and name in ours:
-            found.threads[name] = name
-    _connections(found, first, second)
-    _processors(found, first, second)
-    _executors(found, first, second)
-    _processes(found, first, second)
-    if (told := _added(found, first, second)) is not None:
-        found.told.append(told)
-    return found
+            match.threads[name] = name
+    _connections(match, first, second)
+    _processors(match, first, second)
+    _executors(match, first, second)
+    _processes(match, first, second)
+    if (remark := _added(match, first, second)) is not None:
+        match.told.append(remark)
+    return match
 
 
-def _processors(found: Match, first: Imported, second: Imported) -> None:
+def _processors(match: Match, first: Imported, second: Imported) -> None:
     """The one computer of a problem file is that of a description, whatever the two call it."""
     ours, theirs = _of(first, "processors"), _of(second, "processors")
     if not first.is_own or len(ours) != 1 or len(theirs) != 1:
         return
     [(own, body)], [(name, other)] = ours.items(), theirs.items()
-    found.processors[name] = own
+    match.processors[name] = own
     if isinstance(body.get("type"), str) and isinstance(other.get("type"), str):
-        found.processor_types[other["type"]] = body["type"]
+        match.processor_types[other["type"]] = body["type"]
     if own != name and second.entities:
-        found.told.append(
+        match.told.append(
             Diagnostic(f"{name} is taken for {own}, the computer of the problem file", severity="warning")
         )
 
@@ -100,37 +100,37 @@ def _kind(entity: str) -> str:
 
 
 def _by_node(imported: Imported) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
+    by_node: dict[str, list[str]] = {}
     for name, entity in imported.entities.items():
         if name in _of(imported, "threads"):
-            found.setdefault(node_of(entity), []).append(name)
-    return found
+            by_node.setdefault(node_of(entity), []).append(name)
+    return by_node
 
 
-def _threads(found: Match, first: Imported, second: Imported) -> None:
+def _threads(match: Match, first: Imported, second: Imported) -> None:
     ours, theirs = _by_node(first), _by_node(second)
     for node, names in in_time(theirs.items()):
         known = [name for name in ours.get(node, []) if _kind(first.entities[name])]
         open_ = [name for name in ours.get(node, []) if not _kind(first.entities[name])]
         is_question = first.is_own and not all(_is_bare(_of(first, "threads")[name]) for name in open_)
         if known:
-            _same_node(found, known, names, first, second)
+            _same_node(match, known, names, first, second)
         elif is_question and len(open_) == len(names) == 1:
-            found.threads[names[0]] = open_[0]
+            match.threads[names[0]] = open_[0]
         elif is_question:
-            _same_node(found, [], names, first, second)
+            _same_node(match, [], names, first, second)
         elif open_ and any(_kind(second.entities[name]) for name in names):
-            found.replaced |= set(open_)
-            found.heirs |= dict.fromkeys(names, open_[0])
+            match.replaced |= set(open_)
+            match.heirs |= dict.fromkeys(names, open_[0])
             timers = [name for name in names if _kind(second.entities[name]).startswith("Timer")]
             sender = next((of[0] for of in (timers, names) if len(of) == 1), None)
             if sender is not None:
-                found.successors |= dict.fromkeys(open_, sender)
+                match.successors |= dict.fromkeys(open_, sender)
         elif open_:
-            found.threads |= dict(zip(names, open_, strict=False))
+            match.threads |= dict(zip(names, open_, strict=False))
 
 
-def _same_node(found: Match, known: list[str], names: list[str], first: Imported, second: Imported) -> None:
+def _same_node(match: Match, known: list[str], names: list[str], first: Imported, second: Imported) -> None:
     """The callbacks of a node that both have."""
     left = list(known)
     late = []
@@ -138,27 +138,27 @@ def _same_node(found: Match, known: list[str], names: list[str], first: Imported
         entity = second.entities[name]
         same = [own for own in left if first.entities[own] == entity]
         if len(same) == 1:
-            found.threads[name] = same[0]
+            match.threads[name] = same[0]
             left.remove(same[0])
         else:
             late.append(name)
     timers = [name for name in late if _kind(second.entities[name]).startswith("Timer")]
     own = [name for name in left if _kind(first.entities[name]).startswith("Timer")]
     if len(timers) == len(own) == 1:
-        found.threads[timers[0]] = own[0]
+        match.threads[timers[0]] = own[0]
         late.remove(timers[0])
     for name in late:
-        found.left_out.add(name)
+        match.left_out.add(name)
         entity = second.entities[name]
         if _kind(entity):
             source = str(_of(second, "threads")[name].get("source", ""))[:200]
             words = f"{entity} is left out: the file named before has no such callback of {node_of(entity)} ({source})"
             hint = _key_of(entity) if first.is_own else ""
-            found.told.append(Diagnostic(words, severity="warning", hint=hint))
+            match.told.append(Diagnostic(words, severity="warning", hint=hint))
 
 
 def _key_of(entity: str) -> str:
-    """What of a problem file says that a thread is this callback."""
+    """The fields of a thread by which it is recognised as a callback."""
     node, kind = node_of(entity), _kind(entity)
     what = kind.partition("(")[2].rstrip(")")
     if kind.startswith("Timer"):
@@ -172,10 +172,10 @@ def _is_bare(body: Mapping[str, Any]) -> bool:
     return body.get("dispatch_protocol") == "periodic" and body.keys() <= BARE
 
 
-def _added(found: Match, first: Imported, second: Imported) -> Diagnostic | None:
-    """What a description adds to the threads of a problem file, which may have them already, by other names."""
-    new = [name for name in second.entities if name not in found.threads and name not in found.left_out]
-    new = [name for name in new if name not in found.heirs]
+def _added(match: Match, first: Imported, second: Imported) -> Diagnostic | None:
+    """The remark on threads that a description adds; the problem file may have them already, by other names."""
+    new = [name for name in second.entities if name not in match.threads and name not in match.left_out]
+    new = [name for name in new if name not in match.heirs]
     if not first.is_own or not new or not _of(first, "threads"):
         return None
     nodes = list(dict.fromkeys(node_of(second.entities[name]) for name in new))
@@ -186,33 +186,33 @@ def _added(found: Match, first: Imported, second: Imported) -> Diagnostic | None
     return Diagnostic(words, hint=hint, severity="warning")
 
 
-def _connections(found: Match, first: Imported, second: Imported) -> None:
+def _connections(match: Match, first: Imported, second: Imported) -> None:
     """Connections of the same ends; from outside where one of the two does not know who sends."""
     ours = {}
     for name, body in _of(first, "connections").items():
         source, target, is_data = _ends(body)
-        ours[name] = (found.successors.get(source, source), found.successors.get(target, target), is_data)
-    news = {*_of(second, "threads")} - {*found.threads}
+        ours[name] = (match.successors.get(source, source), match.successors.get(target, target), is_data)
+    news = {*_of(second, "threads")} - {*match.threads}
     for name, body in in_time(_of(second, "connections").items()):
         source, target, is_data = _ends(body)
-        if source in found.left_out or target in found.left_out:
-            found.left_out.add(name)
+        if source in match.left_out or target in match.left_out:
+            match.left_out.add(name)
             continue
-        ends = (found.threads.get(source, source), found.threads.get(target, target), is_data)
+        ends = (match.threads.get(source, source), match.threads.get(target, target), is_data)
         if target not in second.entities and source not in second.entities:
             if ours.get(name) == ends and body.get("bus") not in first.made_up & second.made_up:
-                found.connections[name] = name
+                match.connections[name] = name
             continue
-        taken = set(found.connections.values())
+        taken = set(match.connections.values())
         free = [own for own in ours if own not in taken]
         same = [own for own in free if ours[own] == ends]
-        if not same and target in found.threads and not is_data:
+        if not same and target in match.threads and not is_data:
             near = [own for own in free if ours[own][1:] == ends[1:] and (ours[own][0] == "" or source == "")]
             if not near and source not in news and any(own[1:] == ends[1:] for own in ours.values()):
-                found.left_out.add(name)
+                match.left_out.add(name)
             same = near
         if same:
-            found.connections[name] = same[0]
+            match.connections[name] = same[0]
 
 
 def _ends(body: Mapping[str, Any]) -> tuple[str, str, bool]:
@@ -220,40 +220,40 @@ def _ends(body: Mapping[str, Any]) -> tuple[str, str, bool]:
 
 
 def _members(threads: Mapping[str, Any], names: Mapping[str, str] | None = None) -> dict[str, frozenset[str]]:
-    found: dict[str, set[str]] = {}
+    members_of: dict[str, set[str]] = {}
     for name, body in threads.items():
         if "executor" in body:
-            found.setdefault(body["executor"], set()).add((names or {}).get(name, name))
-    return {name: frozenset(members) for name, members in found.items()}
+            members_of.setdefault(body["executor"], set()).add((names or {}).get(name, name))
+    return {name: frozenset(members) for name, members in members_of.items()}
 
 
-def _executors(found: Match, first: Imported, second: Imported) -> None:
-    """Executors of the same threads; those of threads of which the first document has none; the others are told."""
+def _executors(match: Match, first: Imported, second: Imported) -> None:
+    """Executors of the same threads; those of threads of which the first document has none; the others are remarks."""
     ours, theirs = _of(first, "threads"), _of(second, "threads")
-    known = _members({name: body for name, body in ours.items() if name not in found.replaced})
-    there = {name: body for name, body in theirs.items() if name not in found.left_out}
-    for name, members in in_time(_members(there, found.threads).items()):
+    known = _members({name: body for name, body in ours.items() if name not in match.replaced})
+    there = {name: body for name, body in theirs.items() if name not in match.left_out}
+    for name, members in in_time(_members(there, match.threads).items()):
         same = [own for own, of in known.items() if of == members]
         shared = [one for one in members if one in ours]
         if same:
-            found.executors[name] = same[0]
+            match.executors[name] = same[0]
         elif any("executor" in ours[one] for one in shared):
-            found.left_out_executors.add(name)
+            match.left_out_executors.add(name)
             words = f"the executor {name} is left out: by the file named before other executors run {', '.join(shared)}"
-            found.told.append(Diagnostic(words[:500], severity="warning"))
+            match.told.append(Diagnostic(words[:500], severity="warning"))
         else:
             where = _of(second, "executors").get(name, {}).get("processor")
-            where = found.processors.get(where, where)
+            where = match.processors.get(where, where)
             apart = [one for one in shared if first.is_own and ours[one].get("processor", where) != where]
             if apart:
                 words = f"the executor {name} does not run {', '.join(apart)}: the problem file places them elsewhere"
-                found.told.append(Diagnostic(words[:500], severity="warning"))
-            found.joined |= {one: name for one in shared if one not in apart}
+                match.told.append(Diagnostic(words[:500], severity="warning"))
+            match.joined |= {one: name for one in shared if one not in apart}
             if apart and len(apart) == len(members):
-                found.left_out_executors.add(name)
+                match.left_out_executors.add(name)
 
 
-def _processes(found: Match, first: Imported, second: Imported) -> None:
+def _processes(match: Match, first: Imported, second: Imported) -> None:
     """Containers: a process of several nodes, where the other one takes a node for a process."""
     ours, theirs = _by_node(first), _by_node(second)
     for node, names in theirs.items():
@@ -261,13 +261,13 @@ def _processes(found: Match, first: Imported, second: Imported) -> None:
         own_name = ".".join(part for part in node.split("/") if part)
         for name in ours.get(node, []):
             if process and process != own_name and _of(first, "threads")[name].get("process") == own_name:
-                found.processes[name] = process
+                match.processes[name] = process
 
 
 def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
     """The ROS names of the threads of a problem file, by the nodes that it names; empty where it names none.
 
-    The topic of a callback is told by the name of a connection to it, as imports give it.
+    The topic of a callback is the name of a connection to it, as imports give it.
 
     >>> entities_of({"threads": {"cam.tick": {"process": "cam", "period": "5 ms"}}, "ros2": {"nodes": {"cam": "/cam"}}})
     {'cam.tick': '/cam@Timer(5000000)'}
@@ -275,11 +275,11 @@ def entities_of(document: Mapping[str, Any]) -> dict[str, str]:
     nodes: Mapping[str, str] = (document.get("ros2") or {}).get("nodes") or {}
     threads: Mapping[str, Any] = document.get("threads") or {}
     of = {name: nodes.get(name) or nodes.get(str(body.get("process"))) for name, body in threads.items()}
-    found = {}
+    entity_of = {}
     for name, node in in_time(of.items()):
         if node is not None:
-            found[name] = f"{node}@{_what(document, name, of)}"
-    return found
+            entity_of[name] = f"{node}@{_what(document, name, of)}"
+    return entity_of
 
 
 def _what(document: Mapping[str, Any], name: str, nodes: Mapping[str, str | None]) -> str:

@@ -31,7 +31,7 @@ OPEN_TOPICS = "who publishes the topics is not in such files"
 
 
 def merged(first: Imported, second: Imported) -> Imported:
-    """One document of two; the first one counts where they differ, which is told.
+    """One document of two; the first one counts where they differ, with a remark.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def _restated(document: Mapping[str, Any]) -> dict[str, Any]:
     open_ = [name for name, body in connections.items() if "from" not in body and not {"rate", "data_rate"} & set(body)]
     if open_:
         kept.append(f"{NO_RATES} these come from outside, a `rate` each (or --rate): {', '.join(open_)}."[:LONGEST])
-    found = {key: value for key, value in document.items() if key != "assumptions"}
+    restated = {key: value for key, value in document.items() if key != "assumptions"}
     if not kept:
-        return found
+        return restated
     order: dict[str, Any] = {}
-    for key, value in found.items():
+    for key, value in restated.items():
         order[key] = value
-        if key == ("source" if "source" in found else "name"):
+        if key == ("source" if "source" in restated else "name"):
             order["assumptions"] = kept
     return order
 
@@ -115,7 +115,7 @@ class _Merger:
         return self.second.is_measured and not (self.first.is_measured or self.first.is_own)
 
     def restated_entities(self) -> dict[str, str]:
-        """What the threads of both are in ROS where the second document counts more."""
+        """The ROS names of the threads of both documents, where the second one counts more."""
         if not self.is_overruled:
             return {}
         return {
@@ -126,14 +126,14 @@ class _Merger:
         """The document of both descriptions as one."""
         ours, theirs = dict(self.first.document), self.second.document
         self._rename(ours, theirs)
-        found = {key: value for key, value in ours.items() if key not in SECTIONS}
+        document = {key: value for key, value in ours.items() if key not in SECTIONS}
         for key, value in theirs.items():
             if key not in SECTIONS:
-                found[key] = self._top(key, found.get(key), value)
+                document[key] = self._top(key, document.get(key), value)
         parts = {section: self._section(section) for section in SECTIONS}
         order = [key for key in (*ours, *theirs, *SECTIONS) if key in SECTIONS and parts[key]]
-        head = {key: value for key, value in found.items() if key not in AFTER}
-        tail = {key: value for key, value in found.items() if key in AFTER}
+        head = {key: value for key, value in document.items() if key not in AFTER}
+        tail = {key: value for key, value in document.items() if key in AFTER}
         if "ros2" in tail and "nodes" in tail["ros2"]:
             tail["ros2"]["nodes"] = self._nodes(tail["ros2"]["nodes"], parts["threads"])
         return _restated({**head, **{key: parts[key] for key in dict.fromkeys(order)}, **tail})
@@ -173,25 +173,25 @@ class _Merger:
     # --- sections
 
     def _section(self, section: str) -> dict[str, Any]:
-        found = {name: dict(body) for name, body in (self.first.document.get(section) or {}).items()}
+        entries = {name: dict(body) for name, body in (self.first.document.get(section) or {}).items()}
         if section == "threads":
-            found = {name: body for name, body in found.items() if name not in self.match.replaced}
+            entries = {name: body for name, body in entries.items() if name not in self.match.replaced}
         if section == "connections":
-            found = dict(self._succeeded(found))
+            entries = dict(self._succeeded(entries))
         if section == "flows":
-            return self._flows(found)
+            return self._flows(entries)
         for name, body in (self.second.document.get(section) or {}).items():
             if section in ("threads", "connections", "executors") and name not in self.names[section]:
                 continue
             own = self.names[section].get(name, name)
             body = self._referring(section, body)
-            if own in found:
-                found[own] = self._entry(f"{section}.{own}", found[own], body)
+            if own in entries:
+                entries[own] = self._entry(f"{section}.{own}", entries[own], body)
             else:
-                found[own] = {**body, **self._inherited(section, name)}
+                entries[own] = {**body, **self._inherited(section, name)}
         if section == "threads":
-            found = {name: self._bound(name, body) for name, body in found.items()}
-        return found
+            entries = {name: self._bound(name, body) for name, body in entries.items()}
+        return entries
 
     def _succeeded(self, connections: Mapping[str, dict[str, Any]]) -> Iterable[tuple[str, dict[str, Any]]]:
         """The first document's connections, with what the second one has in place of nodes without callbacks."""
@@ -204,17 +204,17 @@ class _Merger:
                 continue
             yield name, {**body, **{key: self.names["threads"][str(heir)] for key, heir in heirs.items()}}
 
-    def _flows(self, found: dict[str, Any]) -> dict[str, Any]:
+    def _flows(self, flows: dict[str, Any]) -> dict[str, Any]:
         names = Names()
-        names.taken = set(found)
+        names.taken = set(flows)
         for name, body in (self.second.document.get("flows") or {}).items():
             path = [self._step(item) for item in body["path"]]
             if None in path:
                 words = f"the flow {name} is left out: something on its way is not in the files named before"
                 self._tell(words, str(body.get("source", "")))
-            elif all(path != known["path"] for known in found.values()):
-                found[names.new(name)] = {**body, "path": path}
-        return found
+            elif all(path != known["path"] for known in flows.values()):
+                flows[names.new(name)] = {**body, "path": path}
+        return flows
 
     def _step(self, item: Any) -> Any:
         name = item["element"] if isinstance(item, dict) else item
@@ -229,33 +229,33 @@ class _Merger:
 
     def _referring(self, section: str, body: Mapping[str, Any]) -> dict[str, Any]:
         """An entry of the second document with the names that are now those of what it refers to."""
-        found = dict(body)
+        entry = dict(body)
         if section == "connections":
             for key in ("from", "to"):
-                if key in found:
-                    found[key] = self._name_of(found[key]) or found[key]
-            if "bus" in found:
+                if key in entry:
+                    entry[key] = self._name_of(entry[key]) or entry[key]
+            if "bus" in entry:
                 buses = self.names["buses"]
-                of = found["bus"]
-                found["bus"] = [buses.get(one, one) for one in of] if isinstance(of, list) else buses.get(of, of)
-        if section in ("threads", "executors") and isinstance(found.get("processor"), str):
-            found["processor"] = self.names["processors"].get(found["processor"], found["processor"])
-        if section == "processors" and isinstance(found.get("type"), str):
-            found["type"] = self.names["processor_types"].get(found["type"], found["type"])
-        if section == "buses" and isinstance(found.get("type"), str):
-            found["type"] = self.names["bus_types"].get(found["type"], found["type"])
+                of = entry["bus"]
+                entry["bus"] = [buses.get(one, one) for one in of] if isinstance(of, list) else buses.get(of, of)
+        if section in ("threads", "executors") and isinstance(entry.get("processor"), str):
+            entry["processor"] = self.names["processors"].get(entry["processor"], entry["processor"])
+        if section == "processors" and isinstance(entry.get("type"), str):
+            entry["type"] = self.names["processor_types"].get(entry["type"], entry["type"])
+        if section == "buses" and isinstance(entry.get("type"), str):
+            entry["type"] = self.names["bus_types"].get(entry["type"], entry["type"])
         if section == "threads":
-            if "executor" in found:
-                executor = self.names["executors"].get(found.pop("executor"))
-                found |= {"executor": executor} if executor else {}
-            if "dispatch_trigger" in found:
-                found["dispatch_trigger"] = [
-                    self.names["connections"].get(one, one) for one in found["dispatch_trigger"]
+            if "executor" in entry:
+                executor = self.names["executors"].get(entry.pop("executor"))
+                entry |= {"executor": executor} if executor else {}
+            if "dispatch_trigger" in entry:
+                entry["dispatch_trigger"] = [
+                    self.names["connections"].get(one, one) for one in entry["dispatch_trigger"]
                 ]
-        return found
+        return entry
 
     def _inherited(self, section: str, name: str) -> dict[str, Any]:
-        """What the first document says of a node whose callbacks only the second one has."""
+        """The fields of the first document for a node whose callbacks only the second one has."""
         if section != "threads" or name not in self.match.heirs:
             return {}
         body = self.first.document["threads"][self.match.heirs[name]]
@@ -276,31 +276,31 @@ class _Merger:
     def _entry(self, path: str, ours: dict[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
         """An entry that both documents have, with the fields that the first one does not state."""
         is_thread, is_wire = path.startswith("threads."), path.startswith("connections.")
-        found, taken = dict(ours), []
+        merged, taken = dict(ours), []
         for key, value in theirs.items():
             if key in NOT_FIGURES or (is_thread and key in ("process", "executor", "processor")):
                 continue
-            if is_wire and key == "rate" and "from" in found:
+            if is_wire and key == "rate" and "from" in merged:
                 continue
-            if key not in found:
-                found[key] = value
+            if key not in merged:
+                merged[key] = value
                 taken.append(key)
-            elif found[key] != value and key == "cores" and not self.first.is_own:
-                found |= {"cores": max(found[key], value)}
-                found |= {"source": theirs["source"]} if value > ours[key] and "source" in theirs else {}
-            elif found[key] != value and key == "period" and is_thread and self.is_overruled:
-                found[key] = value
+            elif merged[key] != value and key == "cores" and not self.first.is_own:
+                merged |= {"cores": max(merged[key], value)}
+                merged |= {"source": theirs["source"]} if value > ours[key] and "source" in theirs else {}
+            elif merged[key] != value and key == "period" and is_thread and self.is_overruled:
+                merged[key] = value
                 taken.append(key)
                 self._differ(f"{path}.{key}", ours[key], ours, value, theirs, "the trace counts")
-            elif found[key] != value and not _is_option(key, found[key], value):
-                self._differ(f"{path}.{key}", found[key], ours, value, theirs)
-        if is_wire and "from" in taken and "rate" in found:
-            words = f"{path}.rate is left out ({found.pop('rate')}): {found['from']} sends it"
+            elif merged[key] != value and not _is_option(key, merged[key], value):
+                self._differ(f"{path}.{key}", merged[key], ours, value, theirs)
+        if is_wire and "from" in taken and "rate" in merged:
+            words = f"{path}.rate is left out ({merged.pop('rate')}): {merged['from']} sends it"
             self._tell(words, str(ours.get("source", "")))
         if taken and theirs.get("source"):
             parts = (ours.get("source", ""), f"{', '.join(taken)}: {theirs['source']}")
-            found["source"] = "; ".join(part for part in parts if part)[:LONGEST]
-        return found
+            merged["source"] = "; ".join(part for part in parts if part)[:LONGEST]
+        return merged
 
     # --- the rest
 
@@ -325,38 +325,38 @@ class _Merger:
         return ours
 
     def _mapping(self, ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
-        """How ROS calls what there is."""
+        """The names in ROS of both documents, merged."""
         threads = (self.second.document.get("threads") or {}) if theirs else {}
         processes = {str(body.get("process")) for body in threads.values()}
-        found = {key: dict(value) if isinstance(value, dict) else value for key, value in ours.items()}
+        merged = {key: dict(value) if isinstance(value, dict) else value for key, value in ours.items()}
         renames: Mapping[str, Callable[[str], str | None]] = {
             "nodes": lambda key: key if key in processes and key not in threads else self._name_of(key),
             "parameters": self._parameter,
             "callback_groups": lambda key: self.names["executors"].get(key) or self._name_of(key),
         }
         for part, renamed in renames.items():
-            entries = found.setdefault(part, {})
+            entries = merged.setdefault(part, {})
             for key, text in (theirs.get(part) or {}).items():
                 own = renamed(key)
                 if own is not None:
                     entries.setdefault(own, self._with_threads(text) if part == "callback_groups" else text)
             if not entries:
-                del found[part]
-        return found
+                del merged[part]
+        return merged
 
     def _nodes(self, stated: Mapping[str, str], threads: Mapping[str, Any]) -> dict[str, str]:
         """The node of each process, or of each thread where a process has several."""
-        found: dict[str, str] = {}
+        nodes: dict[str, str] = {}
         known = {**self.first.entities, **self.entities}
         of_ros = {name: node_of(text) for name, text in known.items() if name in threads}
         for name, node in of_ros.items():
             process = threads[name].get("process")
             if not NODE.fullmatch(node):
                 continue
-            found[process if process == ros_name(node) else name] = node
+            nodes[process if process == ros_name(node) else name] = node
         others = {name for name in threads if name not in of_ros}
         processes = {threads[name].get("process") for name in others}
-        return found | {name: node for name, node in stated.items() if name in others | processes}
+        return nodes | {name: node for name, node in stated.items() if name in others | processes}
 
     def _parameter(self, key: str) -> str | None:
         thread, _, name = key.rpartition(".")
@@ -370,7 +370,7 @@ class _Merger:
         return text
 
     def _uncertain(self, theirs: Mapping[str, Any]) -> Iterable[tuple[str, Any]]:
-        """What is not known of figures that are taken from the second document."""
+        """The uncertainties of figures that come from the second document."""
         for path, body in theirs.items():
             section, _, rest = path.partition(".")
             name = next((item for item in self.names.get(section, {}) if rest.startswith(f"{item}.")), None)

@@ -102,13 +102,13 @@ class Types:
         for file in files:
             try:
                 text = read_text(file, MOST_BYTES, "definitions of messages")
-                found = dict(_definitions(file, text))
+                definitions = dict(_definitions(file, text))
             except UnreadableFileError as error:
                 self.broken.append(Diagnostic(error.reason, file=str(file)))
             except ProblemError as error:
                 self.broken += error.diagnostics
             else:
-                for name, (_, fields) in found.items():
+                for name, (_, fields) in definitions.items():
                     self.fields.setdefault(name, fields or [(NOTHING, (Kind.BASE, ("uint8", 0)))])
                     self.own[name] = str(file), text
 
@@ -202,18 +202,18 @@ class Types:
             raise ProblemError([Diagnostic(f"the type {name}{within} {UNDEFINED}", file=file, line=line)])
         if len(above) >= DEEPEST:
             raise ProblemError([Diagnostic(f"{above[0]} has more than {DEEPEST} messages within each other")])
-        found = [self._rule_of(node, (*above, name)) for _, node in self.fields[name]]
-        depth = 1 + max(depth for _, depth in found)
+        sizes = [self._rule_of(node, (*above, name)) for _, node in self.fields[name]]
+        depth = 1 + max(depth for _, depth in sizes)
         if depth > DEEPEST:
             raise ProblemError([Diagnostic(f"{name} has more than {DEEPEST} messages within each other")])
-        self.rules[name] = (HEADER_BYTES if name == HEADER else sum(size for size, _ in found)), depth
+        self.rules[name] = (HEADER_BYTES if name == HEADER else sum(size for size, _ in sizes)), depth
         return self.rules[name]
 
     def _rule_of(self, node: Any, above: Sequence[str]) -> tuple[int, int]:
         kind, what = node
         if kind == Kind.NAME:
-            found = self._rule(what, above)
-            return (TIME_BYTES, found[1]) if what in TIMES else found
+            sizes = self._rule(what, above)
+            return (TIME_BYTES, sizes[1]) if what in TIMES else sizes
         return (BY_RULE[what[0]], 0) if kind == Kind.BASE else self._rule_of(what[0], above)
 
     def size(self, name: str, lengths: Mapping[str, int], *, largest: bool = False) -> int | None:
@@ -274,7 +274,7 @@ def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
     package = package_around(home) or home.name
     if not re.fullmatch(r"\w+", package):
         words = f"{package[:80]!r} cannot be the name of a package with messages"
-        raise ProblemError([Diagnostic(words, file=str(file), hint="a package.xml beside its folder states the name")])
+        raise ProblemError([Diagnostic(words, file=str(file), hint="a package.xml next to its folder states the name")])
     parts = "\n".join(line.rstrip() for line in text.splitlines()).split("\n---" if file.suffix != ".msg" else "\0")
     parts = [part.lstrip("-") for part in parts]
     line = 1
@@ -288,8 +288,8 @@ def _definitions(file: Path, text: str) -> Iterator[tuple[str, Any]]:
         raise ProblemError([Diagnostic(f"{WHAT}: {words}", file=str(file), line=1)])
     for ending, part in zip(PARTS[file.suffix], parts, strict=True):
         name = f"{package}/msg/{file.stem}{ending}"  # what a service names without a package is a message of its own
-        for found, item in _parsed(file, part or "\n", name, line).items():
-            yield (f"{package}/{folder}/{file.stem}{ending}" if found == name else found), item
+        for type_name, item in _parsed(file, part or "\n", name, line).items():
+            yield (f"{package}/{folder}/{file.stem}{ending}" if type_name == name else type_name), item
         line += part.count("\n") + 1
 
 
@@ -299,7 +299,7 @@ def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str,
 
     with reading(file, WHAT, "", lambda words: (max(1, line) + _odd_line(text) - 1, 0)):
         try:
-            found: dict[str, Any] = get_types_from_idl(text) if name is None else get_types_from_msg(text, name)
+            types: dict[str, Any] = get_types_from_idl(text) if name is None else get_types_from_msg(text, name)
         except TypesysError as error:
             stopped = _STOPPED.search(str(error))
             if stopped is None:
@@ -310,11 +310,11 @@ def _parsed(file: Path, text: str, name: str | None, line: int = 1) -> dict[str,
             at += len(whole[at:]) - len(whole[at:].lstrip())
             there = line + whole.count("\n", len(header), at)
             raise ProblemError([Diagnostic(f"{WHAT}: this is not understood", file=str(file), line=there)]) from None
-    return found
+    return types
 
 
 def _wrong(node: Any) -> str:
-    """What is wrong with a type: of which there is no size, or longer than any; "" where nothing is."""
+    """The reason why a type has no size, or one beyond every limit; "" for a type with a size."""
     kind, what = node
     if kind == Kind.NAME:
         return ""
@@ -358,7 +358,7 @@ def message_sizes(types: Types, names: Sequence[str], lengths: Mapping[str, int]
         when there is no such type, or no type has a stated length.
     """
     types.check(names)
-    found: list[MessageSize] = []
+    sizes: list[MessageSize] = []
     used: set[str] = set()
     for name in map(types.full_name, names):
         places = set(types.places(name))
@@ -367,11 +367,11 @@ def message_sizes(types: Types, names: Sequence[str], lengths: Mapping[str, int]
         least = types.size(name, {})
         assert least is not None
         stated = types.size(name, own) if own else None
-        found.append(MessageSize(name, types.rule(name), least, stated, types.size(name, {}, largest=True)))
+        sizes.append(MessageSize(name, types.rule(name), least, stated, types.size(name, {}, largest=True)))
     unused = lengths.keys() - used
-    if unused and found:
-        known = ", ".join(dict.fromkeys(types.places(found[0].name))) or "none"
+    if unused and sizes:
+        known = ", ".join(dict.fromkeys(types.places(sizes[0].name))) or "none"
         raise UsageError(
-            f"--length {sorted(unused)[0]}: nothing of that path has a length; {found[0].name} has {known}"
+            f"--length {sorted(unused)[0]}: nothing of that path has a length; {sizes[0].name} has {known}"
         )
-    return found
+    return sizes

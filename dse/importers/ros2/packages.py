@@ -43,15 +43,15 @@ def workspace_of(file: Path) -> Path | None:
 
 
 def _packages(root: Path) -> dict[str, Path]:
-    found: dict[str, Path] = {}
+    folder_of: dict[str, Path] = {}
     for number, (folder, folders, files) in enumerate(in_time(os.walk(root))):
         if number > MOST_FOLDERS:
             break
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in LEFT_OUT)
         if "package.xml" in files:
-            found.setdefault(_name_of(Path(folder)), Path(folder))
+            folder_of.setdefault(_name_of(Path(folder)), Path(folder))
             folders[:] = [name for name in folders if name not in ("launch", "config", "params", "include", "test")]
-    return found
+    return folder_of
 
 
 def package_around(folder: Path) -> str | None:

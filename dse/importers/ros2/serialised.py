@@ -66,11 +66,11 @@ class Layout:
             when it has too many.
         """
         if name not in self._lengths:
-            found = [item for field, node in self.fields[name] for item in self._lengths_of(node, field, ())]
-            if len(found) > MOST_PLACES:
+            lengths = [item for field, node in self.fields[name] for item in self._lengths_of(node, field, ())]
+            if len(lengths) > MOST_PLACES:
                 words = f"{name} has more than {MOST_PLACES} strings and sequences, with those of the messages in it"
                 raise ProblemError([Diagnostic(words)])
-            self._lengths[name] = tuple(found)
+            self._lengths[name] = tuple(lengths)
         return self._lengths[name]
 
     def _lengths_of(self, node: Node, path: str, within: tuple[str, ...]) -> list[Length]:

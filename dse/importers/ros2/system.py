@@ -97,7 +97,7 @@ class System:
 
 
 def _entity_of(one: Callback) -> str:
-    """What a callback is in ROS: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
+    """The ROS name of a callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``; open, its node alone."""
     what = f"Subscription({one.topic})" if one.topic else f"Timer({one.period_ns})"
     return f"{one.node}@{'' if one.is_open else what}"
 
@@ -107,14 +107,14 @@ def seen_among(callbacks: Sequence[Callback], entities: Sequence[str]) -> list[C
 
     Each once, in the order of `entities`, which are texts such as ``/cam@Timer(10000000)``.
     """
-    found: dict[int, Callback] = {}
+    seen: dict[int, Callback] = {}
     timers = [one for one in callbacks if one.period_ns is not None]
     for entity in entities:
         own = [one for one in callbacks if _entity_of(one) == entity]
         if not own and "@Timer(" in entity and len(timers) == 1:
             own = timers
-        found |= {id(one): one for one in own}
-    return list(found.values())
+        seen |= {id(one): one for one in own}
+    return list(seen.values())
 
 
 def is_of_topic(wire: str, port: str, topic: str) -> bool:
@@ -169,7 +169,7 @@ class Writer:
         has_times = all(one.durations_ns for group in self.system.groups for one in group.callbacks)
         missing = [name for name, body in connections.items() if "from" not in body and "rate" not in body]
         source = f"{self.file.path.name} ({self.kind})"
-        found: dict[str, Any] = {
+        document: dict[str, Any] = {
             "dse": 1,
             "name": self.file.path.stem,
             "source": source,
@@ -181,21 +181,21 @@ class Writer:
             "processors": {COMPUTER: {"type": f"{COMPUTER}_type"}},
         }
         if executors:
-            found["executors"] = executors
-        found["threads"] = threads
+            document["executors"] = executors
+        document["threads"] = threads
         if connections:
-            found["connections"] = connections
+            document["connections"] = connections
         flows = {name: {"path": self._path(path), "source": self._at(place)} for name, (place, path) in self._flows()}
         if flows:
-            found["flows"] = flows
+            document["flows"] = flows
         if uncertain := dict(self._uncertainty()):
-            found["uncertainty"] = uncertain
-        found["ros2"] = self._mapping()
+            document["uncertainty"] = uncertain
+        document["ros2"] = self._mapping()
         if missing:
-            found["assumptions"].append(
+            document["assumptions"].append(
                 f"MISSING: how often these come from outside, a `rate` each (or --rate): {', '.join(missing)}."[:900]
             )
-        return found
+        return document
 
     def entities(self) -> dict[str, str]:
         """The ROS name of each thread's callback: ``/node@Timer(PERIOD)`` or ``/node@Subscription(/topic)``.
@@ -207,10 +207,10 @@ class Writer:
 
     def publishers(self) -> dict[tuple[str, str], tuple[str, ...]]:
         """The callbacks, as `entities` has them, that were seen to publish a topic, by their node and the topic."""
-        found: dict[tuple[str, str], dict[str, None]] = {}
+        publishers: dict[tuple[str, str], dict[str, None]] = {}
         for one, topic in self.system.publishes:
-            found.setdefault((one.node, topic), {})[_entity_of(one)] = None
-        return {key: tuple(entities) for key, entities in found.items()}
+            publishers.setdefault((one.node, topic), {})[_entity_of(one)] = None
+        return {key: tuple(entities) for key, entities in publishers.items()}
 
     def _at(self, place: LocatedValue, *words: str) -> str:
         text = " ".join("; ".join(word for word in words if word).split())
@@ -278,7 +278,7 @@ class Writer:
                 yield name, body
 
     def _uncertainty(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """What is known of the distribution of measured execution times, of their longest."""
+        """The uncertainty of the longest execution times, from the distribution of measured ones."""
         for group in self.system.groups:
             for one in group.callbacks:
                 times = one.durations_ns
@@ -314,8 +314,8 @@ class Writer:
 
     def _flows(self) -> Iterator[tuple[str, tuple[LocatedValue, list[Callback | Wire]]]]:
         names = Names()
-        for name, found in self.system.flows.items():
-            yield names.new(ros_name(name)), found
+        for name, path in self.system.flows.items():
+            yield names.new(ros_name(name)), path
 
     def _path(self, path: list[Callback | Wire]) -> list[str]:
         """Threads by name; between two of them the connection where there are several."""
@@ -325,16 +325,16 @@ class Writer:
         """How threads, nodes and groups are called in ROS."""
         callbacks = [one for group in self.system.groups for one in group.callbacks]
         nodes = {self.threads[id(one)] if one.process else ros_name(one.node): one.node for one in callbacks}
-        found: dict[str, Any] = {"nodes": {name: node for name, node in nodes.items() if NODE.fullmatch(node)}}
+        mapping: dict[str, Any] = {"nodes": {name: node for name, node in nodes.items() if NODE.fullmatch(node)}}
         stated = [(self.threads[id(one)], *one.parameter) for one in callbacks if one.parameter is not None]
         if stated:
-            found["parameters"] = {f"{thread}.{field}": text for thread, field, text in stated}
+            mapping["parameters"] = {f"{thread}.{field}": text for thread, field, text in stated}
         groups = {}
         for _, members in self.system.executors:
             group = members[0]
             if group.id:
                 groups[self.executor_of[id(group.callbacks[0])]] = self._pattern(group)
-        return {**found, **({"callback_groups": groups} if groups else {})}
+        return {**mapping, **({"callback_groups": groups} if groups else {})}
 
     def _pattern(self, group: Group) -> str:
         """The id of a group with the names of its timers' threads where their periods stand."""
@@ -353,5 +353,5 @@ def _urgency(group: Group) -> dict[str, Any]:
     """Priority and cores of the OS thread of a callback group; nothing where several share one."""
     if not group.is_isolated:
         return {}
-    found: dict[str, Any] = {} if group.priority is None else {"priority": group.priority}
-    return found | {"core": (list(group.cores) if len(group.cores) > 1 else group.cores[0]) if group.cores else "any"}
+    fields: dict[str, Any] = {} if group.priority is None else {"priority": group.priority}
+    return fields | {"core": (list(group.cores) if len(group.cores) > 1 else group.cores[0]) if group.cores else "any"}

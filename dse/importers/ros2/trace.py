@@ -208,10 +208,10 @@ class Seen:
         """
         missing = [name for name in NEEDED if name not in self.names]
         if missing:
-            found = [
+            absent = [
                 Diagnostic(f"the trace has no event ros2:{name}", "", str(path), hint=NEEDED[name]) for name in missing
             ]
-            raise ProblemError(found)
+            raise ProblemError(absent)
 
     # --- the system
 
@@ -220,7 +220,7 @@ class Seen:
 
         Callbacks without a completed job are left out; a timer without a period is a remark.
         """
-        found = System(cpus=self.cpus)
+        system = System(cpus=self.cpus)
         callbacks = dict(self._callbacks(file))
         grouped: dict[Any, list[Callback]] = {}
         for handle, one in callbacks.items():
@@ -228,15 +228,15 @@ class Seen:
         for number, members in enumerate(grouped.values()):
             nodes = list(dict.fromkeys(one.node for one in members))
             group = Group(f"{nodes[0]}/group" if len(nodes) == 1 else f"executor_{number}", members, members[0].place)
-            found.groups.append(group)
+            system.groups.append(group)
             if len(members) > 1:
-                found.executors.append((group.name, [group]))
-        self._wires(found, callbacks, file)
+                system.executors.append((group.name, [group]))
+        self._wires(system, callbacks, file)
         if self.lost:
             file.remark(
                 LocatedValue({}, 0, 0), f"jobs of callbacks without their beginning or end, left out: {self.lost}"
             )
-        return found
+        return system
 
     def _callbacks(self, file: LocatedFile) -> Any:
         taken: dict[str, int] = {}
@@ -278,7 +278,7 @@ class Seen:
         return Callback(f"{node}/on{topic}", node, LocatedValue({}, 0, 0), topic=topic)
 
     def _unit(self, handle: Handle, file: LocatedFile) -> Any:
-        """What runs one callback at a time: an executor of one thread, a callback group, else the OS thread."""
+        """What serialises callbacks: an executor of one thread, a callback group, else the OS thread."""
         timer = self.of_timer.get(handle)
         subscription = self.objects.get(self.of_subscription.get(handle, (0, 0)))
         entity = timer if timer is not None else subscription
@@ -297,13 +297,13 @@ class Seen:
             file.remark(LocatedValue({}, 0, 0), text)
         return handle if group in self.reentrant else group
 
-    def _wires(self, found: System, callbacks: Mapping[Handle, Callback], file: LocatedFile) -> None:
+    def _wires(self, system: System, callbacks: Mapping[Handle, Callback], file: LocatedFile) -> None:
         sources: dict[str, list[Callback]] = {}
         outside: dict[str, array[int]] = {}
         for (handle, topic), times in self.published.items():
             if handle is not None and handle in callbacks:
                 sources.setdefault(topic, []).append(callbacks[handle])
-                found.publishes.append((callbacks[handle], topic))
+                system.publishes.append((callbacks[handle], topic))
             else:
                 outside.setdefault(topic, array("q")).extend(times)
         targets = [(handle, one) for handle, one in callbacks.items() if one.topic]
@@ -318,7 +318,7 @@ class Seen:
                     wire.rate = _rate(self.runs[handle].starts if topic not in outside else outside[topic])
                     if not wire.rate:
                         file.remark(target.place, f"nothing in the trace publishes {topic}", "state its `rate`")
-                found.wires.append(wire)
+                system.wires.append(wire)
 
 
 TAKES: Mapping[str, Callable[[Seen, Event, Any], None]] = {
@@ -342,7 +342,7 @@ TAKES: Mapping[str, Callable[[Seen, Event, Any], None]] = {
 
 
 def _rate(times: array[int]) -> str:
-    """How often something came, on average; "" where that cannot be told."""
+    """How often something came, on average; "" where that is not known."""
     ordered = sorted(times)
     if len(ordered) < 2 or ordered[-1] == ordered[0]:
         return ""

@@ -32,9 +32,9 @@ class LocatedValue:
         self.data, self.line, self.column = data, line, column
 
     def __getitem__(self, key: str) -> LocatedValue:
-        """What stands under a key; nothing where there is no such key, or this is no mapping."""
-        found = self.data.get(key) if isinstance(self.data, dict) else None
-        return found if found is not None else LocatedValue(None, self.line, self.column)
+        """The value under a key; an empty one where there is no such key, or this is no mapping."""
+        entry = self.data.get(key) if isinstance(self.data, dict) else None
+        return entry if entry is not None else LocatedValue(None, self.line, self.column)
 
     def __iter__(self) -> Iterator[LocatedValue]:
         """The items of a list; nothing of anything else."""
@@ -68,16 +68,16 @@ class LocatedFile:
         """Note what is left out, or was assumed."""
         self.tell(Diagnostic(message, "", str(self.path), place.line, 0, hint, severity="warning"))
 
-    def tell(self, found: Diagnostic) -> None:
+    def tell(self, remark: Diagnostic) -> None:
         """Note a remark, once."""
-        self.remarks.setdefault(found)
+        self.remarks.setdefault(remark)
 
     def needed(self, place: LocatedValue, key: str) -> str:
         """The text under a key; a mistake where there is none."""
-        found = place[key]
-        if not found.text:
+        value = place[key]
+        if not value.text:
             self.wrong(place, f"{self.what} has `{key}` here", "is the file cut off?")
-        return found.text
+        return value.text
 
     def whole(self, place: LocatedValue, key: str, least: int = 0, most: int = 10**18) -> int | None:
         """The whole number under a key; None, and a mistake, where there is none.
@@ -145,20 +145,20 @@ class LocatedFile:
         self.values += 1
         if self.values > MOST_VALUES:
             raise self._stopped(f"more than {MOST_VALUES:,} values", event)
-        found = LocatedValue(None, line, column)
+        located = LocatedValue(None, line, column)
         if event.anchor is not None:
-            anchors[event.anchor] = found
+            anchors[event.anchor] = located
         if isinstance(event, yaml.MappingStartEvent):
-            found.data = {}
-            self._read_entries(found.data, events, anchors, depth)
+            located.data = {}
+            self._read_entries(located.data, events, anchors, depth)
         elif isinstance(event, yaml.SequenceStartEvent):
-            found.data = []
+            located.data = []
             while not isinstance(inner := next(events), yaml.SequenceEndEvent):
-                found.data.append(self._place(inner, events, anchors, depth + 1))
+                located.data.append(self._place(inner, events, anchors, depth + 1))
         else:
             is_null = event.tag == NULL or (event.implicit[0] and event.value in NULLS)
-            found.data = None if is_null else str(event.value)
-        return found
+            located.data = None if is_null else str(event.value)
+        return located
 
     def _read_entries(
         self,
@@ -193,8 +193,8 @@ def ros_name(text: str) -> str:
     >>> ros_name("/perception/cam/callback_0"), ros_name("/")
     ('perception.cam.callback_0', 'root')
     """
-    found = ".".join(part for part in text.strip().split("/") if part)
-    return {"": "root", "none": "none_"}.get(found, found)
+    name = ".".join(part for part in text.strip().split("/") if part)
+    return {"": "root", "none": "none_"}.get(name, name)
 
 
 class Names:
@@ -209,9 +209,9 @@ class Names:
 
         Such as ``cam``, ``cam_2``, ``cam_3``; the name is taken from then on.
         """
-        found, number = name, self._next.get(name, 2)
-        while found in self.taken:
-            found, number = f"{name}_{number}", number + 1
+        unique, number = name, self._next.get(name, 2)
+        while unique in self.taken:
+            unique, number = f"{name}_{number}", number + 1
         self._next[name] = number
-        self.taken.add(found)
-        return found
+        self.taken.add(unique)
+        return unique

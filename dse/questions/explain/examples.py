@@ -123,7 +123,7 @@ class NamedDesigns:
         yield from mending_cuts(self.space, teller.view, [item.shorter for item in wrong])
 
     def _is_told(self, item: Requirement) -> bool:
-        """Whether it is told why an upper limit is broken."""
+        """Whether the explanation says why an upper limit is violated."""
         return item.is_upper and (item.metric.kind in KINDS or may_be_unbounded(self.space, item.metric))
 
 

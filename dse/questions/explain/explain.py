@@ -77,7 +77,7 @@ def explain(
     seed: int = 0,
     **question: Unpack[Question],
 ) -> Explanation:
-    """Why a problem has no design, and the smallest changes that mend it.
+    """Why a problem has no design, and the smallest relaxations that make it feasible.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def explain(
     return explain_asked(load(problem).ask(**question), wishes)
 
 
-def explain_asked(asked: Problem, wishes: Wishes, listener: Listener | None = None) -> Explanation:
+def explain_asked(problem: Problem, wishes: Wishes, listener: Listener | None = None) -> Explanation:
     """Explain the question of a problem as it stands; see `explain`.
 
     An `Explanation` with status, conflicts, relaxations, the offers by price, and what was left open when the time
@@ -125,16 +125,18 @@ def explain_asked(asked: Problem, wishes: Wishes, listener: Listener | None = No
     """
     started = time.monotonic()
     for text in wishes.offers:
-        with_offers(asked, (text,))  # a mistake in an offer is told before the work
-    explainer = Explainer.of(asked, wishes, started)
+        with_offers(problem, (text,))  # a mistake in an offer is told before the work
+    explainer = Explainer.of(problem, wishes, started)
     explainer.listener = listener or explainer.listener
-    found = explainer.explanation()
-    if wishes.offers and found.status in ("infeasible", "feasible"):
-        offers, complete = cheapest_offers(asked, wishes.offers, wishes.seed, explainer.oracle.deadline)
+    explanation = explainer.explanation()
+    if wishes.offers and explanation.status in ("infeasible", "feasible"):
+        offers, complete = cheapest_offers(problem, wishes.offers, wishes.seed, explainer.oracle.deadline)
         left = () if complete else ("further offers and combinations of them",)
-        found = found.with_(offers=offers, offered=tuple(wishes.offers), left_open=(*found.left_open, *left))
-        found = found.with_(complete=found.complete and complete)
-    return found.with_(wall_s=round(time.monotonic() - started, 3))
+        explanation = explanation.with_(
+            offers=offers, offered=tuple(wishes.offers), left_open=(*explanation.left_open, *left)
+        )
+        explanation = explanation.with_(complete=explanation.complete and complete)
+    return explanation.with_(wall_s=round(time.monotonic() - started, 3))
 
 
 @dataclass
@@ -155,16 +157,16 @@ class Explainer:
     lighter: dict[Design, Design] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, asked: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
+    def of(cls, problem: Problem, wishes: Wishes, started: float, *, is_brief: bool = False) -> Explainer:
         """An explainer whose time limit began at `started`; one that `is_brief` tells of no design.
 
         `started` is a reading of `time.monotonic()`; the deadline of both solvers is that many seconds after it. With
         `is_brief` the explanation contains conflicts but no example designs.
         """
         deadline = None if wishes.time_limit_s is None else started + wishes.time_limit_s
-        oracle = Oracle(asked.space, seed=wishes.seed, deadline=deadline)
-        uncontended = Uncontended(asked.space, oracle)
-        return cls(asked, wishes, oracle, uncontended, NamedDesigns(asked.space, oracle, is_brief))
+        oracle = Oracle(problem.space, seed=wishes.seed, deadline=deadline)
+        uncontended = Uncontended(problem.space, oracle)
+        return cls(problem, wishes, oracle, uncontended, NamedDesigns(problem.space, oracle, is_brief))
 
     @property
     def space(self) -> Space:
@@ -201,7 +203,7 @@ class Explainer:
         return self.oracle.calls + self.uncontended.oracle.calls
 
     def _impossible(self) -> tuple[Impossible, ...]:
-        """What bounds alone show; nothing where these take more time than there is."""
+        """The requirements that bounds alone prove impossible; none where bounds take more time than is left."""
         try:
             with until(self.oracle.deadline):
                 return tuple(impossible(self.designs.evaluator.limits, Ends(self.space)))
@@ -224,10 +226,12 @@ class Explainer:
         known = [frozenset(item.members) for item in apart.conflicts]
         if not every and not self._holds_without(apart.smallest):
             self.designs.unseen = self._unseen(known)
-        found = find_conflicts(oracle, every=every, limit=limit, known=known, among=self.designs.seen, heard=self._hear)
-        if self.designs.unseen and found.smallest is not None and self._holds_as_well(found.smallest):
+        conflicts = find_conflicts(
+            oracle, every=every, limit=limit, known=known, among=self.designs.seen, heard=self._hear
+        )
+        if self.designs.unseen and conflicts.smallest is not None and self._holds_as_well(conflicts.smallest):
             self.designs.unseen = frozenset()
-        return self._mended(blank, found)
+        return self._mended(blank, conflicts)
 
     def _hear(self, members: frozenset[int], is_minimal: bool) -> None:
         """Tell of a set that has no design."""
@@ -262,35 +266,37 @@ class Explainer:
         except OutOfTime:
             return False
 
-    def _mended(self, blank: Explanation, found: Conflicts) -> Explanation:
-        """The conflicts with the relaxations that mend them."""
+    def _mended(self, blank: Explanation, conflicts: Conflicts) -> Explanation:
+        """The conflicts with the relaxations that remove them."""
         self.listener.asks("looking for what makes it feasible")
-        members = self._statements({number for item in found.conflicts for number in item.members})
-        give_up = self._give_up(found.smallest)
-        if found.smallest is None and (not found.limited or self.designs.unseen):
+        members = self._statements({number for item in conflicts.conflicts for number in item.members})
+        give_up = self._give_up(conflicts.smallest)
+        if conflicts.smallest is None and (not conflicts.limited or self.designs.unseen):
             self.left_open.append("the fewest demands that must be relaxed")
         if self.designs.unseen:
-            return self._told(blank.with_(least=give_up), found)
-        return self._told(blank.with_(relaxations=self._relaxations(members), give_up=give_up), found)
+            return self._told(blank.with_(least=give_up), conflicts)
+        return self._told(blank.with_(relaxations=self._relaxations(members), give_up=give_up), conflicts)
 
-    def _told(self, blank: Explanation, found: Conflicts) -> Explanation:
+    def _told(self, blank: Explanation, result: Conflicts) -> Explanation:
         """The conflicts, and what was left open."""
-        told = [(self._conflict(item), item.members) for item in found.conflicts]
-        told.sort(key=lambda item: (item[0].by_waiting, not all(limits_use(self.oracle.members[n]) for n in item[1])))
-        conflicts = tuple(conflict for conflict, _ in told)
-        if found.reduced is not None:
+        members = [(self._conflict(item), item.members) for item in result.conflicts]
+        members.sort(
+            key=lambda item: (item[0].by_waiting, not all(limits_use(self.oracle.members[n]) for n in item[1]))
+        )
+        conflicts = tuple(conflict for conflict, _ in members)
+        if result.reduced is not None:
             self.left_open.append("whether fewer of the demands that have no design together have none either")
-        if found.stopped and self.wishes.every:
+        if result.stopped and self.wishes.every:
             self.left_open.append("further conflicts")
         return blank.with_(
             conflicts=conflicts,
-            every=found.all_conflicts,
-            limited=found.limited,
+            every=result.all_conflicts,
+            limited=result.limited,
             complete=not self.left_open,
             left_open=tuple(self.left_open),
-            reduced=tuple(self.designs.demand(number) for number in sorted(found.reduced or ())),
+            reduced=tuple(self.designs.demand(number) for number in sorted(result.reduced or ())),
             solver_calls=self.calls,
-            safe_bounds=self._safe_bounds(conflicts, found.reduced),
+            safe_bounds=self._safe_bounds(conflicts, result.reduced),
         )
 
     def _safe_bounds(
@@ -312,30 +318,31 @@ class Explainer:
             return True
 
     def _statements(self, members: Iterable[int]) -> list[tuple[int, ...]]:
-        """What members are stated by, each with all that it states, in their order; limits on processors come first."""
+        """The statements of the members, each with all that it demands, in order; limits on processors come first."""
         named = frozenset(members)
-        found = [item for item in self.oracle.statements if not named.isdisjoint(item)]
-        return sorted(found, key=lambda item: (not limits_use(self.oracle.members[item[0]]), item))
+        statements = [item for item in self.oracle.statements if not named.isdisjoint(item)]
+        return sorted(statements, key=lambda item: (not limits_use(self.oracle.members[item[0]]), item))
 
-    def _conflict(self, found: ConflictSet) -> MinimalConflict:
-        """Beside each member a design that meets the others, and as much else of the question as can be added."""
+    def _conflict(self, conflict: ConflictSet) -> MinimalConflict:
+        """A conflict with a design for each member, which meets the others and as much else as possible."""
         return MinimalConflict(
             tuple(
-                (self.designs.demand(number), self._example(self._fullest(found, number))) for number in found.members
+                (self.designs.demand(number), self._example(self._fullest(conflict, number)))
+                for number in conflict.members
             ),
-            self._takes_waiting(found.members),
+            self._takes_waiting(conflict.members),
         )
 
-    def _fullest(self, found: ConflictSet, left_out: int) -> Design:
+    def _fullest(self, conflict: ConflictSet, left_out: int) -> Design:
         """A design that meets all but one member of a conflict, or at least all else of the conflict and what fits.
 
         Rules and fixed decisions are added before requirements: a design that breaks them is of the least use.
         """
-        oracle, best = self.oracle, found.witnesses[left_out]
+        oracle, best = self.oracle, conflict.witnesses[left_out]
         if self.designs.is_brief:
             return best
         wanted = self.designs.seen - {left_out}
-        kept = frozenset(found.members) - {left_out}
+        kept = frozenset(conflict.members) - {left_out}
         try:
             whole = oracle.witness(wanted)
             if whole is not None:
@@ -349,14 +356,14 @@ class Explainer:
         return best
 
     def _relaxations(self, statements: Sequence[tuple[int, ...]]) -> tuple[Relaxation, ...]:
-        """What it takes of each statement alone, as far as the time reaches."""
-        found: list[Relaxation] = []
+        """The relaxation of each statement alone, as far as time allows."""
+        relaxations: list[Relaxation] = []
         try:
-            found += (self.relaxation(item, frozenset(item)) for item in statements)
+            relaxations += (self.relaxation(item, frozenset(item)) for item in statements)
         except OutOfTime:
-            texts = "; ".join(self.designs.stated(item).text for item in statements[len(found) :])
+            texts = "; ".join(self.designs.stated(item).text for item in statements[len(relaxations) :])
             self.left_open.append(f"whether relaxing one of these is enough, and how far: {texts}")
-        return tuple(found)
+        return tuple(relaxations)
 
     def _give_up(self, smallest: Correction | None) -> GiveUp | None:
         if smallest is None:

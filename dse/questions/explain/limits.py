@@ -45,7 +45,7 @@ def factor(space: Space, member: Requirement) -> Fraction:
 
 
 def rewritten(member: Requirement, limit: Fraction, *, as_stated: bool = False) -> str:
-    """The requirement as it may be written so that the others leave a design; "" for one that nobody wrote.
+    """The requirement as it may be written so that the others leave a design; "" for an implied one.
 
     With `as_stated` it is the statement that the requirement is a part of.
     """

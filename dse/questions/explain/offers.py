@@ -100,12 +100,12 @@ def _options(spec: Spec, section: str, owner: Any, field: str, text: str) -> tup
 
 def _fields(owner: Any) -> list[str]:
     """The fields of a component that take a list of options."""
-    found = []
+    fields = []
     for name, info in type(owner).model_fields.items():
         marks = f"{info.annotation} {info.metadata}"
         if "OneOrMore" in marks and name != "totals":
-            found.append(name)
-    return found
+            fields.append(name)
+    return fields
 
 
 def _value(owner: Any, field: str, value: str, text: str) -> Any:
@@ -114,9 +114,9 @@ def _value(owner: Any, field: str, value: str, text: str) -> Any:
     for mark in info.metadata:
         kind = Annotated[kind, mark]
     adapter: TypeAdapter[Any] = TypeAdapter(kind)
-    given: Any = int(value) if field == "queue_size" and value.isdigit() else value
+    stated: Any = int(value) if field == "queue_size" and value.isdigit() else value
     try:
-        read = adapter.validate_python(given)
+        read = adapter.validate_python(stated)
     except ValidationError as error:
         first = error.errors()[0]
         raise UsageError(f"offer {text!r}: {first.get('ctx', {}).get('message', first['msg'])}") from error
@@ -133,19 +133,19 @@ def cheapest_offers(
     combined: Iterable[tuple[str, ...]] = (
         group for count in range(1, len(texts) + 1) for group in combinations(texts, count)
     )
-    found: list[Offer] = []
+    offers: list[Offer] = []
     for position, group in enumerate(combined):
-        mended = [offer for offer in found if offer.price is not None]
+        mended = [offer for offer in offers if offer.price is not None]
         if mended and len(group) > len(mended[0].texts):
             break
         if position >= MOST_COMBINATIONS:
-            return _by_price(found), False
+            return _by_price(offers), False
         try:
             with until(deadline):
-                found.append(_tried(with_offers(problem, group).space, group, seed, deadline))
+                offers.append(_tried(with_offers(problem, group).space, group, seed, deadline))
         except (OutOfTime, KeyboardInterrupt):
-            return _by_price(found), False
-    return _by_price(found), True
+            return _by_price(offers), False
+    return _by_price(offers), True
 
 
 def _by_price(offers: list[Offer]) -> tuple[Offer, ...]:

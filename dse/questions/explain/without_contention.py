@@ -1,4 +1,4 @@
-"""Whether demands clash even if no thread waits for another, which is told first: how threads wait may follow from it.
+"""Whether demands clash even if no thread waits for another, with a remark first: how threads wait may follow from it.
 
 See `dse.analysis.diagnosis.without_contention` for what is asked like this.
 """

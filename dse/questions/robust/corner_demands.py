@@ -217,19 +217,19 @@ class RobustQuestion:
         )
 
     def failures(self, point: int, design: Design) -> list[Failure]:
-        """Why a nominal design is not robust: each requirement that breaks somewhere, at its worst.
+        """The failures of a nominal design: each requirement that is violated somewhere, at its worst.
 
         At most one `Failure` for each requirement, at the corner where it is missed most, with both sides in the unit
         of the metric and the values of the uncertain inputs there. `point` is the id of the design on the nominal
         front.
         """
-        found: dict[int, Failure] = {}
+        failures: dict[int, Failure] = {}
         requirements = self.space.requirements
         for bound, worst in self.worst(design):
             requirement = requirements[bound.requirement]
             if HOLDS[requirement.operator](worst.value, worst.limit):
                 continue
-            if bound.requirement in found and _miss(found[bound.requirement]) >= _miss(worst):
+            if bound.requirement in failures and _miss(failures[bound.requirement]) >= _miss(worst):
                 continue
             ends = {
                 item.path: self.box.ends[number][worst.corner[number]]
@@ -238,8 +238,8 @@ class RobustQuestion:
             }
             unit = self._nominal.limits[bound.requirement].measure.unit
             text = f"{requirement.shown} (by {bound.thread} alone)" if bound.thread else requirement.shown
-            found[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
-        return list(found.values())
+            failures[bound.requirement] = Failure(point, text, worst.value, worst.limit, unit, ends)
+        return list(failures.values())
 
 
 def _miss(failure: Failure | Worst) -> Fraction:
@@ -251,8 +251,8 @@ def _own(view: View, key: object) -> View:
     """The view with a memory of its own: rates are those of other figures, the threads that count the same."""
     if key not in view.memo:
         view.memo[key] = view.apart()
-    found: View = view.memo[key]
-    return found
+    own: View = view.memo[key]
+    return own
 
 
 def _moves_rates(space: Space, variable: Variable) -> bool:

@@ -90,8 +90,8 @@ class Box:
         ranges = [*self.ranges(function.inputs.nominal), *(item.range for item in function.further)]
         seeds = seeds_of(self.uncertain, len(function.inputs.nominal), function.further)
         parts = [_BoxedProgram(program, ranges, seeds) for program in self._programs(function, ranges)]
-        found = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
-        return found + self._fullest_cores(function, parts)
+        worsts = [(bound, self._worst(function, parts, bound)) for bound in function.outputs.bounds]
+        return worsts + self._fullest_cores(function, parts)
 
     def _fullest_cores(
         self, function: DesignFunction, parts: Sequence[_BoxedProgram]
@@ -101,7 +101,7 @@ class Box:
         Every thread uses more or less in the same direction of each input; where that is so, a core is used most where
         the whole processor is, and a partition that does there does everywhere.
         """
-        found: dict[int, tuple[OutputComparison, Worst]] = {}
+        fullest: dict[int, tuple[OutputComparison, Worst]] = {}
         for number in function.core_sides(function.inputs.nominal):
             whole, *threads = (bound for bound in function.outputs.bounds if bound.requirement == number)
             text = function.outputs.texts[number]
@@ -114,12 +114,12 @@ class Box:
                         raise NotProvedError(f"{text}: with {item.path} some threads use more and others less")
             for corner in self._corners(directions, 1):
                 value, limit, core = function.core_sides(self.values(function.inputs.nominal, corner), number)[number]
-                if number not in found or value - limit > found[number][1].value - found[number][1].limit:
-                    found[number] = (
+                if number not in fullest or value - limit > fullest[number][1].value - fullest[number][1].limit:
+                    fullest[number] = (
                         OutputComparison(number, whole.value, whole.limit, core),
                         Worst(corner, value, limit),
                     )
-        return list(found.values())
+        return list(fullest.values())
 
     @staticmethod
     def _corners(directions: Sequence[int | None], sign: int) -> Iterator[Corner]:
@@ -137,12 +137,12 @@ class Box:
         directions = self._directions(parts, bound, text)
         self._check_endless(function, parts, bound, directions)
         signs = {"<": (1,), ">": (-1,), "=": (1, -1)}[operator[0]]  # an equality is missed above or below
-        found = []
+        worst = []
         for sign in signs:
             for corner in self._corners(directions, sign):
                 value, limit = self._sides(function, bound, corner)
-                found.append((sign * (limit - value), corner, value, limit))
-        _, corner, value, limit = min(found, key=lambda item: (item[0], item[1]))
+                worst.append((sign * (limit - value), corner, value, limit))
+        _, corner, value, limit = min(worst, key=lambda item: (item[0], item[1]))
         return Worst(corner, value, limit)
 
     @staticmethod
@@ -178,19 +178,19 @@ class Box:
 
         None where both ends matter.
         """
-        found: list[int | None] = []
+        directions: list[int | None] = []
         for number, item in enumerate(self.uncertain):
             signs = {part.direction(number, bound) for part in parts}
             signs -= {0} if len(signs) > 1 else set()
             if len(signs) == 1 and None not in signs:
-                found.append(signs.pop())
+                directions.append(signs.pop())
             elif len(parts) == 1 and parts[0].degree(number, bound) <= 1:
-                found.append(None)
+                directions.append(None)
             else:
                 raise NotProvedError(f"{text}: it may rise and fall with {item.path}; no end of its range is the worst")
-        if found.count(None) > MOST_FREE:
+        if directions.count(None) > MOST_FREE:
             raise NotProvedError(f"{text}: more than {MOST_FREE} inputs whose worst end depends on the others")
-        return found
+        return directions
 
     def ranges(self, nominal: Sequence[Fraction]) -> list[Interval]:
         """The range of each variable.
@@ -231,8 +231,8 @@ class Box:
         if len(self.uncertain) > MOST_FREE:
             raise NotProvedError(f"too many uncertain inputs ({len(self.uncertain)}) around a comparison")
         corners = product((0, 1), repeat=len(self.uncertain))
-        found = [function.program_at(self.values(function.inputs.nominal, corner))[0] for corner in corners]
-        return list({id(item): item for item in found}.values())
+        programs = [function.program_at(self.values(function.inputs.nominal, corner))[0] for corner in corners]
+        return list({id(item): item for item in programs}.values())
 
     def _behind(self, program: Program, steps: Sequence[int]) -> str:
         """The uncertain inputs that some steps depend on."""

@@ -191,15 +191,15 @@ class DesignFunction:
         TooManyGuardsError
             when it would have more comparisons than are worth remembering.
         """
-        given = self.inputs_of(values)
+        inputs = self.inputs_of(values)
         for program in self.programs:
-            steps = steps_or_none(program, given)
+            steps = steps_or_none(program, inputs)
             if steps is not None and program.holds(steps):
                 return program, steps
         _, results, guards = self._formulas(values, traced=True, most=MOST_GUARDS)
         program = Program(results, guards)
         self.programs = [*self.programs[:1], *self.programs[1:][1 - KEPT_PROGRAMS :], program]
-        return program, program.run(given)
+        return program, program.run(inputs)
 
     def compared(
         self, values: Values, bounds: Sequence[OutputComparison], *, traced: bool = False
@@ -215,7 +215,7 @@ class DesignFunction:
         view = View(self.design)
         wanted = dict.fromkeys(bound.requirement for bound in bounds)
         space = self.inputs.at(values, traced=True) if traced else None
-        found: dict[int, Fraction] = {}
+        gaps: dict[int, Fraction] = {}
         with watching() as guards:
             if space is None:
                 limits = self.inputs.limits(values, wanted)
@@ -227,8 +227,8 @@ class DesignFunction:
                 limit = limits[number]
                 places = (bound for bound in self.outputs.bounds if bound.requirement == number)
                 for bound, (value, most, _) in zip(places, _comparisons(limit, view, cores=self.cores), strict=True):
-                    found[bound.value], found[bound.limit] = value, most
-        return found, list(guards)
+                    gaps[bound.value], gaps[bound.limit] = value, most
+        return gaps, list(guards)
 
     def core_sides(self, values: Values, only: int | None = None) -> dict[int, tuple[Fraction, Fraction, str]]:
         """For each requirement about whole cores (`only` that one) the load of the fullest, its limit, and the core.
@@ -237,7 +237,7 @@ class DesignFunction:
         expression cannot follow.
         """
         view = View(self.design)
-        found = {}
+        sides = {}
         numbers = range(len(self.inputs.problem.space.requirements)) if only is None else (only,)
         limits = self.inputs.limits(values, numbers)
         for number in numbers:
@@ -245,8 +245,8 @@ class DesignFunction:
             if limit.cores is not None:
                 item = core_comparison(limit.cores, thread_values(limit, view), view)
                 assert item.spread is not None
-                found[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
-        return found
+                sides[number] = (Fraction(item.value), Fraction(item.bound), core_words(item.spread))
+        return sides
 
     @cached_property
     def around_cores(self) -> NearbyProgram:
@@ -319,7 +319,7 @@ class DesignFunction:
         nominal = self._steps_as_stated
         steps = program.run(inputs)
         varying = frozenset(columns)
-        found = [
+        sampled = [
             numpy.broadcast_to(steps[number], (size,)).copy()
             if program.variables(number) & varying
             else nominal[number]
@@ -327,16 +327,16 @@ class DesignFunction:
         ]
         left = numpy.flatnonzero(~numpy.broadcast_to(program.holds(steps), (size,)))
         while left.size:
-            left = self._sampled_elsewhere(inputs, left, found, size)
-        return found
+            left = self._sampled_elsewhere(inputs, left, sampled, size)
+        return sampled
 
-    def _sampled_elsewhere(self, inputs: Sequence[Any], rows: Any, found: list[Any], size: int) -> Any:
+    def _sampled_elsewhere(self, inputs: Sequence[Any], rows: Any, sampled: list[Any], size: int) -> Any:
         """Fill in what the program of the first of these samples gives, wherever it applies; returns the other rows."""
         first = [Fraction(float(item[rows[0]]) if isinstance(item, numpy.ndarray) else item) for item in inputs]
         try:
             program, exact = self.program_at(first)
         except TooManyGuardsError:
-            self._fill_in(found, rows[:1], [[value] for value in self.analysed(first)], size)
+            self._fill_in(sampled, rows[:1], [[value] for value in self.analysed(first)], size)
             return rows[1:]
         with numpy.errstate(all="ignore"):
             steps = program.run([item[rows] if isinstance(item, numpy.ndarray) else item for item in inputs])
@@ -347,19 +347,19 @@ class DesignFunction:
             values = numpy.broadcast_to(numpy.asarray(steps[step], dtype=float), rows.shape).copy()
             values[0] = float(exact[step])
             columns.append(values[good])
-        self._fill_in(found, rows[good], columns, size)
+        self._fill_in(sampled, rows[good], columns, size)
         return rows[~good]
 
     @staticmethod
-    def _fill_in(found: list[Any], rows: Any, columns: Sequence[Any], size: int) -> None:
+    def _fill_in(sampled: list[Any], rows: Any, columns: Sequence[Any], size: int) -> None:
         """Put the outputs of some samples to those of the others; a number for all becomes an array where it must."""
         for number, column in enumerate(columns):
             values = numpy.asarray(column, dtype=float)
-            if not isinstance(found[number], numpy.ndarray):
-                if (values == float(found[number])).all():
+            if not isinstance(sampled[number], numpy.ndarray):
+                if (values == float(sampled[number])).all():
                     continue
-                found[number] = numpy.full(size, float(found[number]))
-            found[number][rows] = values
+                sampled[number] = numpy.full(size, float(sampled[number]))
+            sampled[number][rows] = values
 
     def _one_by_one(self, inputs: Sequence[Any], size: int) -> list[Any]:
         rows = []

@@ -35,7 +35,7 @@ def random_shares(count: int, samples: int, seed: int) -> Any:
 
 
 def chance(function: DesignFunction, uncertain: Sequence[Uncertain], shares: Any) -> Chance:
-    """How often the design meets its requirements for the given samples.
+    """The share of the given samples in which the design meets its requirements.
 
     They are the same for every design, so that designs compare.
     """
@@ -81,9 +81,9 @@ def indices(
     tops = _Tops(function, uncertain, numbers)
 
     def outputs(values: Any) -> Any:
-        found = function.sampled(ordered_columns(uncertain, list(values)), values.shape[1])
+        sampled = function.sampled(ordered_columns(uncertain, list(values)), values.shape[1])
         made = numpy.array(
-            [numpy.broadcast_to(numpy.asarray(found[number], dtype=float), values.shape[1]) for number in numbers]
+            [numpy.broadcast_to(numpy.asarray(sampled[number], dtype=float), values.shape[1]) for number in numbers]
         )
         tops.note(values, made)
         return made
@@ -99,7 +99,7 @@ def indices(
     first, total = _sobol(outputs, uncertain, varying, sizes, seed)
     endless |= {position for position in varying if tops.are_unbounded(numbers[position])}
     paths = [item.path for item in uncertain]
-    found = tuple(
+    results = tuple(
         Indices(
             output=names[position],
             unit=function.outputs.units[numbers[position]],
@@ -112,7 +112,7 @@ def indices(
         for row, position in enumerate(varying)
         if position not in endless
     )
-    return found, tuple(names[position] for position in sorted(endless))
+    return results, tuple(names[position] for position in sorted(endless))
 
 
 class _Tops:
@@ -183,8 +183,8 @@ def _effects(
     for number, (low, high) in enumerate(ranges):
         moved = numpy.concatenate([values, values], axis=1)
         moved[number] = numpy.repeat([low, high], EFFECT_SAMPLES)
-        found = outputs(moved)
-        change = found[:, EFFECT_SAMPLES:] - found[:, :EFFECT_SAMPLES]
+        moved_outputs = outputs(moved)
+        change = moved_outputs[:, EFFECT_SAMPLES:] - moved_outputs[:, :EFFECT_SAMPLES]
         means.append(numpy.abs(change).mean(axis=1))
         spreads.append(change.std(axis=1))
     return numpy.array(means).T, numpy.array(spreads).T

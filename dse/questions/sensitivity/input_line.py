@@ -71,8 +71,8 @@ class LineComparisons:
 
         Positive where an upper limit is kept with a margin; in the base unit of the metric.
         """
-        found = self._at(place)
-        return found[bound.limit] - found[bound.value]
+        distance = self._at(place)
+        return distance[bound.limit] - distance[bound.value]
 
     def _at(self, place: Fraction) -> dict[int, Fraction]:
         """The outputs that the comparisons need, by number."""
@@ -102,19 +102,19 @@ class _Sides:
             self._parts.append(reached_steps(function.around_cores, moving, numbers))
         moved = {index: scale * place for index, scale in self.moving.items()}
         for part in reversed(self._parts):  # the last one was made nearby
-            found = part.run(moved)
-            if found is not None:
-                return found
+            traced = part.run(moved)
+            if traced is not None:
+                return traced
         self._misses += 1
         if self._misses > WORTH_IT:
             with suppress(TooManyGuardsError):
-                found, guards = function.compared(values, self.bounds, traced=True)
-                program = Program(list(found.values()), guards)
-                outputs = dict(zip(found, program.outputs, strict=True))
+                traced, guards = function.compared(values, self.bounds, traced=True)
+                program = Program(list(traced.values()), guards)
+                outputs = dict(zip(traced, program.outputs, strict=True))
                 self._parts.append(
                     ReachedSteps(program, steps_or_none(program, function.inputs.nominal), moving, outputs)
                 )
-                return {number: untraced(value) for number, value in found.items()}
+                return {number: untraced(value) for number, value in traced.items()}
             self._misses = -TOO_LONG  # the analysis alone is quicker here
         return function.compared(values, self.bounds)[0]
 
@@ -143,8 +143,8 @@ class FullestCores:
         place, else by the analysis.
         """
         if self._is_analysed or self._loads is None or not self.function.applies:
-            found = self.function.compared(values, [self.bound])[0]
-            return {number: found[number] for number in (self.bound.value, self.bound.limit)}
+            gaps = self.function.compared(values, [self.bound])[0]
+            return {number: gaps[number] for number in (self.bound.value, self.bound.limit)}
         sides = self._loads.at(values, place)
         loads = {bound.thread: sides[bound.value] for bound in self._threads}
         cores = self._limit.cores
@@ -161,13 +161,13 @@ class FullestCores:
             if cores.room.fits(peak):
                 return peak * PPM
             least = peak if least is None else min(peak, least)
-        found = core_comparison(cores, loads, view)
-        assert found.spread is not None
-        if found.spread.status == "none" and least is not None:
+        comparison = core_comparison(cores, loads, view)
+        assert comparison.spread is not None
+        if comparison.spread.status == "none" and least is not None:
             return least * PPM
-        if found.spread.status == "found" and not self._is_first_fit(cores, used, view):
-            self._known.append(found.spread.cores)
-        return found.value
+        if comparison.spread.status == "found" and not self._is_first_fit(cores, used, view):
+            self._known.append(comparison.spread.cores)
+        return comparison.value
 
     @staticmethod
     def _is_first_fit(cores: EachCore, used: Iterable[int], view: View) -> bool:

@@ -65,8 +65,8 @@ class InputSpace:
         spec, self.variables = _traced(problem.loaded.spec)
         loaded = replace(problem.loaded, spec=spec)
         self.problem = problem
-        asked = ask or partial(changed, changes=problem.changes)
-        self.traced = replace(asked(Problem(loaded, build_space(loaded))).space, is_traced=True)
+        question = ask or partial(changed, changes=problem.changes)
+        self.traced = replace(question(Problem(loaded, build_space(loaded))).space, is_traced=True)
         self._known: dict[tuple[Fraction, ...], _Kept] = {}
         assert [item.options for item in self.traced.decisions] == [
             item.options for item in self.problem.space.decisions
@@ -136,7 +136,7 @@ class InputSpace:
     @cached_property
     def _variables_of(self) -> dict[int, frozenset[int]]:
         """The variables in each component and slot of the traced space, by its id."""
-        found: dict[int, frozenset[int]] = {}
+        variables_of: dict[int, frozenset[int]] = {}
         for part in (part for name in PARTS for part in getattr(self.traced, name)):
             inside: set[int] = set()
 
@@ -146,8 +146,8 @@ class InputSpace:
                 return number
 
             _substituted(part, note, {})
-            found[id(part)] = frozenset(inside)
-        return found
+            variables_of[id(part)] = frozenset(inside)
+        return variables_of
 
     @cached_property
     def _as_stated(self) -> dict[int, Any]:

@@ -47,12 +47,12 @@ def seeds_of(
     One mapping for each uncertain input: variable index to the interval of its derivative (1 for the input itself, the
     nominal value for a factor).
     """
-    found: list[dict[int, Interval]] = []
+    seeds: list[dict[int, Interval]] = []
     for number, item in enumerate(uncertain):
         slopes = {variable.index: variable.nominal if item.is_factor else Fraction(1) for variable in item.variables}
         moved = {first + place: other.slopes[number] for place, other in enumerate(further)}
-        found.append({index: (slope, slope) for index, slope in slopes.items()} | moved)
-    return found
+        seeds.append({index: (slope, slope) for index, slope in slopes.items()} | moved)
+    return seeds
 
 
 def is_zero_test(program: Program, number: int) -> bool:
@@ -68,7 +68,7 @@ def undecided_over(program: Program, ranges: Sequence[Interval]) -> list[tuple[i
     one side of the comparison, or of the whole number that a rounding gave.
     """
     values = values_over(program, ranges)
-    found = []
+    undecided = []
     for operation, left, right, outcome in program.guards:
         (low, high), (least, most) = values[left], values[right]
         if operation == "<":
@@ -82,8 +82,8 @@ def undecided_over(program: Program, ranges: Sequence[Interval]) -> list[tuple[i
         else:
             decided = low == high == least == most if outcome else high < least or low > most
         if not decided:
-            found.append((left, right, operation, outcome))
-    return found
+            undecided.append((left, right, operation, outcome))
+    return undecided
 
 
 def values_over(program: Program, ranges: Sequence[Interval]) -> list[Interval]:

@@ -237,8 +237,8 @@ def scaling(function: DesignFunction) -> Scaling:
     breaks: dict[str, Break | None] = {}
     for number in dict.fromkeys(bound.requirement for bound in held):
         bounds = tuple(bound for bound in held if bound.requirement == number)
-        found = _first_break(LineComparisons(function, moving, bounds), Fraction(1), Fraction(FARTHEST), False)
-        breaks[function.outputs.texts[number]] = found
+        scaled = _first_break(LineComparisons(function, moving, bounds), Fraction(1), Fraction(FARTHEST), False)
+        breaks[function.outputs.texts[number]] = scaled
     known = [item for item in breaks.values() if item is not None]
     first = min(known, key=lambda item: item.last, default=None)
     at = function.exact(LineComparisons(function, moving, ()).values(Fraction(1) if first is None else first.last))
@@ -275,7 +275,7 @@ def bars(
     one.
     """
     nominal = function.exact(function.inputs.nominal)
-    found: list[Bar] = []
+    swings: list[Bar] = []
     for variable in function.inputs.variables:
         ends = stated.get(variable.index) or _swung(function, variable, swing)
         if ends[0] == ends[1]:
@@ -287,9 +287,9 @@ def bars(
                 continue  # it is unbounded whatever the input
             if name in metrics and values != (nominal[number], nominal[number]):
                 unit = function.outputs.units[number]
-                found.append(Bar(name, unit, variable.path, variable.unit, ends, values, nominal[number]))
+                swings.append(Bar(name, unit, variable.path, variable.unit, ends, values, nominal[number]))
     order = {name: number for number, name in enumerate(metrics)}
-    return tuple(sorted(found, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
+    return tuple(sorted(swings, key=lambda bar: (order[bar.metric], -bar.swing, bar.path)))
 
 
 def _metrics_at(
@@ -298,11 +298,11 @@ def _metrics_at(
     """The metrics by number at some values of one input: what it does not reach is as stated."""
     part = reached_steps(function.around_cores, frozenset([variable.index]), range(len(function.outputs.names)))
     way = LineComparisons(function, {variable.index: Fraction(1)}, ())
-    found: list[Sequence[Fraction] | Mapping[int, Fraction]] = []
+    metrics: list[Sequence[Fraction] | Mapping[int, Fraction]] = []
     for value in values:
         reached = part.run({variable.index: value}) if function.applies else None
-        found.append(function.exact(way.values(value)) if reached is None else reached)
-    return found
+        metrics.append(function.exact(way.values(value)) if reached is None else reached)
+    return metrics
 
 
 def _swung(function: DesignFunction, variable: Variable, swing: Fraction) -> tuple[Fraction, Fraction]:

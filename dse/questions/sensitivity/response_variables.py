@@ -84,8 +84,8 @@ class ScheduledFunction(DesignFunction):
         The inputs first, then a response time in ns for each task in the order of `keys`; `UNBOUNDED_NS` stands for one
         without a bound.
         """
-        found = self._responses(values)
-        return (*values, *(_counted(found[key]) for key in self.keys))
+        responses = self._responses(values)
+        return (*values, *(_counted(responses[key]) for key in self.keys))
 
     def view_of(self, values: Values, *, traced: bool) -> View:
         """A view of the design that knows its response times, traced as variables of their own.
@@ -93,11 +93,11 @@ class ScheduledFunction(DesignFunction):
         The response times are put into the view's memo, so that formulas of latency do not compute them again.
         """
         view = super().view_of(values, traced=traced)
-        found = self._responses(values)
+        responses = self._responses(values)
         if traced:
             first = len(self.inputs.variables)
-            found = {key: _variable(found[key], number) for number, key in enumerate(self.keys, first)}
-        view.memo["responses"] = found
+            responses = {key: _variable(responses[key], number) for number, key in enumerate(self.keys, first)}
+        view.memo["responses"] = responses
         return view
 
     def _responses(self, values: Values) -> Responses:
@@ -114,8 +114,8 @@ class ScheduledFunction(DesignFunction):
         if self.top is None:
             return []
         outputs = self.analysed(box.values(self.inputs.nominal, self.top))
-        found = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
-        return found if self.broken(outputs) else []
+        worsts = [(bound, Worst(self.top, outputs[bound.value], outputs[bound.limit])) for bound in self.outputs.bounds]
+        return worsts if self.broken(outputs) else []
 
 
 def _order(key: EndKey) -> tuple[int, str]:
@@ -134,7 +134,7 @@ def _counted(response_ns: Any) -> Fraction:
 
 @dataclass(frozen=True)
 class Motion:
-    """How the response times of a design move with the uncertain inputs."""
+    """The dependence of a design's response times on the uncertain inputs."""
 
     least: Corner
     most: Corner
@@ -165,9 +165,10 @@ class Motion:
 
 
 def motion_of(inputs: InputSpace, design: Design, box: Box) -> Motion | None:
-    """How response times move over the box; None where that is not known by the theorem, as where messages wait.
+    """The direction in which response times move over the box; None where the theorem does not give it.
 
-    It is known of threads that keep their cores and priorities, where execution and transmission times may vary.
+    It does not where messages wait. It is known of threads that keep their cores and priorities, where execution
+    and transmission times may vary.
 
     Raises
     ------
@@ -233,6 +234,6 @@ def _deciding(space: Space, view: View) -> frozenset[int]:
             known = solve(resolve(space, view)).ends
     except TooManyGuardsError:
         raise NotProvedError("a figure takes more comparisons than are looked at") from None
-    found = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
-    program = Program(found, guards)
+    figures = [Fraction(0) + item for item in known.values() if item is not None and item < UNBOUNDED_NS]
+    program = Program(figures, guards)
     return frozenset().union(program.deciding, *map(program.variables, program.outputs))

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Settings:
-    """How far bars go where nothing is stated, and how uncertain inputs are sampled.
+    """The swing of bars without stated ranges, and the sampling of uncertain inputs.
 
     `front` asks for the chance of each alternative.
     """
@@ -68,7 +68,7 @@ def sensitivity(
     time_limit_s: arguments.Span | None = None,
     **question: Unpack[Question],
 ) -> SensitivityResult:
-    """How far each input of a design may move before a requirement breaks, and which inputs matter.
+    """The margin of each input of a design, and the inputs that matter most.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def sensitivity_asked(
     settings: Settings,
     say: Callable[[str], None] | None = None,
 ) -> SensitivityResult:
-    """`sensitivity` with its settings in one, as far as the limit of time in force admits; `say` is told what goes on.
+    """`sensitivity` with its settings in one, as far as the time limit admits; `say` is called with the progress.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def sensitivity_asked(
     tell("margins")
     metrics = _watched_metrics(space)
     part = _Parts()
-    found = SensitivityResult(
+    result = SensitivityResult(
         problem={
             "name": problem.name,
             "sha256": problem.loaded.sha256,
@@ -166,11 +166,11 @@ def sensitivity_asked(
         else None,
         bus_waiting="not counted" if leaves_out_buses(space) else None,
     )
-    return replace(found, left_out=tuple(part.left_out))
+    return replace(result, left_out=tuple(part.left_out))
 
 
 class _Parts:
-    """What is made of a result as far as the limit of time in force admits; `left_out` names the rest."""
+    """The parts of a result that are computed before the time limit in force; `left_out` names the others."""
 
     def __init__(self) -> None:
         self.left_out: list[str] = []
@@ -186,14 +186,14 @@ class _Parts:
 
     def collected(self, what: str, items: Iterator[T]) -> tuple[T, ...]:
         """The items for which there was time."""
-        found: list[T] = []
+        collected: list[T] = []
         with suppress(OutOfTime):
             look_at_the_clock()
             for item in items:
-                found.append(item)  # noqa: PERF402 (what came before the time was up is kept)
-            return tuple(found)
+                collected.append(item)  # noqa: PERF402 (what came before the time was up is kept)
+            return tuple(collected)
         self.left_out.append(what)
-        return tuple(found)
+        return tuple(collected)
 
 
 def chosen_design(space: Space, texts: Sequence[str]) -> Design:
@@ -232,7 +232,7 @@ def _uncertain(
     tell("indices")
     metrics = _watched_metrics(space)
     measured = part.made("what moves each metric", lambda: indices(function, uncertain, metrics, settings.seed))
-    found, endless = measured if measured is not None else ((), ())
+    sobol, endless = measured if measured is not None else ((), ())
 
     def chances() -> Iterator[Chance]:
         alternatives: list[Design] = []
@@ -253,7 +253,7 @@ def _uncertain(
         chances=tuple(
             sorted(part.collected("chances of further alternatives", chances()), key=lambda item: -item.all_met)
         ),
-        indices=found,
+        indices=sobol,
         design_chance=design_chance,
         unbounded=endless,
     )

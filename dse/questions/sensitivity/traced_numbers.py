@@ -114,10 +114,10 @@ def watching() -> Any:
     TooManyGuardsError
         when there are more than the list's `most`.
     """
-    found = Guards()
-    _guards.append(found)
+    guards = Guards()
+    _guards.append(guards)
     try:
-        yield found
+        yield guards
     finally:
         _guards.pop()
 
@@ -365,30 +365,30 @@ class Program:
 
         A list of booleans as long as `steps`; `moving` are indices of variables.
         """
-        found: list[bool] = []
+        is_reached: list[bool] = []
         for operation, left, right in self.steps:
             if operation in ("var", "const"):
-                found.append(operation == "var" and left in moving)
+                is_reached.append(operation == "var" and left in moving)
             else:
-                found.append(found[left] or found[right])
-        return found
+                is_reached.append(is_reached[left] or is_reached[right])
+        return is_reached
 
     def needed(self, ends: Sequence[int]) -> list[int]:
         """The steps that some steps are made of, themselves among them, in the order of evaluation.
 
         Ascending numbers of steps: the transitive operands of `ends`. What is not in the list need not be evaluated.
         """
-        found: set[int] = set()
+        numbers: set[int] = set()
         stack = list(ends)
         while stack:
             number = stack.pop()
-            if number in found:
+            if number in numbers:
                 continue
-            found.add(number)
+            numbers.add(number)
             operation, left, right = self.steps[number]
             if operation not in ("var", "const"):
                 stack += [left, right]
-        return sorted(found)
+        return sorted(numbers)
 
     def variables(self, number: int) -> frozenset[int]:
         """The variables that a step depends on.

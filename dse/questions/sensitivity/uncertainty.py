@@ -137,10 +137,10 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
         when an input has values for which there is no design.
     """
     numbers = {variable.path: variable for variable in inputs.variables}
-    found: list[Uncertain] = []
+    uncertain: list[Uncertain] = []
     for item in problem.loaded.stated:
         variables = tuple(numbers[figure.path] for figure in item.figures)
-        found.append(
+        uncertain.append(
             Uncertain(
                 item.path,
                 item.words,
@@ -152,8 +152,8 @@ def read_uncertainties(problem: Problem, inputs: InputSpace) -> tuple[Uncertain,
                 _near(item, variables),
             )
         )
-        _check_cores(problem, found[-1])
-    return tuple(found)
+        _check_cores(problem, uncertain[-1])
+    return tuple(uncertain)
 
 
 def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
@@ -163,8 +163,10 @@ def stated_cores(problem: Problem, component: Component) -> tuple[int, ...]:
     cores cannot fall below what is stated.
     """
     spec, owners = problem.loaded.spec, problem.space.core_owners(component)
-    found = [getattr(spec, section)[name] for name in owners for section in OWNERS if name in getattr(spec, section)]
-    return tuple(item for one in found for item in one.core or () if isinstance(item, int))
+    owners_of = [
+        getattr(spec, section)[name] for name in owners for section in OWNERS if name in getattr(spec, section)
+    ]
+    return tuple(item for one in owners_of for item in one.core or () if isinstance(item, int))
 
 
 def _check_cores(problem: Problem, item: Uncertain) -> None:
@@ -239,12 +241,12 @@ def stated_ends(uncertain: Sequence[Uncertain]) -> Mapping[int, tuple[Fraction, 
 
     Variable index to (low, high), exact and in base units; inputs without bounds are left out.
     """
-    found: dict[int, tuple[Fraction, Fraction]] = {}
+    ends_of: dict[int, tuple[Fraction, Fraction]] = {}
     for item in uncertain:
         if item.low is None or item.high is None:
             continue
-        found |= {variable.index: _last_values(variable, *item.range_of(variable)) for variable in item.variables}
-    return found
+        ends_of |= {variable.index: _last_values(variable, *item.range_of(variable)) for variable in item.variables}
+    return ends_of
 
 
 def _last_values(variable: Variable, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:

@@ -111,8 +111,8 @@ def limited(space: Space, requirements: Sequence[Requirement]) -> Space:
     A new space: limits of the file that compare the swept metrics in the same direction are dropped, those that are
     implied and open cores are computed again.
     """
-    given = {(item.metric, item.operator[0]) for item in requirements}
-    kept = [item for item in space.requirements if (item.metric, item.operator[0]) not in given]
+    replaced = {(item.metric, item.operator[0]) for item in requirements}
+    kept = [item for item in space.requirements if (item.metric, item.operator[0]) not in replaced]
     return with_open_cores(with_implied(replace(space, requirements=(*kept, *requirements))))
 
 
@@ -142,8 +142,8 @@ def read_axis(problem: Problem, inputs: Inputs, text: str) -> Axis:
 
 def _split(text: str) -> tuple[str, Any, str]:
     for sign in ("<=", ">=", "="):
-        left, found, right = text.partition(sign)
-        if found and "=" not in left:
+        left, mark, right = text.partition(sign)
+        if mark and "=" not in left:
             return left.strip(), sign, right.strip()
     raise UsageError(
         f'--vary {text!r}: expected PATH=VALUES or METRIC of NAME=VALUES, such as "price=100 EUR..900 EUR"'
@@ -178,8 +178,8 @@ def _limit_axis(space: Space, name: str, operator: Comparison, values: str) -> L
             raise UsageError(f"the range is empty: {low_text} is above {high_text}")
         return LimitAxis(*_limited(name, low), operator, low, high, f"{low_text} .. {high_text}")
     texts = _grid(values, None)
-    found = tuple(_requirements(space, name, operator, text) for text in texts)
-    return LimitAxis(*_limited(name, found[0]), operator, values=found, labels=tuple(texts))
+    requirements = tuple(_requirements(space, name, operator, text) for text in texts)
+    return LimitAxis(*_limited(name, requirements[0]), operator, values=requirements, labels=tuple(texts))
 
 
 def _requirements(space: Space, name: str, operator: str, quantity: str) -> tuple[Requirement, ...]:
@@ -187,16 +187,16 @@ def _requirements(space: Space, name: str, operator: str, quantity: str) -> tupl
     metric, of, item = name.partition(" of ")
     is_plain = of and not item.strip().startswith(("'", '"')) and not CALL.match(name)
     quoted = f'{metric} of "{item.strip()}"' if is_plain else name
-    found = read_requirements(space, f"{quoted} {operator} {quantity}", ORIGIN)
-    return tuple(replace(one, text=f"{one.metric.name} {operator} {quantity}") for one in found)
+    requirements = read_requirements(space, f"{quoted} {operator} {quantity}", ORIGIN)
+    return tuple(replace(one, text=f"{one.metric.name} {operator} {quantity}") for one in requirements)
 
 
-def _limited(name: str, found: Sequence[Requirement]) -> tuple[str, tuple[Metric, ...], Metric]:
+def _limited(name: str, requirements: Sequence[Requirement]) -> tuple[str, tuple[Metric, ...], Metric]:
     """How the axis is called, what is limited, and the worst of that."""
-    metrics = tuple(item.metric for item in found)
+    metrics = tuple(item.metric for item in requirements)
     if len(metrics) == 1:
         return metrics[0].name, metrics, metrics[0]
-    return " ".join(name.split()), metrics, worst_of(" ".join(name.split()), metrics, found[0].operator)
+    return " ".join(name.split()), metrics, worst_of(" ".join(name.split()), metrics, requirements[0].operator)
 
 
 def limit_requirements(axis: LimitAxis, limit: Quantity, operator: Any, text: str) -> tuple[Requirement, ...]:
@@ -273,8 +273,8 @@ def _grid(values: str, dimension: Any) -> list[str]:
             raise UsageError("an empty value")
         for text in texts:
             _check_dimension(parse_quantity(text), dimension)
-        found = [parse_quantity(text) for text in texts]
-        if len({(_like(quantity, found[0]) or quantity).value for quantity in found}) < len(texts):
+        quantities = [parse_quantity(text) for text in texts]
+        if len({(_like(quantity, quantities[0]) or quantity).value for quantity in quantities}) < len(texts):
             raise UsageError("a value is given twice")
         return texts
     if not step_text:

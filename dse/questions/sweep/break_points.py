@@ -70,7 +70,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
     jury = Jury(question.space, None if question.is_share else axis.metric)
     figures = MetricReader(Evaluator(question.space), jury)
     status = "incomplete" if not proved else "complete" if stretches else "infeasible"
-    found = {
+    outcome = {
         "kind": "breaks",
         "status": status,
         "definition": DEFINITION,
@@ -84,7 +84,7 @@ def break_points(space: Space, axis: LimitAxis, seed: int) -> dict[str, Any]:
         "units": figures.units,
         **_described(question, figures, stretches),
     }
-    return written(FoundBreaks, found)
+    return written(FoundBreaks, outcome)
 
 
 def _described(question: _LimitSweep, figures: MetricReader, stretches: list[LimitInterval]) -> dict[str, Any]:
@@ -189,17 +189,17 @@ class _LimitSweep:
 
     def stretches(self) -> tuple[list[LimitInterval], bool]:
         """The stretches from the tightest limit to the loosest, and whether they are proved."""
-        found: list[LimitInterval] = []
+        intervals: list[LimitInterval] = []
         proved = True
         steps = self._by_shares() if self.is_share and self.share is None else self._by_values()
         for stretch in steps:
             if stretch is None:
                 proved = False
-            elif found and {row[0] for row in found[-1].rows} == {row[0] for row in stretch.rows}:
-                found[-1] = stretch  # the same front, by designs that need less
+            elif intervals and {row[0] for row in intervals[-1].rows} == {row[0] for row in stretch.rows}:
+                intervals[-1] = stretch  # the same front, by designs that need less
             else:
-                found.append(stretch)
-        return _settled(found[::-1]), proved
+                intervals.append(stretch)
+        return _settled(intervals[::-1]), proved
 
     def _front(self, limit: Fraction, operator: str, objective: Objective) -> list[Row] | None:
         """Vector of the rest and design of each point of the front of (rest, metric); None when it was stopped."""

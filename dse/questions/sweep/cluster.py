@@ -79,7 +79,7 @@ def _connected(address: str) -> Client:
 
 
 def _quieten() -> None:
-    """Leave out what Dask logs, tracebacks for the most part: what matters is raised, and told in one line.
+    """Leave out what Dask logs, tracebacks for the most part: errors that matter are raised, and printed in one line.
 
     Its loggers have levels of their own, so that quietening the first of them is not enough.
     """
@@ -96,10 +96,10 @@ def _check_reachable(address: str) -> None:
     UsageError
         when nothing does, or the address is none.
     """
-    scheme, found, place = address.partition("://")
-    if found and scheme not in ("tcp", "tls"):
+    scheme, mark, place = address.partition("://")
+    if mark and scheme not in ("tcp", "tls"):
         raise UsageError(f"--scheduler {address!r}: expected tcp://HOST:PORT or tls://HOST:PORT")
-    host, _, port = (place if found else address).rpartition(":")
+    host, _, port = (place if mark else address).rpartition(":")
     if not host or not port.isdecimal() or int(port) > LAST_PORT:
         raise UsageError(f"--scheduler {address!r}: expected tcp://HOST:PORT, such as tcp://localhost:8786")
     try:

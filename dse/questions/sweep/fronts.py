@@ -27,7 +27,7 @@ Vector = tuple[int, ...]
 
 @dataclass(frozen=True)
 class MetricReader:
-    """How to say what a design amounts to: the evaluator of a space, every metric in its base unit.
+    """The reader of a design's metrics: the evaluator of a space, every metric in its base unit.
 
     `jury` says what it keeps with contention.
     """
@@ -105,14 +105,14 @@ def front_outcome(space: Space, seed: int) -> dict[str, Any]:
     search = search_space(evaluator, seed)
     figures = MetricReader(evaluator, Jury(space))
     status = "incomplete" if not search.is_complete else "complete" if search.points else "infeasible"
-    found = {
+    outcome = {
         "kind": "front",
         "status": status,
         "objectives": objective_infos(evaluator),
         "units": figures.units,
         "front": [figures.alternative(design) for _, design in sorted(search.points.items())],
     }
-    return written(FoundFront, found)
+    return written(FoundFront, outcome)
 
 
 def objective_infos(evaluator: Evaluator) -> list[dict[str, str]]:
@@ -183,10 +183,10 @@ class Jury:
         """
         if self._referee is None:
             return {}
-        found = self._referee.judge(design)
-        said = written(Contended, contended(found))
+        verdict = self._referee.judge(design)
+        said = written(Contended, contended(verdict))
         if self._limited is not None:
-            said["limited"] = exact(self._measure(found.space, self._limited).value(View(found.design)))
+            said["limited"] = exact(self._measure(verdict.space, self._limited).value(View(verdict.design)))
         return {"contention": said}
 
     def _measure(self, space: Space, metric: Metric) -> Measure:

@@ -116,8 +116,8 @@ class Inputs:
         """Where a component takes a field from its types: what to say when its own path is asked for."""
         for section, types in (("threads", "thread_types"), ("devices", "device_types")):
             for name, entry in (self.data.get(section) or {}).items():
-                given = (entry or {}).get("type")
-                for of in given if isinstance(given, list) else [given]:
+                type_name = (entry or {}).get("type")
+                for of in type_name if isinstance(type_name, list) else [type_name]:
                     for field_name in FIELDS[section]:
                         target = f"{types}.{of}.{field_name}"
                         if target in self.groups:
@@ -229,10 +229,10 @@ def _inner(section: str, name: str, entry: Mapping[str, Any]) -> Iterator[tuple[
 
 def _transmission_parents(path: str) -> list[str]:
     """The paths above a part of a transmission time that stand for several: of a machine, of all."""
-    head, found, rest = path.partition(".transmission_time.")
-    names = rest.split(".")[:-1] if found else []
+    head, mark, rest = path.partition(".transmission_time.")
+    names = rest.split(".")[:-1] if mark else []
     whole = f"{head}.transmission_time"
-    return [whole, *(f"{whole}.{name}" for name in names)] if found else []
+    return [whole, *(f"{whole}.{name}" for name in names)] if mark else []
 
 
 def _transmission(path: str, place: Place, times: Mapping[str, Any]) -> Iterator[tuple[str, Place, QuantityKind, Any]]:

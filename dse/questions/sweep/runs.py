@@ -109,8 +109,8 @@ def solve_payload(payload: str, semantics: str) -> str:
 
 def _effective_space(content: Mapping[str, Any]) -> Space:
     """The space that a run is about."""
-    given = content["changes"]
-    changes = Changes(**{**given, "limits": [tuple(item) for item in given["limits"]]})
+    stated = content["changes"]
+    changes = Changes(**{**stated, "limits": [tuple(item) for item in stated["limits"]]})
     space = changed(loads(content["problem"], "effective problem"), changes).space
     for metric, values in content["limits"]:
         axis = read_limit_axis(space, metric, values)

@@ -106,9 +106,9 @@ class Store:
         self._connection.close()
 
     def _prepare(self) -> None:
-        found = [row[0] for row in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+        tables = [row[0] for row in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
         application = self._number("PRAGMA application_id")
-        if found or application:
+        if tables or application:
             if application != APPLICATION_ID:
                 raise self._refused("it is a database of another program")
             if self._number("PRAGMA user_version") != FORM:
@@ -118,11 +118,11 @@ class Store:
             damage = self._connection.execute("PRAGMA quick_check").fetchone()[0]
             if damage != "ok":
                 raise self._refused(f"it is damaged: {damage}")
-            if missing := {"runs", "solves"} - set(found):
+            if missing := {"runs", "solves"} - set(tables):
                 raise self._refused(f"it is damaged: it has no table {' and no table '.join(sorted(missing))}")
         self._connection.execute("PRAGMA journal_mode = WAL")
         self._connection.execute("PRAGMA synchronous = FULL")
-        if not found:
+        if not tables:
             self._connection.executescript(
                 f"""
                 BEGIN IMMEDIATE;
@@ -151,7 +151,7 @@ class Store:
         UsageError
             when an entry does not agree with its digest.
         """
-        found = {}
+        outcomes = {}
         try:
             for key in keys:
                 row = self._connection.execute("SELECT outcome, digest FROM runs WHERE key = ?", (key,)).fetchone()
@@ -159,10 +159,10 @@ class Store:
                     continue
                 if not isinstance(row[0], str) or row[1] != _digest(key, row[0]):
                     raise self._refused(f"the entry {key[:12]} is damaged")
-                found[key] = row[0]
+                outcomes[key] = row[0]
         except DAMAGE as error:
             raise self._refused(f"it is damaged: {error}") from error
-        return found
+        return outcomes
 
     def keep(self, key: str, outcome: str) -> None:
         """Keep the outcome of a run that was just solved.
@@ -187,7 +187,7 @@ class Store:
         return self._number("SELECT count(*) FROM solves")
 
     def kept(self) -> int:
-        """How many outcomes there are."""
+        """The number of outcomes in the store."""
         return self._number("SELECT count(*) FROM runs")
 
 

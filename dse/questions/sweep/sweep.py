@@ -31,7 +31,7 @@ from dse.support.timelimit import NEVER, OutOfTime, TimeLimit
 
 @dataclass(frozen=True)
 class SweepProgress:
-    """Where a sweep stands: runs in all, finished (of which `found` in the store), seconds.
+    """The progress of a sweep: runs in all, finished (of which `found` in the store), seconds.
 
     And those still expected.
     """
@@ -140,7 +140,7 @@ def sweep(
 
 
 def sweep_asked(
-    asked: Problem,
+    problem: Problem,
     vary: Sequence[str],
     seed: int,
     means: Means,
@@ -154,41 +154,41 @@ def sweep_asked(
     Raises `UsageError` for an axis that cannot be read or a question without objectives.
     """
     check_workers(means.workers)
-    refuse_unchecked(asked.space)
-    check_objectives(asked.space)
-    inputs = Inputs(merged_data(asked))
-    axes = read_axes(asked, inputs, vary)
-    runs = _plan(axes, inputs, asked, seed)
-    done, found = _solved(runs, means, progress)
+    refuse_unchecked(problem.space)
+    check_objectives(problem.space)
+    inputs = Inputs(merged_data(problem))
+    axes = read_axes(problem, inputs, vary)
+    runs = _plan(axes, inputs, problem, seed)
+    done, from_store = _solved(runs, means, progress)
     limits = [(axis.metric.name, axis.operator) for axis in axes if isinstance(axis, LimitAxis)]
     outcomes, scale = rank_together([done.get(number) for number in range(len(runs))], limits)
     return SweepResult(
         problem={
-            "name": asked.name,
-            "sha256": asked.loaded.sha256,
-            **settings_of(asked.space),
-            "currency": asked.space.currency,
-            "changes": _shown(asked.changes),
+            "name": problem.name,
+            "sha256": problem.loaded.sha256,
+            **settings_of(problem.space),
+            "currency": problem.space.currency,
+            "changes": _shown(problem.changes),
         },
         semantics=semantics_version(),
         axes=tuple(_varied(axis) for axis in axes),
         runs=tuple(SweepRun(_labels(axes, run), outcome) for run, outcome in zip(runs, outcomes, strict=True)),
         seed=seed,
         ranking=SweepRanking(RANKING, scale),
-        remarks=tuple(_remarks(asked, axes)),
-        contention=basis_dict(asked.space),
-        bus_waiting="not counted" if leaves_out_buses(asked.space) else None,
-        files=asked.loaded.texts,
-        solved=len(done) - found,
-        found=found,
+        remarks=tuple(_remarks(problem, axes)),
+        contention=basis_dict(problem.space),
+        bus_waiting="not counted" if leaves_out_buses(problem.space) else None,
+        files=problem.loaded.texts,
+        solved=len(done) - from_store,
+        found=from_store,
     )
 
 
-def _remarks(asked: Problem, axes: Sequence[Axis]) -> Iterator[str]:
+def _remarks(problem: Problem, axes: Sequence[Axis]) -> Iterator[str]:
     """A bandwidth that no transmission time follows from moves no latency."""
     for axis in axes:
         section, _, path = axis.name.partition(".")
-        types = asked.loaded.spec.bus_types if isinstance(axis, InputAxis) and section == "bus_types" else {}
+        types = problem.loaded.spec.bus_types if isinstance(axis, InputAxis) and section == "bus_types" else {}
         for name, model in types.items():
             if path.startswith(f"{name}.bandwidth"):
                 if model.frame is not None:
@@ -198,8 +198,8 @@ def _remarks(asked: Problem, axes: Sequence[Axis]) -> Iterator[str]:
                         f"{axis.name} moves no latency: what a transfer takes is stated apart from it, or not at all "
                         f"(`transmission_time: {FROM_BANDWIDTH}` lets it follow)"
                     )
-                elif asked.space.profile != "dse":
-                    yield f"{axis.name} moves no latency: under profile {asked.space.profile} none follows from it"
+                elif problem.space.profile != "dse":
+                    yield f"{axis.name} moves no latency: under profile {problem.space.profile} none follows from it"
 
 
 def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axis]:
@@ -221,15 +221,15 @@ def read_axes(problem: Problem, inputs: Inputs, vary: Sequence[str]) -> list[Axi
     return axes
 
 
-def _plan(axes: Sequence[Axis], inputs: Inputs, asked: Problem, seed: int) -> list[SweepPoint]:
+def _plan(axes: Sequence[Axis], inputs: Inputs, problem: Problem, seed: int) -> list[SweepPoint]:
     """The runs of a sweep, in order."""
     exact = next((axis.shipped(None) for axis in axes if isinstance(axis, LimitAxis) and axis.is_exact), None)
     grid = [axis for axis in axes if not (isinstance(axis, LimitAxis) and axis.is_exact)]
     limits = [item for axis in axes if isinstance(axis, LimitAxis) for item in axis.requirements]
-    space = replace(asked.space, requirements=(*asked.space.requirements, *limits))
+    space = replace(problem.space, requirements=(*problem.space.requirements, *limits))
     needed = {name: value for name, value in needed_data(inputs.data, space).items() if name not in SETTINGS}
-    settings: dict[str, Any] = dict(settings_of(asked.space))  # the same question, whoever states its settings
-    changes = replace(asked.changes, **settings)
+    settings: dict[str, Any] = dict(settings_of(problem.space))  # the same question, whoever states its settings
+    changes = replace(problem.changes, **settings)
     runs = []
     for point in grid_points(grid):
         data = copied(needed)
@@ -254,7 +254,7 @@ def _solved(
     try:
         kept = store.find([run.key for run in runs]) if store is not None else {}
         done = _taken(runs, kept, means.store)
-        found, started = len(done), time.monotonic()
+        from_store, started = len(done), time.monotonic()
         todo = [number for number in range(len(runs)) if number not in done]
         outcomes = _outcomes([runs[number].payload for number in todo], means)
         try:
@@ -269,12 +269,12 @@ def _solved(
                 if store is not None and outcome["kind"] != "error":
                     store.keep(runs[number].key, text)
                 if progress is not None:
-                    progress(SweepProgress(len(runs), len(done), found, time.monotonic() - started))
+                    progress(SweepProgress(len(runs), len(done), from_store, time.monotonic() - started))
         except (KeyboardInterrupt, OutOfTime):
             pass
         finally:
             outcomes.close()
-        return done, found
+        return done, from_store
     finally:
         if store is not None:
             store.close()
@@ -295,7 +295,7 @@ def _read(text: str) -> dict[str, Any]:
 
 
 def _taken(runs: Sequence[SweepPoint], kept: Mapping[str, str], store: Path | None) -> dict[int, dict[str, object]]:
-    """What a store has of these runs, all of it about the same objectives.
+    """The outcomes of these runs in a store, all with the same objectives.
 
     Raises
     ------
@@ -308,8 +308,8 @@ def _taken(runs: Sequence[SweepPoint], kept: Mapping[str, str], store: Path | No
             continue
         try:
             done[number] = outcome = read_outcome(kept[run.key])
-            asked = [item["objectives"] for item in done.values() if item["kind"] != "error"]
-            if outcome["kind"] != "error" and outcome["objectives"] != asked[0]:
+            objectives = [item["objectives"] for item in done.values() if item["kind"] != "error"]
+            if outcome["kind"] != "error" and outcome["objectives"] != objectives[0]:
                 raise OutcomeError("objectives is not that of other runs")
         except OutcomeError as error:
             raise UsageError(

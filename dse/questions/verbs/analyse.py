@@ -56,19 +56,19 @@ def analyse(
     """
     texts = decisions_as_texts(design)
     space = with_stated_cores(load(problem).ask(**question), texts).space
-    given = {**space.fixed, **read_choices(space, texts)}
-    chosen = complete_design(space, {**space.baseline, **given})
+    choices = {**space.fixed, **read_choices(space, texts)}
+    chosen = complete_design(space, {**space.baseline, **choices})
     analysis = analyse_design(Evaluator(space), chosen, response_times=response_times)
-    analysis = replace(analysis, warnings=(*analysis.warnings, *_unused(space, given, analysis.decisions)))
+    analysis = replace(analysis, warnings=(*analysis.warnings, *_unused(space, choices, analysis.decisions)))
     counted = with_contention(space)
     if counted is None or analysis.breaches:
         return analysis
     return replace(analysis, contended=judge(ContentionReferee(counted, of_fronts=False), analysis.design))
 
 
-def _unused(space: Space, given: Mapping[int, int], decisions: Mapping[str, str]) -> Iterator[str]:
+def _unused(space: Space, choices: Mapping[int, int], decisions: Mapping[str, str]) -> Iterator[str]:
     """Which decisions were given although the design has no use for them."""
-    for index, option in given.items():
+    for index, option in choices.items():
         decision = space.decisions[index]
         if decision.is_open and decision.name not in decisions:
             yield f"{decision.name} = {decision.options[option]} was given, but changes nothing: it is not used here"

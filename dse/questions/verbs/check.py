@@ -31,7 +31,7 @@ from dse.support.errors import EXIT_COMPLETE, EXIT_INVALID, TooLargeError
 from dse.support.json_fields import Data, Json, Of, Unit
 from dse.support.timelimit import OutOfTime, TimeLimit, look_at_the_clock, until
 from dse.support.units import TimeRange
-from dse.support.units.text import writable
+from dse.support.units.text import count_words, writable
 
 if TYPE_CHECKING:
     import pandas
@@ -111,6 +111,11 @@ class Description(Answer):
         """
         return self.space.unread
 
+    def _verdict(self) -> str:
+        size = f"{count_words(len(self.decisions), 'decision')}, at most {count_words(self.size, 'design')}"
+        remarks = f", {count_words(len(self.remarks), 'remark')}" if self.remarks else ""
+        return f"{'too large' if self.too_large else 'valid'}, {size}{remarks}"
+
     def frame(self) -> pandas.DataFrame:
         """The open decisions; columns ``decision`` and ``options``, one text.
 
@@ -152,7 +157,7 @@ class Description(Answer):
 
     @property
     def implied(self) -> list[str]:
-        """The limits that nobody states: 100 % of cores, bandwidths and exclusive buses.
+        """The limits that apply without being stated: 100 % of cores, bandwidths and exclusive buses.
 
         Texts in the form of `requirements`.
         """
@@ -214,13 +219,13 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
     >>> dse.check("pump.yaml").size
     48
     """
-    asked = load(problem).ask(**question)
-    space = asked.space
+    problem_asked = load(problem).ask(**question)
+    space = problem_asked.space
     decisions = tuple(item for item in space.decisions if item.is_open)
     evaluator, ends = Evaluator(space), Ends(space)
     unread = (f"{item.reason} ({item.origin})" for item in space.unread)
     unfinished: list[str] = []
-    found = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
+    impossible_demands = _in_time(impossible(evaluator.limits, ends), unfinished, "which requirements no design meets")
     asked_for = iter(()) if space.unchecked else too_large(evaluator, ends)
     sums = _in_time(asked_for, unfinished, "whether sums stay within exact arithmetic")
     remarks = (
@@ -228,26 +233,26 @@ def check(problem: Source, **question: Unpack[Question]) -> Description:
         *_lists_for_ranges(space),
         *_in_time(_remarks(space), unfinished, "what else there is to remark"),
         *_setting_remarks(space),
-        *_costs_of_nothing(asked),
-        *_rounded(asked),
+        *_costs_of_nothing(problem_asked),
+        *_rounded(problem_asked),
     )
-    return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), found, *sums)
+    return Description(space, decisions, space_size(space), (*sums, *unfinished, *remarks), impossible_demands, *sums)
 
 
 def _in_time(items: Iterator[T], unfinished: list[str], what: str) -> tuple[T, ...]:
     """The items that are found within `TIME_S`; where that is too short, `unfinished` takes a note of it."""
-    found: list[T] = []
+    finished: list[T] = []
     try:
         with until(TimeLimit.after(TIME_S)):
-            found.extend(items)
+            finished.extend(items)
     except OutOfTime:
         look_at_the_clock()
         unfinished.append(f"{what} was not found out within {TIME_S:g} s")
-    return tuple(found)
+    return tuple(finished)
 
 
 def _setting_remarks(space: Space) -> Iterator[str]:
-    """What the settings make of what is stated."""
+    """Remarks on stated fields that the settings ignore."""
     there = [item for item in space.components if any(leaf is not None for leaf in leaves(item.deadline_ns))]
     idle = [item.name for item in there if item.processor is None]
     if idle and space.profile == "dse":
@@ -257,13 +262,13 @@ def _setting_remarks(space: Space) -> Iterator[str]:
 
 
 def _rounded(problem: Problem) -> Iterator[str]:
-    """What counts otherwise than it is written, for want of a finer unit."""
+    """Remarks on figures that are rounded because there is no finer unit."""
     exact = () if problem.space.profile == "dse" else ("data_size", "type_size", "overhead")
     figures = rounded_figures(problem.loaded)
-    found = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
-    yield from found[:MOST_ROUNDED]
-    if len(found) > MOST_ROUNDED:
-        yield f"{len(found) - MOST_ROUNDED} more figures are rounded likewise"
+    rounded = [f"{path}: {note}" for path, note in figures if path.rpartition(".")[2] not in exact]
+    yield from rounded[:MOST_ROUNDED]
+    if len(rounded) > MOST_ROUNDED:
+        yield f"{len(rounded) - MOST_ROUNDED} more figures are rounded"
 
 
 def _lists_for_ranges(space: Space) -> Iterator[str]:
@@ -271,7 +276,7 @@ def _lists_for_ranges(space: Space) -> Iterator[str]:
 
     A list that a rule or the baseline names is meant as one.
     """
-    told: dict[str, None] = {}
+    remarks: dict[str, None] = {}
     for index, item in enumerate(space.decisions):
         if (
             len(item.values) != 2
@@ -283,22 +288,22 @@ def _lists_for_ranges(space: Space) -> Iterator[str]:
         low, high = item.options
         if isinstance(first, TimeRange):
             if first.min_ns == first.max_ns < second.min_ns == second.max_ns:
-                told[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
+                remarks[f"{item.name}: two options, {ONE_TAKEN}; a range is written `{low} .. {high}`"] = None
         elif item.field in DEMANDS_OF_ONE and first < second:
-            told[f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"] = (
-                None
-            )
-    yield from told
+            remarks[
+                f"{item.name}: two options, {ONE_TAKEN}; where it may be either, state the larger alone: `{high}`"
+            ] = None
+    yield from remarks
 
 
 def _limited(space: Space) -> set[tuple[str, int | None]]:
     """The kind and index of every metric that has an upper limit, also by a limit on the greatest of several."""
-    found = set()
+    limited = set()
     for item in space.requirements:
         if not item.implied and item.operator in ("<=", "<", "=="):
             alone = [part[0][1] for part in item.metric.operands if len(part) == 1 and item.metric.kind == "max"]
-            found |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
-    return found
+            limited |= {(metric.kind, metric.index) for metric in (item.metric, *alone)}
+    return limited
 
 
 def _idle(space: Space) -> Iterator[str]:
@@ -315,7 +320,7 @@ def _idle(space: Space) -> Iterator[str]:
 
 
 def _costs(part: Slot | Component) -> str:
-    """What a part adds to the sums of a design, in words; "" for nothing."""
+    """The price, power and totals that a part adds to a design, in words; "" for none."""
     figures = part.figures
     trees = {"price": figures.price_ct, "power": figures.power_mw, **figures.totals}
     return " and ".join(name for name, tree in trees.items() if any(leaf for leaf in leaves(tree)))
@@ -332,7 +337,7 @@ def _shares(space: Space) -> Iterator[str]:
             yield f"{item.text} compares the sum over all cores, not each thread and core: `{upper}` limits these too"
         is_upper = item.is_upper and not item.implied
         if is_upper and (of := overload_needed(space, item, item.limit.value)):
-            yield f"{item.text} lifts no implied limit: 100 % counts all the same, unless `overload: allowed` for {of}"
+            yield f"{item.text} lifts no implied limit: 100 % applies anyway, unless `overload: allowed` for {of}"
 
 
 def _remarks(space: Space) -> Iterator[str]:
@@ -352,7 +357,7 @@ def _remarks(space: Space) -> Iterator[str]:
             yield f"no limit on the load of {bus.name} is stated: {said}"
         obstacle = busy_obstacle(space, number) if any(leaves(bus.exclusive)) else ""
         if obstacle and space.overload == "forbidden" and not bus.overload:
-            yield f"the time of {bus.name} is not limited, although it is exclusive: its busy time {obstacle}"
+            yield f"the busy time of {bus.name} is not limited, although it is exclusive: it {obstacle}"
     yield from _idle(space)
     yield from problem_remarks(space)
     yield from _shares(space)
@@ -367,7 +372,7 @@ def _remarks(space: Space) -> Iterator[str]:
 
 
 def _uncounted_changes(space: Space) -> Iterator[str]:
-    """What could change unseen where changes are counted, and costs that nothing has."""
+    """Remarks on changes that are not counted although changes are an objective or limit, and on unused costs."""
     if asks_for_changes(space):
         counted = {index for index, _, _ in counted_decisions(space)}
         left = [
@@ -410,8 +415,8 @@ def too_large(evaluator: Evaluator, ends: Ends) -> Iterator[str]:
         when the limit in force comes before it is known.
     """
     measures = [*evaluator.objectives, *(limit.measure for limit in evaluator.limits)]
-    found = (largest(ends, measure) for measure in measures)
-    if all(figure is not None and figure < SURELY_EXACT for figure in found):
+    sums = (largest(ends, measure) for measure in measures)
+    if all(figure is not None and figure < SURELY_EXACT for figure in sums):
         return
     from dse.encode.model import encode
 

@@ -62,9 +62,9 @@ def compare(one: Side, other: Side, problem: str | Path | None = None) -> Design
             raise UsageError(str(error)) from error
     if isinstance(first, Result) or isinstance(second, Result):
         raise UsageError("a whole result compares with a result; name a design of it (RESULT.json#ID)")
-    found = compare_designs(names, _analysis(first, second), _analysis(second, first))
+    comparison = compare_designs(names, _analysis(first, second), _analysis(second, first))
     return replace(
-        found, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _ComparedDesign)))
+        comparison, carried=_carried(*(side.result for side in (first, second) if isinstance(side, _ComparedDesign)))
     )
 
 
@@ -78,7 +78,7 @@ class _ComparedDesign:
 
 
 def _read(side: Side, problem: str | Path | None) -> Result | Analysis | _ComparedDesign | None:
-    """What a side means; None for the baseline of the other."""
+    """The result or design that a side names; None for the baseline of the other side's problem."""
     if isinstance(side, Result | Analysis):
         return side
     if isinstance(side, RobustResult):
@@ -102,7 +102,7 @@ def _carried(*results: Result) -> tuple[str, ...]:
 
 
 def _name(side: Side) -> str:
-    """What a side is called."""
+    """The name of a side in titles."""
     if isinstance(side, Result | RobustResult):
         return side.problem.name
     return f"a design of {side.space.name}" if isinstance(side, Analysis) else str(side)

@@ -106,11 +106,11 @@ def compare_measured(
     paths = [Path(item) for item in files]
     observed, unused = read_observed([path for path in paths if not _is_recording(path)])
     texts = decisions_as_texts(design)
-    asked = with_stated_cores(load(problem).ask(**question), texts)
-    chosen = chosen_design(asked.space, list(texts))
-    bench = _Bench(asked, chosen, share)
+    problem_asked = with_stated_cores(load(problem).ask(**question), texts)
+    chosen = chosen_design(problem_asked.space, list(texts))
+    bench = _Bench(problem_asked, chosen, share)
     for path in filter(_is_recording, paths):
-        shown, others = _read_recording(path, asked.loaded.spec)
+        shown, others = _read_recording(path, problem_asked.loaded.spec)
         if not shown:
             raise UsageError(f"{path}: nothing in it is of this problem ({'; '.join(others)})")
         observed += shown
@@ -127,11 +127,11 @@ def compare_measured(
         raise ProblemError(bench.mistakes)
     columns = [f"columns that say nothing for this: {', '.join(unused[:12])}"] if unused else []
     return MeasuredComparison(
-        problem=asked.name,
+        problem=problem_asked.name,
         files=tuple(str(item) for item in files),
-        decisions=decisions_of(asked.space, chosen),
+        decisions=decisions_of(problem_asked.space, chosen),
         tolerance=share,
-        currency=asked.space.currency,
+        currency=problem_asked.space.currency,
         predictions=tuple(bench.predictions),
         inputs=tuple(bench.inputs),
         requirements=tuple(bench.kept()),
@@ -141,11 +141,11 @@ def compare_measured(
 
 def _merged(observed: Sequence[Observed]) -> list[Observed]:
     """Each figure once: what several files and recordings say of it counts together."""
-    found: dict[tuple[str, str, bool], Observed] = {}
+    merged: dict[tuple[str, str, bool], Observed] = {}
     for item in observed:
         key = (item.figure, item.name, UNITS[canonical_unit(item.unit)][1] == FREQUENCY)
-        found[key] = found[key].merged(item) if key in found else item
-    return list(found.values())
+        merged[key] = merged[key].merged(item) if key in merged else item
+    return list(merged.values())
 
 
 class _UnknownError(Exception):
@@ -201,14 +201,14 @@ class _Bench:
         if item.figure == "latency":
             least = self._limit(replace(item, figure="min latency"), item.low)[1]
         seen = Seen(low[2], top, mean, item.count, item.place)
-        found = Prediction(name, unit, least, value, seen)
+        prediction = Prediction(name, unit, least, value, seen)
         outside = None
         if item.samples:
             scale = top / item.high if item.high else Fraction(1)
             outside = sum(
                 sample * scale > value or (least is not None and sample * scale < least) for sample in item.samples
             )
-        self.predictions.append(replace(found, outside=outside))
+        self.predictions.append(replace(prediction, outside=outside))
         self.shown[name] = low[2], top
         if item.figure == "latency":
             self.shown.setdefault(f"min {name}", (low[2], low[2]))
@@ -218,14 +218,16 @@ class _Bench:
         """Name, predicted value, measured value and unit of a metric, the latter as a limit of it would be read."""
         unit = canonical_unit(item.unit)
         text = f"{item.text} <= {format_number(value / UNITS[unit][0])} {unit}"
-        found = read_requirements(self.space, text)
-        if len(found) != 1:
-            raise _UnknownError("say of which", ", ".join(one.metric.name for one in found[:8]))
-        limit = build_limit(self.space, found[0], counted=False)
+        requirements = read_requirements(self.space, text)
+        if len(requirements) != 1:
+            raise _UnknownError("say of which", ", ".join(one.metric.name for one in requirements[:8]))
+        limit = build_limit(self.space, requirements[0], counted=False)
         bound = limit.bound(self.view)
-        if found[0].metric.kind == "utilisation":
-            bound = found[0].limit.value * PPM  # the sum, in parts of one core: a limit would be that of each core
-        return found[0].metric.name, limit.measure.value(self.view), bound, limit.measure.unit
+        if requirements[0].metric.kind == "utilisation":
+            bound = (
+                requirements[0].limit.value * PPM
+            )  # the sum, in parts of one core: a limit would be that of each core
+        return requirements[0].metric.name, limit.measure.value(self.view), bound, limit.measure.unit
 
     # --- figures of the file
 
@@ -282,10 +284,10 @@ class _Bench:
             rate = rate_hz(self.space, ("activation", number), self.view)
             return _Stated("components", number, (), Fraction(rate), Fraction(rate), "Hz", FREQUENCY)
         field = "callback_ns" if item.figure == "callback execution time" else "execution_ns"
-        found = at(getattr(component, field), self.view)
-        if found is None:
+        tree = at(getattr(component, field), self.view)
+        if tree is None:
             raise _UnknownError("the file states none, as far as this design goes")
-        return _Stated("components", number, (field,), Fraction(found.min_ns), Fraction(found.max_ns), "ns", TIME)
+        return _Stated("components", number, (field,), Fraction(tree.min_ns), Fraction(tree.max_ns), "ns", TIME)
 
     def _of_connection(self, item: Observed, number: int) -> _Stated:
         connection = self.space.connections[number]
@@ -334,10 +336,10 @@ class _Bench:
 
 def _analysed(space: Space, design: Design) -> Analysis:
     refuse_unchecked(space)
-    found = analyse_design(Evaluator(space), design)
-    if found.breaches:
-        raise UsageError(f"with the measured figures the design is not valid: {'; '.join(found.breaches)}")
-    return found
+    analysis = analyse_design(Evaluator(space), design)
+    if analysis.breaches:
+        raise UsageError(f"with the measured figures the design is not valid: {'; '.join(analysis.breaches)}")
+    return analysis
 
 
 def _known(name: str, names: Mapping[str, int], kind: str) -> int:
@@ -386,7 +388,7 @@ def _is_trace(path: Path) -> bool:
 
 
 def _read_recording(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
-    """What a trace or bag shows of the threads and connections of a problem, and what it has besides.
+    """The observations of a trace or bag about the threads and connections of a problem, and remarks on the rest.
 
     Callbacks are found by their node (the process of the thread, or its name in `ros2`) and their period or topic;
     topics by the name that an import gives their connection: ``/front/image`` is ``front.image``.
@@ -402,24 +404,24 @@ def _read_recording(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
 
 
 def _summary(figure: str, name: str, path: Path, values: Sequence[int], unit: str, scale: int) -> Observed:
-    found = Observed(figure, name, f"{path}:0", unit, Fraction(min(values), scale), Fraction(max(values), scale))
-    found.count, found.total = len(values), Fraction(sum(values), scale)
-    return found
+    observed = Observed(figure, name, f"{path}:0", unit, Fraction(min(values), scale), Fraction(max(values), scale))
+    observed.count, observed.total = len(values), Fraction(sum(values), scale)
+    return observed
 
 
 def _of_trace(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
-    found: list[Observed] = []
+    observed: list[Observed] = []
     others: list[str] = []
     for one in read_seen(path):
         names = _threads_of(one, spec)
         if len(names) != 1:
             others.append(one.name)
             continue
-        found.append(_summary("execution time", names[0], path, one.durations_ns, "ns", NS))
+        observed.append(_summary("execution time", names[0], path, one.durations_ns, "ns", NS))
         gaps = [later - earlier for earlier, later in pairwise(one.starts_ns)]
         if one.period_ns is not None and gaps:
-            found.append(_summary("period", names[0], path, gaps, "ns", NS))
-    return found, [f"callbacks of {path.name} that are no threads here: {', '.join(others)}"[:500]] if others else []
+            observed.append(_summary("period", names[0], path, gaps, "ns", NS))
+    return observed, [f"callbacks of {path.name} that are no threads here: {', '.join(others)}"[:500]] if others else []
 
 
 def _threads_of(one: Callback, spec: Spec) -> list[str]:
@@ -456,7 +458,7 @@ def _targets(topic: str, spec: Spec) -> Iterator[str]:
 
 
 def _of_bag(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
-    found: list[Observed] = []
+    observed: list[Observed] = []
     others: list[str] = []
     for topic in read_bag(path):
         wires = list(_wires_of(topic.name, spec))
@@ -465,10 +467,12 @@ def _of_bag(path: Path, spec: Spec) -> tuple[list[Observed], list[str]]:
         for wire in wires:
             size = Observed("data size", wire, f"{path}:0", "B", Fraction(topic.least), Fraction(topic.most))
             size.count, size.total = topic.count, Fraction(topic.mean) * topic.count
-            found.append(size)
+            observed.append(size)
             if topic.mean_ns and topic.shortest_ns is not None and topic.longest_ns is not None:
                 ends = Fraction(max(1, topic.shortest_ns), NS), Fraction(max(1, topic.longest_ns), NS)
                 rate = Observed("rate", wire, f"{path}:0", "ns", *ends)
                 rate.count, rate.total = topic.count - 1, Fraction(topic.mean_ns) / NS * (topic.count - 1)
-                found.append(rate)
-    return found, [f"topics of {path.name} that are no connections here: {', '.join(others)}"[:500]] if others else []
+                observed.append(rate)
+    return observed, [
+        f"topics of {path.name} that are no connections here: {', '.join(others)}"[:500]
+    ] if others else []

@@ -195,10 +195,9 @@ def _check_same(result: Result, design: Design, space: Space) -> None:
 
 
 def figures(space: Space, design: Design) -> dict[str, Fraction]:
-    """Every metric of a design but how much it changes, exact, by name.
+    """Every metric of a design except `changes`, exact, by name.
 
-    Names of metrics to exact values in base units. An export is read back and must give equal figures before it is
-    written.
+    Names of metrics to exact values in base units. An export is read back; it is written only if its figures are equal.
     """
     view = View(design)
     metrics = Evaluator(space).metrics
@@ -278,8 +277,9 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
         for item in taken
     }
     name = f"{imported.root.rpartition('::')[2].partition('.')[0]}_chosen"
-    text, given = (
-        ChosenModel(model, writer, before, chosen, title, name, refined).text(told) for told in ({}, responses)
+    text, wanted = (
+        ChosenModel(model, writer, before, chosen, title, name, refined).text(refined_by)
+        for refined_by in ({}, responses)
     )
     with tempfile.TemporaryDirectory() as place:
         for number, file in enumerate(model.library.files):
@@ -295,7 +295,7 @@ def _chosen(result: Result, design: Design, title: str, imported: Imported, resp
     ]
     if differing:
         raise UsageError(f"AADL cannot say all of this design: in the model it would have another {differing[0]}")
-    return given
+    return wanted
 
 
 def _is_imported_copy(result: Result) -> bool:
@@ -332,10 +332,10 @@ def _base(path: Path, imported: Imported, taken: Sequence[Subsystem]) -> Space:
 
 def _responses(result: Result, design: Design) -> Responses:
     """The best and worst response time of each thread, in ns; of those without a bound none."""
-    found = analyse_design(Evaluator(result.space), design, response_times=True).responses
+    analysis = analyse_design(Evaluator(result.space), design, response_times=True).responses
     return {
         item.name: (item.best_ns, item.response_ns)
-        for responses in found.values()
+        for responses in analysis.values()
         for item in responses
         if item.part == "thread" and item.response_ns is not None
     }
@@ -355,8 +355,8 @@ def _of_nothing(document: Mapping[str, Any], left_out: list[str], path: str) -> 
     """The requirement or objective that makes no sense in this design any more, or the name of such a metric."""
     if path.startswith("metrics."):
         return path.removeprefix("metrics.")
-    found = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
-    if found is None:
+    match = re.fullmatch(r"(requirements|objectives)\[(\d+)\]", path)
+    if match is None:
         return None
-    stated = [text for text in document[found[1]] if text not in left_out]
-    return str(stated[int(found[2])])
+    stated = [text for text in document[match[1]] if text not in left_out]
+    return str(stated[int(match[2])])

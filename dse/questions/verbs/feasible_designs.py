@@ -42,7 +42,7 @@ def feasible_designs(result: Result) -> Feasible | None:
     try:
         tables = build_tables(Evaluator(result.space))
         is_judged = tables.waits is not None or not tables.bounds_are_exact
-        found = exhaust(tables, MOST_JUDGED if is_judged else MOST_ROWS)
+        exhaustion = exhaust(tables, MOST_JUDGED if is_judged else MOST_ROWS)
     except (TooLarge, TooMany):
         return None
     signs = [1 if objective.sense == "minimise" else -1 for objective in result.objectives]
@@ -51,9 +51,9 @@ def feasible_designs(result: Result) -> Feasible | None:
             without_stand_in(result.space, info.metric, objective.unit, sign * int(value))
             for info, objective, sign, value in zip(result.space.objectives, result.objectives, signs, row, strict=True)
         )
-        for row in found.vectors
+        for row in exhaustion.vectors
     }
     front = {tuple(point.objectives[info.name] for info in result.objectives) for point in result.front}
     if len(rows) > MOST_VECTORS or not front <= rows:  # a robust front has the worst figures of its designs
         return None
-    return Feasible(len(found.designs), tuple(sorted(rows)))
+    return Feasible(len(exhaustion.designs), tuple(sorted(rows)))

@@ -132,20 +132,20 @@ def _ends(option: str, text: str, example: str) -> tuple[str, str]:
 def _shares(text: str) -> tuple[Fraction, Fraction]:
     low, high = _ends("--quantiles", text, "1 % .. 99 %")
     try:
-        found = parse_ratio(low), parse_ratio(high)
+        shares = parse_ratio(low), parse_ratio(high)
     except UnitError as error:
         raise UsageError(f"--quantiles {text}: {error}") from error
-    if not found[0] < found[1] <= 1:
+    if not shares[0] < shares[1] <= 1:
         raise UsageError(f"--quantiles {text}: expected shares from 0 % to 100 %, the lower one first")
-    return found
+    return shares
 
 
 def _sizes(option: str, text: str) -> Sizes:
     low, high = _ends(option, text, "3 KB .. 7.5 KB")
     try:
-        found = parse_size_bytes(low), parse_size_bytes(high)
+        sizes = parse_size_bytes(low), parse_size_bytes(high)
     except UnitError as error:
         raise UsageError(f"{option} {text}: {error}") from error
-    if found[0] > found[1]:
+    if sizes[0] > sizes[1]:
         raise UsageError(f"{option} {text}: the lower size comes first")
-    return found
+    return sizes

@@ -83,21 +83,21 @@ def import_file(
     >>> print(import_file("idle.aadl").text.splitlines()[1])
     name: "p::s.i"
     """
-    given = {name: value for name, value in options.items() if value is not None}
+    stated = {name: value for name, value in options.items() if value is not None}
     paths = [Path(item) for item in ([path] if isinstance(path, str | Path) else path)]
     if not paths:
         raise UsageError("no file is named")
     if form is not None and len(paths) > 1:
         raise UsageError("--format: of several files each one tells its format by itself")
-    cores = {"cores": given["cores"]} if "cores" in given else {}
+    cores = {"cores": stated["cores"]} if "cores" in stated else {}
     traces = {Path(item): read_foreign(Path(item), TRACE, cores) for item in times if is_trace(Path(item))}
-    found = _several(paths, form, given, traces)
-    document, remarks = dict(found.document), found.remarks
+    imported = _several(paths, form, stated, traces)
+    document, remarks = dict(imported.document), imported.remarks
     if times or bags:
         from dse.questions.verbs.import_times import with_bag, with_times
 
         if times:
-            document, said = with_times(found, times, traces)
+            document, said = with_times(imported, times, traces)
             remarks += said
         for bag in bags:
             document, said = with_bag(document, Path(bag))
@@ -108,7 +108,7 @@ def import_file(
 def _several(
     paths: Sequence[Path], form: str | None, options: Mapping[str, Any], traces: Mapping[Path, Imported]
 ) -> Imported:
-    """What all files say; each option goes to those whose format has it. What traces show is known to all of them."""
+    """The merged content of all files; each option goes to the files whose format has it, traces inform all files."""
     importers = [None if _is_problem(path, form) else importer_of(path, form) for path in paths]
     known = {name for item in importers if item is not None for name in item.options}
     for name in options:
@@ -130,27 +130,27 @@ def _several(
         if item is not None and item.name == TRACE
     }
     seen = {key: of for item in (*traces.values(), *read_before.values()) for key, of in item.publishers.items()}
-    found: Imported | None = None
+    imported: Imported | None = None
     for number in (*order, *late):
         importer = importers[number]
         own = own_options(importer)
         if seen:
             own[PUBLISHERS] = seen
-        if number in late and found is not None:
-            own[NODES] = _nodes(found)
+        if number in late and imported is not None:
+            own[NODES] = _nodes(imported)
         is_own = importer is None and _is_problem(paths[number], form)
         if number in read_before:
             read = read_before[number]
         else:
             read = _problem(paths[number]) if is_own else read_foreign(paths[number], form, own)
-        found = read if found is None else merged(found, read)
-    assert found is not None
-    return found
+        imported = read if imported is None else merged(imported, read)
+    assert imported is not None
+    return imported
 
 
-def _nodes(found: Imported) -> list[str]:
+def _nodes(imported: Imported) -> list[str]:
     """The nodes whose timers a parameter file may concern: those with timers, or of which nothing is known."""
-    return list(dict.fromkeys(node_of(text) for text in found.entities.values() if "@Subscription" not in text))
+    return list(dict.fromkeys(node_of(text) for text in imported.entities.values() if "@Subscription" not in text))
 
 
 def _is_problem(path: Path, form: str | None) -> bool:

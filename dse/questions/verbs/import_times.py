@@ -54,8 +54,8 @@ def with_times(
         timed |= found_in
         remarks += said
     by_thread: dict[str, list[Execution]] = {}
-    found = fit_measurements(tables, FitOptions()) if tables else None
-    for item in in_time(found.executions if found is not None else (), every=10):
+    fitted = fit_measurements(tables, FitOptions()) if tables else None
+    for item in in_time(fitted.executions if fitted is not None else (), every=10):
         name = _thread_of(item, {**dict.fromkeys(threads), **imported.aliases})
         if name is None:
             hint = did_you_mean(item.name, [key.replace(".", "_") for key in threads], 0.5)
@@ -67,8 +67,8 @@ def with_times(
     if not by_thread and not timed:
         raise UsageError(f"{files[0]}: it has no times of threads that there are: {', '.join(list(threads)[:8])}")
     missing = [name for name in threads if name not in by_thread and name not in timed]
-    if found is not None and by_thread:
-        document = _filled(document, found, by_thread)
+    if fitted is not None and by_thread:
+        document = _filled(document, fitted, by_thread)
     document["assumptions"] = _assumptions(document, missing)
     return document, (*remarks, *_missing(missing))
 
@@ -145,27 +145,29 @@ def _from_trace(
         key = "threads.{}.compute_execution_time.max"
         if key.format(name) in there.get("uncertainty", {}):
             uncertain[key.format(own)] = there["uncertainty"][key.format(name)]
-    found = {**document, "threads": threads}
+    with_threads = {**document, "threads": threads}
     if not imported.is_own and "processor_types" in document:
-        found["processor_types"] = _with_cores(document["processor_types"], there["processor_types"])
+        with_threads["processor_types"] = _with_cores(document["processor_types"], there["processor_types"])
     if uncertain:
-        found = {key: value for key, value in found.items() if key != "uncertainty"} | {"uncertainty": uncertain}
-    return found, timed, remarks
+        with_threads = {key: value for key, value in with_threads.items() if key != "uncertainty"} | {
+            "uncertainty": uncertain
+        }
+    return with_threads, timed, remarks
 
 
 def _with_cores(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> dict[str, Any]:
     """Types of computers with the cores that a trace shows, where these are more."""
-    found = dict(ours)
+    merged = dict(ours)
     for name, body in theirs.items():
         if name in ours and body["cores"] > ours[name].get("cores", 0):
-            found[name] = {**ours[name], "cores": body["cores"], "source": body["source"]}
-    return found
+            merged[name] = {**ours[name], "cores": body["cores"], "source": body["source"]}
+    return merged
 
 
 def _with_period(
     name: str, ours: Mapping[str, Any], theirs: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """A thread with the period of its timer in a trace, which counts; that they differ is told."""
+    """A thread with the period of its timer in a trace, which counts, with a remark where they differ."""
     if ours["period"] == theirs["period"]:
         return dict(ours), []
     first, second = (str(of.get("source", ""))[:200] for of in (ours, theirs))
@@ -180,15 +182,15 @@ def _thread_of(item: Execution, threads: Mapping[str, str | None]) -> str | None
     texts = [f"{group.component}/{group.thread}", group.thread, group.component, item.name]
     for text in texts:
         name = ".".join(part for part in text.split("/") if part)
-        found = name if name in threads else plain.get(name.replace(".", "_").strip("_")) if name else None
-        if found is not None:
-            return threads[found] or found
+        thread_name = name if name in threads else plain.get(name.replace(".", "_").strip("_")) if name else None
+        if thread_name is not None:
+            return threads[thread_name] or thread_name
     return None
 
 
-def _filled(document: dict[str, Any], found: Fit, by_thread: Mapping[str, list[Execution]]) -> dict[str, Any]:
+def _filled(document: dict[str, Any], fitted: Fit, by_thread: Mapping[str, list[Execution]]) -> dict[str, Any]:
     """The document with a thread type for each measured thread."""
-    figures = catalogue(found, None)
+    figures = catalogue(fitted, None)
     names = {item.name for items in by_thread.values() for item in items}
     types = {name: body for name, body in figures["thread_types"].items() if name in names}
     uncertain = {

@@ -105,12 +105,12 @@ def insisted(
     """
     space = result.space
     wanted = open_options(space)
-    found: Fronts = {}
+    fronts: Fronts = {}
     if result.status == "infeasible":
-        found = {one: ("infeasible", []) for one in wanted}
+        fronts = {one: ("infeasible", []) for one in wanted}
     else:
-        _search(result, [one for one in wanted if one not in found], machines, limit, found, tell)
-    return replace(result, insisting=_gathered(result, wanted, found))
+        _search(result, [one for one in wanted if one not in fronts], machines, limit, fronts, tell)
+    return replace(result, insisting=_gathered(result, wanted, fronts))
 
 
 def _search(
@@ -118,10 +118,10 @@ def _search(
     wanted: Sequence[tuple[int, int]],
     machines: Machines,
     limit: TimeLimit,
-    found: Fronts,
+    fronts: Fronts,
     tell: Callable[[int, int], None],
 ) -> None:
-    """Fill `found` as far as there is time."""
+    """Fill `fronts` as far as there is time."""
     shared = json.dumps({**result.to_dict(), "insisting": None, "others": []}, ensure_ascii=False)
     payloads = [
         json.dumps({"result": shared, "decision": decision, "option": option, "seed": result.search.seed})
@@ -141,7 +141,7 @@ def _search(
                 )
                 for item in data["front"]
             ]
-            found[wanted[number]] = data["status"], points
+            fronts[wanted[number]] = data["status"], points
             tell(done, len(wanted))
     except (OutOfTime, KeyboardInterrupt):
         return  # what is missing is incomplete
@@ -189,23 +189,23 @@ def _counted(figures: Mapping[str, int | None]) -> dict[str, int]:
 
 @lru_cache(maxsize=1)
 def _prepared(result: str) -> Insistence:
-    """What all options share, made once in each process."""
+    """The search state that all options share, made once in each process."""
     data = json.loads(result)
     del data["insisting"]
-    asked, search = search_of(data, data["problem"]["file"], None)
-    return Insistence(Evaluator(asked.space), search)
+    problem_asked, search = search_of(data, data["problem"]["file"], None)
+    return Insistence(Evaluator(problem_asked.space), search)
 
 
 def _certain(search: FrontSearch, senses: Sequence[str]) -> list[tuple[tuple[int, ...], Design]]:
     """The points that are on the front, whatever else is: none in a region that is still open."""
-    found = []
+    points = []
     for vector, design in search.points.items():
         signed = [-value if sense == "maximise" else value for value, sense in zip(vector, senses, strict=True)]
         if not any(
             all(value < bound for value, bound in zip(signed, region, strict=True)) for region in search.unexplored
         ):
-            found.append((vector, design))
-    return found
+            points.append((vector, design))
+    return points
 
 
 def _status(search: FrontSearch) -> Status:
@@ -214,14 +214,14 @@ def _status(search: FrontSearch) -> Status:
     return "complete" if search.points else "infeasible"
 
 
-def _gathered(result: Result, wanted: Sequence[tuple[int, int]], found: Fronts) -> Insisting:
+def _gathered(result: Result, wanted: Sequence[tuple[int, int]], fronts: Fronts) -> Insisting:
     """Ids for all points: those of the front have theirs."""
     space = result.space
     ids = {point.design: point.id for point in result.front}
     points: list[InsistedPoint] = []
     options = []
     for decision, option in wanted:
-        status, front = found.get((decision, option), ("incomplete", []))
+        status, front = fronts.get((decision, option), ("incomplete", []))
         for point in front:
             if point.design not in ids:
                 ids[point.design] = len(ids) + 1

@@ -201,12 +201,12 @@ def _read_duration(text: str | None) -> int | None:
     if text is None:
         return None
     try:
-        found = parse_duration_ns(text, Rounding.UP)
+        duration_ns = parse_duration_ns(text, Rounding.UP)
     except UnitError as error:
         raise UsageError(f"duration {text!r}: {error}") from error
-    if found <= 0:
+    if duration_ns <= 0:
         raise UsageError("the simulated time must be positive")
-    return found
+    return duration_ns
 
 
 def _setting(space: Space, plan: Plan, duration_ns: int | None) -> Setting:
@@ -282,12 +282,12 @@ def _messages(space: Space, plan: Plan, record: Observations, view: View) -> Ite
 
 
 def _excuses(plan: Plan, *, bus_contention: bool, endless_queues: bool) -> list[str]:
-    found = [f"{name} alone needs more than one core" for name in plan.overloaded]
+    excuses = [f"{name} alone needs more than one core" for name in plan.overloaded]
     if bus_contention and any(link.bus is not None and link.turn is None for link in plan.links):
-        found.append("messages wait for each other on the buses, which no bound counts")
+        excuses.append("messages wait for each other on the buses, which no bound counts")
     if endless_queues:
-        found.append("more data wait than the stated queue sizes admit")
-    return found
+        excuses.append("more data wait than the stated queue sizes admit")
+    return excuses
 
 
 def _notes(space: Space, plan: Plan, *, contention: bool) -> Iterator[str]:
@@ -318,11 +318,11 @@ def _flows(
         bounds = _bounds(space, flow, view)
         scheduled = _bounds(scheduled_space, flow, View(view.design)) if contention else None
         counter = record.latencies[number]
-        found = [*excuses, *_gaps(space, flow, view), *_late(space, flow, view, contention=contention)]
+        reasons = [*excuses, *_gaps(space, flow, view), *_late(space, flow, view, contention=contention)]
         if contention and plan.guessed:
-            found.append("some threads are dispatched at no stated rate")
+            reasons.append("some threads are dispatched at no stated rate")
         if contention and space.profile == "osate-2.2":
-            found.append("this profile does not count response times")
+            reasons.append("this profile does not count response times")
         most = (scheduled or bounds)[1]
         yield FlowObservation(
             name=flow.name,
@@ -333,14 +333,14 @@ def _flows(
             worst=_extreme(record, number, "max"),
             best=_extreme(record, number, "min"),
             histogram=histogram(counter, min(counter), max(counter), BINS) if counter else (),
-            excuse="; ".join(found),
+            excuse="; ".join(reasons),
         )
 
 
 def _disparities(
     space: Space, record: Observations, view: View, flows: Sequence[FlowObservation], drift_ppm: int
 ) -> Iterator[DisparityObservation]:
-    """What was seen at each component at which flows meet; what excuses a flow excuses it, too, and so do losses."""
+    """The disparities observed where flows meet; an excuse of a flow, and lost data, excuse the component, too."""
     for metric in all_disparities(space, range(len(space.components))):
         parts = {part.name: part for operand in metric.operands for _, part in operand}
         number = int(next(iter(parts.values())).key)
@@ -363,10 +363,10 @@ def _bounds(space: Space, flow: Flow, view: View) -> tuple[Exact, Exact]:
 
 
 def _extreme(record: Observations, flow: int, goal: str) -> Extreme | None:
-    found = record.extremes.get((flow, goal))
-    if found is None:
+    extreme = record.extremes.get((flow, goal))
+    if extreme is None:
         return None
-    latency, setting = found
+    latency, setting = extreme
     return Extreme(latency, setting.offsets_ns, setting.drift_ppm, setting.execution, setting.seed)
 
 
@@ -398,7 +398,7 @@ def _gaps(space: Space, flow: Flow, view: View) -> Iterator[str]:
 
 
 def _late(space: Space, flow: Flow, view: View, *, contention: bool) -> Iterator[str]:
-    """What may end after the deadline at which its data are said to pass."""
+    """Excuses: threads that may end after the deadline at which their data are assumed to pass."""
     longest = bounded_response_ns if contention else longest_alone_ns
     for number in dict.fromkeys(step.index for step in flow.steps if step.kind == "component"):
         component = space.components[number]

@@ -103,8 +103,8 @@ def sizes(
         if not 0 <= length <= LONGEST:
             raise UsageError(f"--length {path}={length}: from 0 to {LONGEST}")
     topics = tuple(topic for bag in bags for topic in read_bag(Path(bag)))
-    found: list[MessageSize] = []
+    measured: list[MessageSize] = []
     if names or definitions or not bags:
         types = Types(distribution, [Path(item) for item in definitions])
-        found = message_sizes(types, names or types.names(), stated)
-    return Sizes(distribution, stated, tuple(found), topics)
+        measured = message_sizes(types, names or types.names(), stated)
+    return Sizes(distribution, stated, tuple(measured), topics)

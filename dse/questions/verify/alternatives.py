@@ -40,22 +40,22 @@ def check_others(bench: Bench, method: Method, deadline: float | None) -> None:
     Findings are noted in `bench`. With `method` (the second proof) it is checked that a group said to be whole has no
     further design; `deadline` is a reading of `time.monotonic()`.
     """
-    listed, asked = bench.data.get("others", []), bench.data.get("others_asked")
-    if not listed and asked is None:
+    listed, wanted = bench.data.get("others", []), bench.data.get("others_asked")
+    if not listed and wanted is None:
         return
     groups = _groups(bench, listed)
-    if asked is None:
+    if wanted is None:
         bench.find("others_asked", "is missing, though there are others")
     elif groups is not None:
-        _check_asked(bench, listed, asked)
+        _check_asked(bench, listed, wanted)
     if groups is None or len(groups) != len(listed):
         return
     evaluator = Evaluator(bench.space)
     for group in groups:
         _check_designs(bench, evaluator, group)
     bench.checked.append(f"the further designs of {len({item['of'] for item in listed})} points")
-    if asked is not None and not any(item.place.startswith("others") for item in bench.findings):
-        _check_more(bench, evaluator, groups, int(asked["count"]), (method, deadline))
+    if wanted is not None and not any(item.place.startswith("others") for item in bench.findings):
+        _check_more(bench, evaluator, groups, int(wanted["count"]), (method, deadline))
 
 
 def _groups(bench: Bench, listed: Sequence[Mapping[str, Any]]) -> list[_Group] | None:
@@ -63,26 +63,26 @@ def _groups(bench: Bench, listed: Sequence[Mapping[str, Any]]) -> list[_Group] |
     if len(bench.designs) != len(bench.data["front"]):
         return None
     by_id = {point["id"]: at for at, point in enumerate(bench.data["front"])}
-    found = []
+    groups = []
     for position, stated in enumerate(listed):
         place = f"others[{position}]"
         if stated["of"] not in by_id:
             bench.find(f"{place}.of", f"there is no point {stated['of']}")
             continue
         at = by_id[stated["of"]]
-        found.append(_Group(place, stated, bench.designs[at], bench.vectors[at], Fraction(stated["within"])))
-    return found
+        groups.append(_Group(place, stated, bench.designs[at], bench.vectors[at], Fraction(stated["within"])))
+    return groups
 
 
-def _check_asked(bench: Bench, listed: Sequence[Mapping[str, Any]], asked: Mapping[str, Any]) -> None:
+def _check_asked(bench: Bench, listed: Sequence[Mapping[str, Any]], wanted: Mapping[str, Any]) -> None:
     """One entry for the very objectives of each point that was asked about, and one for those within the share."""
-    shares = [Fraction(0)] if asked["within"] is None else [Fraction(0), Fraction(asked["within"])]
-    expected = [(point, share) for point in asked["points"] for share in shares]
+    shares = [Fraction(0)] if wanted["within"] is None else [Fraction(0), Fraction(wanted["within"])]
+    expected = [(point, share) for point in wanted["points"] for share in shares]
     stated = [(item["of"], Fraction(item["within"])) for item in listed]
     if stated != expected:
         words = ", ".join(f"{point} within {share}" for point, share in expected) or "nothing"
         bench.find("others", f"is not what was asked for, which is {words}")
-    if len(set(asked["points"])) != len(asked["points"]) or type(asked["count"]) is not int or asked["count"] < 1:
+    if len(set(wanted["points"])) != len(wanted["points"]) or type(wanted["count"]) is not int or wanted["count"] < 1:
         bench.find("others_asked", "asks for nothing that makes sense")
 
 

@@ -224,7 +224,7 @@ def _prove(
 def _check_unexplored(bench: Bench, prover: Prover, open_: Sequence[Bound]) -> None:
     """A stopped search claims that no design dominates its points, and how good what is left may be.
 
-    Of a point in an unexplored region, the best design that it had come across, it does not claim that.
+    Of a point in an unexplored region, the best design that it had found, it does not claim that.
     """
     for vector in bench.vectors:
         if any(inside(vector, region) for region in open_):

@@ -123,14 +123,14 @@ class _Court:
         }
         if not least:
             return
-        found = self._ask(place, [item for item in members if item not in least], list(least.values()))
-        if found is not None and found.answer == "design":
+        design = self._ask(place, [item for item in members if item not in least], list(least.values()))
+        if design is not None and design.answer == "design":
             self.bench.find(
                 f"{place}.by_waiting", "is not so: if no thread waited for another a design would meet all of it"
             )
 
     def examine_together(self, place: str, stated: Sequence[Mapping[str, Any]]) -> None:
-        """What is to be given up together: that it is enough, and none of it too much."""
+        """Check a set of demands that are relaxed together: it is enough, and no smaller part of it is."""
         statements = [self._statement(f"{place}[{position}]", item) for position, item in enumerate(stated)]
         members = [member for statement in statements for member in statement]
         if not all(statements) or not statements:
@@ -169,16 +169,16 @@ class _Court:
         except (ExpressionError, QuestionError):
             said = ()
         known = {(one.metric, one.operator, one.limit) for one in said}
-        found = [
+        statement = [
             demand
             for demand in self.demands
             if isinstance(demand, Requirement)
             and (demand.metric, demand.operator, demand.limit) in known
             and self._place(demand.origin) == meant
         ]
-        if not found:
+        if not statement:
             self.bench.find(place, f"nothing in the question says {item['text']!r}")
-        return found
+        return statement
 
     def _place(self, origin: str) -> str:
         """Where a demand stands; in a file that has changed since only that it stands there."""
@@ -286,7 +286,7 @@ def _own_limit(space: Space, member: Requirement) -> tuple[str, Fraction]:
 
 
 def _claims(space: Space, member: Requirement, own: Fraction, closest: Fraction) -> tuple[list[Limit], list[Limit]]:
-    """What a design must meet to reach the closest limit, and to come nearer than it."""
+    """The demands on a design that reaches the closest limit, and on one that would come nearer."""
     off = _rounding(space, member, closest)
     if member.operator == "==":
         miss = abs(closest - own) - off

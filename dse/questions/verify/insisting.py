@@ -107,7 +107,7 @@ def _points(bench: Bench, listed: Sequence[Mapping[str, Any]]) -> dict[int, _Kno
 def _check_listed(
     bench: Bench, place: str, item: Mapping[str, Any], known: Mapping[int, _Known], chosen: tuple[int, int]
 ) -> None:
-    """What can be said of an option's front without a proof."""
+    """Check the claims about an option's front that need no proof."""
     decision, option = chosen
     unknown = [number for number in item["front"] if number not in known]
     if unknown or item["front"] != sorted(set(item["front"])):

@@ -296,10 +296,10 @@ def _sample_again(bench: Bench, evaluator: Evaluator, design: Design, place: str
     view = View(design)
     for measure in evaluator.metrics:
         if any(term.sampled is not None for term in measure.terms):
-            own, found = own_value(measure, view), measure.value(view)
-            if own != found:
+            own, value = own_value(measure, view), measure.value(view)
+            if own != value:
                 where = f'{place}["{measure.metric.name}"]'
-                bench.find(where, f"is {found} {measure.unit} by the analysis, but {own} release by release")
+                bench.find(where, f"is {value} {measure.unit} by the analysis, but {own} release by release")
 
 
 def _hear(bench: Bench, witness: Witness, design: Design, place: str, called: str) -> None:

@@ -125,7 +125,7 @@ def _checked(data: Mapping[str, Any], found: Belonging, name: str, means: ProofM
             check()
             del waiting[what]
     except OutOfTime:
-        bench.left_open.append(f"the time was too short; not looked at to the end: {', '.join(waiting)}")
+        bench.left_open.append(f"the time was too short; not examined completely: {', '.join(waiting)}")
     except UsageError as error:
         bench.find("problem.effective", str(error))
     return bench

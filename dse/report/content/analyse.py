@@ -16,18 +16,15 @@ from dse.report.amounts import amount_words, slack_words
 from dse.report.page import MINUS, NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.deadlines import deadline_plot
 from dse.report.plots.design import usage_chart, usage_records, waterfall, waterfall_records
-from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.basis import basis_words, counting_words, scale_words
 from dse.report.words.clocks import boundary_blocks
 from dse.report.words.contention import (
-    PROCESSING,
-    arbitration_words,
     bound_words,
     bus_words,
     contended_words,
     core_words,
     overhead_words,
     processing_words,
-    waiting_left_words,
 )
 from dse.report.words.messages import message_tables
 from dse.report.words.reasons import CHAINED, EMPTY_SLOT, GAPS, OTHER_TYPE, REDUCED
@@ -37,7 +34,6 @@ from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
 
-LEFT_OUT = "CPU contention is not in the latencies."
 WATERFALL = (
     "Latency of {}: each bar begins where the worst case of the one before it ends; its solid part is the minimum. "
     "Contributions without time are in the table only."
@@ -61,8 +57,8 @@ USAGE = (
 def analysis_page(analysis: Analysis) -> Page:
     """The verdict with its reasons; then contributor tables, processor and bus tables, metrics.
 
-    A `Page` with the sections *design* (verdict, and what is counted), *overview*, *flows* and *responses*; an invalid
-    design has its breaches only.
+    A `Page` with the sections *design* (verdict, and what is counted),
+    *overview*, *flows* and *responses*; an invalid design has its breaches only.
     """
     chosen = [f"{name.removesuffix('.type')} {value}" for name, value in analysis.decisions.items()]
     design: list[Block] = [Text(f"Design: {', '.join(chosen)}", brief=f"Design: {few(chosen, FEW, 'decisions')}.")]
@@ -108,7 +104,8 @@ def _verdict_words(analysis: Analysis) -> str:
 
 
 def _overview(analysis: Analysis) -> Iterator[Block]:
-    """What is asked of the design, and how full processors and buses are."""
+    """The nearest limits, the use of processors and buses, other metrics and warnings."""
+    yield from listing(analysis.warnings, "warning", 0, "doubtful", brief=1)
     if analysis.verdicts:
         yield _margin_table(analysis)
     used = [(_fullness(usage), _processor_words(usage)) for usage in analysis.processors if _is_used(usage)]
@@ -126,14 +123,17 @@ def _overview(analysis: Analysis) -> Iterator[Block]:
     ]
     if others:
         yield Text(f"Other metrics: {'; '.join(others)}.", brief=f"Other metrics: {few(others, MANY, 'metrics')}.")
-    missed = [item.name for found in analysis.responses.values() for item in found if item.meets_deadline is False]
-    missed += [item.name for found in analysis.messages.values() for item in found if item.meets_deadline is False]
+    missed = [
+        item.name for findings in analysis.responses.values() for item in findings if item.meets_deadline is False
+    ]
+    missed += [
+        item.name for findings in analysis.messages.values() for item in findings if item.meets_deadline is False
+    ]
     yield from texts(f"Missed deadlines: {', '.join(missed)}." if missed else "", tone="wrong")
-    yield from listing(analysis.warnings, "warning", 0, brief=1)
-    found = [finding for flow in analysis.flows for finding in flow.findings]
-    found += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
-    found += [finding for use in analysis.resources for finding in use.findings]
-    severities = sorted(Counter(finding.severity for finding in found).items())
+    findings = [finding for flow in analysis.flows for finding in flow.findings]
+    findings += [finding for usage in analysis.buses if usage.budget is not None for finding in usage.budget.findings]
+    findings += [finding for use in analysis.resources for finding in use.findings]
+    severities = sorted(Counter(finding.severity for finding in findings).items())
     if severities:
         counts = " and ".join(count_words(count, word) for word, count in severities)
         words = f"OSATE's findings: {counts}"
@@ -169,7 +169,7 @@ def _fullness(usage: Usage) -> Fraction:
 
 
 def _core_loads(usage: Usage) -> dict[int, Fraction]:
-    """What each core of a processor with several does, where something runs on it."""
+    """The load of each core of a processor with several cores on which threads run, in ppm."""
     loads: dict[int, Fraction] = {}
     for who, core in usage.cores.items():
         loads[core] = loads.get(core, Fraction(0)) + usage.shares[who]
@@ -203,17 +203,12 @@ def _counted(analysis: Analysis) -> Text:
     processing, buses, kept = processing_words(settings), bus_words(analysis.space), ""
     if analysis.contended is not None:
         said = contended_words(analysis.contended, analysis.space.currency)
-        kept = f"With response times, {core_words(analysis.space)}: {said}"
-    waits = arbitration_words(analysis.space), waiting_left_words(analysis.space)
-    brief = [LEFT_OUT if processing == PROCESSING["execution_time"] else processing, kept, *waits]
+        kept = f"With waiting for the CPU, {core_words(analysis.space)}: {said}"
     is_broken = analysis.contended is not None and bool(analysis.contended.broken)
-    begin = f"Counted  {basis_words(settings)}."
-    return Text(
-        " ".join(filter(None, (begin, processing, kept, buses))),
-        "doubtful" if is_broken else "plain",
-        " ".join(filter(None, (begin, *brief))),
-        hang=9,
-    )
+    whole = " ".join(filter(None, (f"Counted  {basis_words(settings)}.", processing, kept, buses)))
+    counted = counting_words(analysis.space)
+    brief = " ".join(filter(None, ("Counted ", counted, kept))) if counted else ""
+    return Text(whole, "doubtful" if is_broken else "plain", brief, hang=9)
 
 
 def _latency(analysis: Analysis) -> Iterator[Block]:
@@ -264,8 +259,8 @@ def flow_table(flow: FlowTable) -> Table:
     headings: tuple[str, ...] = ("contributor", "minimum", "method", "maximum", "method")
     specified = flow.specified_ns
     if specified is not None and any(specified):
-        told = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
-        rows = [(*row, text) for row, text in zip(rows, told, strict=True)]
+        specified_words = [_specified_words(item) for item in (*(row.specified_ns for row in flow.rows), specified)]
+        rows = [(*row, text) for row, text in zip(rows, specified_words, strict=True)]
         headings = (*headings, "specified")
     return Table(f"Latency of {flow.name}, contribution by contribution", headings, tuple(rows), (1, 3), total=True)
 
@@ -282,8 +277,8 @@ def usage_tables(analysis: Analysis) -> list[Table]:
 
     One table for each processor and each bus with shares; empty slots are left out.
     """
-    found = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
-    return found + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
+    tables = [_usage_table(usage, processor=True) for usage in analysis.processors if usage.shares]
+    return tables + [_usage_table(usage, processor=False) for usage in analysis.buses if usage.shares]
 
 
 def _usage_table(usage: Usage, *, processor: bool) -> Table:
@@ -336,7 +331,7 @@ def verdict_table(analysis: Analysis) -> Table:
 
 
 def _margin_table(analysis: Analysis) -> Table:
-    """What each requirement leaves, as a share of its limit: what is violated and what is nearest first.
+    """The slack of each requirement as a share of its limit: violated ones and the nearest first.
 
     Where each core has a limit the row is about the fullest one, of threads without a core in the partition shown.
     """
@@ -402,16 +397,16 @@ def _verdict_row(analysis: Analysis, verdict: Verdict, digits: int = 6) -> tuple
 
 
 def _fullest_words(verdict: Verdict, digits: int) -> str:
-    """What the fullest core has, where first-fit chooses cores: less of its limit is left than of the sum's."""
-    found = verdict.spread
-    if found is None or not found.is_open or found.status == "undecided":
+    """The fullest core in words, where first-fit chooses cores and its slack is smaller than that of the sum."""
+    assignment = verdict.spread
+    if assignment is None or not assignment.is_open or assignment.status == "undecided":
         return ""
-    used = readable(found.loads[found.fullest - 1] * PPM, "ppm", digits=digits)
-    return f"; core {found.fullest} has {used} by first-fit"
+    used = readable(assignment.loads[assignment.fullest - 1] * PPM, "ppm", digits=digits)
+    return f"; core {assignment.fullest} has {used} by first-fit"
 
 
 def _summed_cores(analysis: Analysis, verdict: Verdict) -> Fraction | None:
-    """What the cores have whose sum a verdict compares, in ppm of one; None where there is one, or one decides."""
+    """The limit on the sum of several cores, in ppm of one core; None for one core, or where one core decides."""
     metric = verdict.requirement.metric
     if metric.kind != "utilisation" or metric.index is None or verdict.who or verdict.limit != verdict.whole_limit:
         return None
@@ -449,7 +444,7 @@ def metric_table(analysis: Analysis, base: Analysis | None = None) -> Table:
 
 
 def _of_cores(analysis: Analysis, name: str) -> str:
-    """What there is in all of the processor whose utilisation a metric is, where it has several cores."""
+    """The capacity of all cores of the processor whose utilisation a metric is; None for one core."""
     for usage in analysis.processors:
         if name == f"utilisation of {usage.name}" and usage.capacity and usage.capacity > PPM:
             return f" of {readable(usage.capacity, 'ppm')}"
@@ -462,15 +457,15 @@ def tightest_limits(analysis: Analysis) -> Mapping[str, Fraction]:
     Names to fractions of the capacity, 1 for 100 %; drawn as the mark across a bar of the usage chart.
     """
     slots = {"utilisation": analysis.processors, "load": analysis.buses}
-    found: dict[str, Fraction] = {}
+    limits: dict[str, Fraction] = {}
     for verdict in analysis.verdicts:
         metric = verdict.requirement.metric
         if metric.kind in slots and verdict.requirement.is_upper and metric.index is not None:
             usage = slots[metric.kind][metric.index]
             if usage.capacity:
                 share = verdict.whole_limit / usage.capacity
-                found[usage.name] = min(found.get(usage.name, share), share)
+                limits[usage.name] = min(limits.get(usage.name, share), share)
         elif metric.kind == "core utilisation" and verdict.requirement.is_upper:
             core, share = metric.name.removeprefix("utilisation of "), verdict.limit / PPM
-            found[core] = min(found.get(core, share), share)
-    return found
+            limits[core] = min(limits.get(core, share), share)
+    return limits

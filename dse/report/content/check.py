@@ -5,7 +5,7 @@ from __future__ import annotations
 from dse.questions.verbs.check import Description
 from dse.report.content.explain import impossible_words
 from dse.report.page import Block, Page, Section, Table, Text, few, listing, texts
-from dse.report.words.basis import basis_words, scale_words
+from dse.report.words.basis import basis_words, counting_words, scale_words
 from dse.space.question.settings import settings_of
 from dse.support.units.text import count_words
 
@@ -35,7 +35,14 @@ def description_page(description: Description) -> Page:
     blocks += _asked(description)
     blocks += texts(scale_words(space))
     blocks += listing(description.remarks, "remark", 0, brief=SCREEN - 1)
-    blocks.append(Text(f"{'Counted':<{HANG}} {basis_words(settings_of(space))}", hang=HANG + 1))
+    basis, counted = f"{basis_words(settings_of(space))}.", counting_words(space)
+    blocks.append(
+        Text(
+            " ".join(filter(None, (f"{'Counted':<{HANG}}", counted, f"{basis[:1].upper()}{basis[1:]}"))),
+            brief=f"{'Counted':<{HANG}} {counted or basis}",
+            hang=HANG + 1,
+        )
+    )
     lead = f"{space.name}: {'too large to search exactly' if description.too_large else 'valid'}"
     return Page(f"{space.name}: the problem", lead, (Section("problem", "What is open and asked", tuple(blocks)),))
 
@@ -44,16 +51,16 @@ def _counts(description: Description) -> list[Block]:
     """The numbers of decisions, designs, requirements, rules and objectives, as text."""
     space = description.space
     parts = [(len(space.requirements), "requirement"), (len(space.rules), "rule"), (len(space.objectives), "objective")]
-    asked = ", ".join(count_words(count, noun) for count, noun in parts if count)
-    asked = f"; {asked}" if asked else ""
+    counted = ", ".join(count_words(count, noun) for count, noun in parts if count)
+    counted = f"; {counted}" if counted else ""
     if not description.decisions:
-        return texts(f"No decision is open: the file states a single design{asked}.")
+        return texts(f"No decision is open: the file states a single design{counted}.")
     begin = f"{count_words(len(description.decisions), 'decision')}, at most {count_words(description.size, 'design')}"
     return [
         Text(
-            f"{begin}{asked}. Designs are combinations of options, before rules, bindings and requirements (a decision "
-            "that is not in use counts once where one other decides on that, else in full).",
-            brief=f"{begin}{asked}",
+            f"{begin}{counted}. Designs are combinations of options, before rules, bindings and requirements (an "
+            "unused decision counts once where a single other decision makes it unused, else in full).",
+            brief=f"{begin}{counted}",
         )
     ]
 
@@ -61,18 +68,18 @@ def _counts(description: Description) -> list[Block]:
 def _asked(description: Description) -> list[Block]:
     """Objectives, limits, rules and flows: a line for each kind, or for each entry where there are many."""
     space = description.space
-    found: list[Block] = []
+    blocks: list[Block] = []
     for title, entries in (
         ("Objectives", [f"{item.sense} {item.metric.name}" for item in space.objectives]),
         ("Limits", [item.shown for item in space.requirements]),
         ("Rules", [item.text for item in space.rules]),
     ):
         if len(entries) > FEW:
-            found += [*texts(f"{title} ({len(entries)}):"), *listing(entries, brief=SCREEN)]
+            blocks += [*texts(f"{title} ({len(entries)}):"), *listing(entries, brief=SCREEN)]
         elif entries:
-            found.append(Text(f"{title:<{HANG}} {'; '.join(entries)}", hang=HANG + 1))
+            blocks.append(Text(f"{title:<{HANG}} {'; '.join(entries)}", hang=HANG + 1))
     flows = [flow.name for flow in space.flows]
     if flows:
         brief = f"{'Flows':<{HANG}} {few(flows, MANY, 'flows')}"
-        found.append(Text(f"{'Flows':<{HANG}} {', '.join(flows)}", brief=brief, hang=HANG + 1))
-    return found
+        blocks.append(Text(f"{'Flows':<{HANG}} {', '.join(flows)}", brief=brief, hang=HANG + 1))
+    return blocks

@@ -22,6 +22,7 @@ from dse.report.words.lateness import delayed_words, late_words, overload_words,
 from dse.report.words.messages import late_message_words
 from dse.report.words.reasons import exclusion_words
 from dse.space.question.open_cores import is_scheduled
+from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, format_number, format_ratio
 from dse.support.units.text import count_words
 
@@ -30,6 +31,8 @@ MOST_DECISIONS = 24
 """Maximum number of decisions of a design in one line."""
 ROOM = 180
 """Letters of a design on a terminal: two lines."""
+MOST_ASKED = 2
+"""Demands of the caller that a title names."""
 MOST_UNSEEN = 4
 """Maximum number of demands of a design that are named though it was not looked at why it breaks them."""
 MOST_REDUCED = 20
@@ -67,15 +70,18 @@ def explanation_page(explanation: Explanation) -> Page:
     _tell_offers(say, explanation)
     _tell_designs(say, explanation)
     if explanation.status != "incomplete" and explanation.left_open:
-        say.strongly("Stopped early. Not looked at:")
+        say.strongly("Stopped early. Left open:")
         for text in explanation.left_open:
             say.item(text)
         say.line("A longer --time-limit looks further.")
     spent = f"{count_words(explanation.solver_calls, 'question')} solved, {explanation.wall_s:.2f} s"
-    say.line(f"{spent}; every design recomputed without the solver.")
+    basis = basis_words(explanation.problem.effective)
+    say.line(f"{spent}; every design recomputed without the solver. {basis[:1].upper()}{basis[1:]}.")
     name = explanation.problem.name
     section = Section("explanation", "Conflicts and relaxations", tuple(say.blocks))
-    return Page(f"{name}: explanation", f"{name} ({basis_words(explanation.problem.effective)})", (section,))
+    limits = dict.fromkeys(item.demand.text for item in explanation.relaxations if item.demand.origin == ORIGIN)
+    lead = f"{name}: {few(list(limits), MOST_ASKED, 'limits')}" if limits else name
+    return Page(f"{name}: explanation", lead, (section,))
 
 
 class _Teller:
@@ -286,7 +292,7 @@ def _because(item: Relaxation) -> str:
 def _tell_designs(say: _Teller, explanation: Explanation) -> None:
     """The designs that were named by letters, with all that they break: what is common to all of them once.
 
-    Where it was not looked at what follows from conflicts nothing else that they break is told.
+    Violations that were not examined are left out.
     """
     if not say.examples:
         return
@@ -353,9 +359,9 @@ MOST_PARTS = 6
 """The greatest number of parts of a figure that are told; the largest."""
 
 
-def _bounds_of(found: Iterable[Impossible]) -> Bounds:
+def _bounds_of(items: Iterable[Impossible]) -> Bounds:
     """Bounds by the text and the place of their requirements."""
-    return {(item.requirement.text, item.requirement.origin): item for item in found}
+    return {(item.requirement.text, item.requirement.origin): item for item in items}
 
 
 def impossible_words(item: Impossible, currency: str) -> str:
@@ -377,7 +383,7 @@ def _bound_words(item: Impossible, currency: str) -> str:
 
 
 def _of_each_core(item: Impossible) -> str:
-    """What a limit on the sum of several cores is of each of them."""
+    """The limit of one core that follows from a limit on the sum of several."""
     requirement = item.requirement
     share = requirement.limit.value * 10**6
     if requirement.metric.kind != "utilisation" or not share or item.limit in (0, share):
@@ -387,11 +393,11 @@ def _of_each_core(item: Impossible) -> str:
 
 def _parts(item: Impossible, currency: str) -> str:
     """The largest parts of a figure."""
-    told = [f"{part.name} {_readable(part.value, item.unit, currency)}" for part in item.parts[:MOST_PARTS]]
+    said = [f"{part.name} {_readable(part.value, item.unit, currency)}" for part in item.parts[:MOST_PARTS]]
     left = item.parts[MOST_PARTS:]
     if left:
-        told.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
-    return f": {', '.join(told)}" if told else ""
+        said.append(f"{len(left)} more {_readable(sum(part.value for part in left), item.unit, currency)}")
+    return f": {', '.join(said)}" if said else ""
 
 
 def _readable(value: Fraction | int, unit: str, currency: str) -> str:
@@ -417,7 +423,7 @@ def _exact(value: Fraction, unit: str, currency: str) -> str:
 
 
 def conflict_blocks(result: Result) -> Iterator[Block]:
-    """Why an infeasible result has no design, in short."""
+    """The conflicts of an infeasible result, in short."""
     for text, items in _conflict_words(result):
         yield from texts(text)
         yield from listing(items)

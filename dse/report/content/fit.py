@@ -98,23 +98,23 @@ def _share(value: float | None) -> str:
     return "-" if value is None else f"{value:.4f}"
 
 
-def _executions(found: tuple[Execution, ...]) -> Iterator[Block]:
+def _executions(executions: tuple[Execution, ...]) -> Iterator[Block]:
     headings = ("thread type", "platform", "least .. greatest", "mean", "deviation", "samples")
-    yield _table(headings, map(_execution_row, found))
-    yield from _remarks(found)
-    for item in found:
+    yield _table(headings, map(_execution_row, executions))
+    yield from _remarks(executions)
+    for item in executions:
         yield from _tails((item.where, tail) for tail in item.tails)
-    yield execution_plot(found)
+    yield execution_plot(executions)
 
 
 def _execution_row(item: Execution) -> tuple[str, ...]:
-    found = item.summary
-    deviation = None if found.is_single else found.deviation_ns
+    summary = item.summary
+    deviation = None if summary.is_single else summary.deviation_ns
     return (
         *(item.name, item.platform),
-        format_time_range(TimeRange(whole(found.min_ns), whole(found.max_ns))),
-        *("-" if value is None else _about(value) for value in (found.mean_ns, deviation)),
-        "1 !" if found.is_single else "-" if found.count is None else str(found.count),
+        format_time_range(TimeRange(whole(summary.min_ns), whole(summary.max_ns))),
+        *("-" if value is None else _about(value) for value in (summary.mean_ns, deviation)),
+        "1 !" if summary.is_single else "-" if summary.count is None else str(summary.count),
     )
 
 
@@ -125,10 +125,10 @@ def _table(headings: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
     return Table("", headings, every, tuple(range(2, len(headings))), brief=len(every), rest=rest)
 
 
-def _remarks(found: Iterable[Transport | Execution]) -> list[Block]:
+def _remarks(models: Iterable[Transport | Execution]) -> list[Block]:
     """Every remark once, with all that it is about, the gravest first: the last are left out where there is no room."""
     about: dict[tuple[int, str], list[str]] = {}
-    for item in found:
+    for item in models:
         for remark in item.remarks:
             if remark.kind != "sample maximum":
                 about.setdefault((GRAVITY.index(remark.kind), remark.text), []).append(item.where)
@@ -136,8 +136,8 @@ def _remarks(found: Iterable[Transport | Execution]) -> list[Block]:
     return listing(said, brief=len(said))
 
 
-def _tails(found: Iterable[tuple[str, Tail]]) -> list[Block]:
-    return listing(f"{where}: {_tail_words(tail)}." for where, tail in found)
+def _tails(tails: Iterable[tuple[str, Tail]]) -> list[Block]:
+    return listing(f"{where}: {_tail_words(tail)}." for where, tail in tails)
 
 
 def _tail_words(tail: Tail) -> str:

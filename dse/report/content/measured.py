@@ -23,39 +23,39 @@ MOST = 8
 REST = "and {} more (--all)"
 
 
-def measured_page(found: MeasuredComparison) -> Page:
+def measured_page(comparison: MeasuredComparison) -> Page:
     """Metrics first, then figures of the file that have drifted, then what becomes of the requirements.
 
     `Page.is_amiss` is set where a prediction or a requirement fails.
     """
-    section = Section("measured", "Predicted and measured", tuple(_blocks(found)))
-    files = ", ".join(found.files)
-    lead = f"{found.problem}, a design of it against {files}"
-    return Page(f"{found.problem} against {files}", lead, (section,), is_amiss=not _is_well(found))
+    section = Section("measured", "Predicted and measured", tuple(_blocks(comparison)))
+    files = ", ".join(comparison.files)
+    lead = f"{comparison.problem}, a design of it against {files}"
+    return Page(f"{comparison.problem} against {files}", lead, (section,), is_amiss=not _is_well(comparison))
 
 
-def _is_well(found: MeasuredComparison) -> bool:
-    return found.is_as_predicted and found.still_holds
+def _is_well(comparison: MeasuredComparison) -> bool:
+    return comparison.is_as_predicted and comparison.still_holds
 
 
-def _blocks(found: MeasuredComparison) -> Iterator[Block]:
-    currency = found.currency
-    drifted = [item for item in found.inputs if item.drifted]
-    tone: Tone = "strong" if _is_well(found) else "wrong"
-    yield from texts(_verdict(found, len(drifted)), tone=tone)
-    if found.predictions:
-        rows = tuple(_prediction(item, currency) for item in found.predictions)
+def _blocks(comparison: MeasuredComparison) -> Iterator[Block]:
+    currency = comparison.currency
+    drifted = [item for item in comparison.inputs if item.drifted]
+    tone: Tone = "strong" if _is_well(comparison) else "wrong"
+    yield from texts(_verdict(comparison, len(drifted)), tone=tone)
+    if comparison.predictions:
+        rows = tuple(_prediction(item, currency) for item in comparison.predictions)
         headings = ("metric", "predicted", "measured", "mean", "samples", "outside", "verdict")
         yield Table("Predicted and measured", headings, rows, (1, 2, 3, 4, 5), brief=MOST, rest=REST)
         yield from listing(
-            (_beyond(item, currency) for item in found.predictions if item.verdict != "inside"), "", 1, "wrong"
+            (_beyond(item, currency) for item in comparison.predictions if item.verdict != "inside"), "", 1, "wrong"
         )
-        for unit in dict.fromkeys(item.unit for item in found.predictions):
-            group = tuple(item for item in found.predictions if item.unit == unit)
+        for unit in dict.fromkeys(item.unit for item in comparison.predictions):
+            group = tuple(item for item in comparison.predictions if item.unit == unit)
             name = f"predicted and measured {display_unit(unit, currency)[1]}"
             yield Plot(name, partial(_ranges, group, currency), "Predicted ranges (bars) and measured ones (lines).")
-    if found.inputs:
-        stated = tuple(_input(item) for item in found.inputs)
+    if comparison.inputs:
+        stated = tuple(_input(item) for item in comparison.inputs)
         yield Table(
             "Figures of the file",
             ("figure", "stated", "measured", "mean", "samples", "", "counts as"),
@@ -64,7 +64,7 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
             brief=MOST,
             rest=REST,
         )
-    if found.requirements and drifted:
+    if comparison.requirements and drifted:
         kept = tuple(
             (
                 item.text,
@@ -72,31 +72,36 @@ def _blocks(found: MeasuredComparison) -> Iterator[Block]:
                 *(_margin(item, at, currency) for at in (0, 1)),
                 "holds" if item.holds[1] else "VIOLATED" if item.holds[0] else "VIOLATED, also as stated",
             )
-            for item in found.requirements
+            for item in comparison.requirements
         )
         columns = ("requirement", "as stated", "as measured", "margin as stated", "as measured", "")
         yield Table("Requirements with the measured figures", columns, kept, (1, 2, 3, 4), brief=MOST, rest=REST)
-    overstepped = [item for item in found.requirements if item.observed_holds is False]
+    overstepped = [item for item in comparison.requirements if item.observed_holds is False]
     yield from listing((_overstepped(item, currency) for item in overstepped), "", 1, "wrong")
-    named = (*(item.name for item in found.predictions), *(item.text for item in found.requirements if drifted))
+    named = (
+        *(item.name for item in comparison.predictions),
+        *(item.text for item in comparison.requirements if drifted),
+    )
     yield from texts(scale_of(named))
-    yield from listing(found.remarks, "remark", 0)
+    yield from listing(comparison.remarks, "remark", 0)
 
 
-def _verdict(found: MeasuredComparison, drifted: int) -> str:
-    outside = sum(item.verdict != "inside" for item in found.predictions)
+def _verdict(comparison: MeasuredComparison, drifted: int) -> str:
+    outside = sum(item.verdict != "inside" for item in comparison.predictions)
     parts = []
-    if found.predictions:
-        parts.append(f"{len(found.predictions) - outside} of {len(found.predictions)} metrics are as predicted.")
-    if found.inputs:
-        parts.append(f"{drifted} of {len(found.inputs)} figures lie beyond what the file states.")
+    if comparison.predictions:
+        parts.append(
+            f"{len(comparison.predictions) - outside} of {len(comparison.predictions)} metrics are as predicted."
+        )
+    if comparison.inputs:
+        parts.append(f"{drifted} of {len(comparison.inputs)} figures lie beyond what the file states.")
     if drifted:
-        broken = [item.text for item in found.requirements if not item.holds[1]]
+        broken = [item.text for item in comparison.requirements if not item.holds[1]]
         said = (
             "With them the design meets every requirement." if not broken else f"It then violates {'; '.join(broken)}."
         )
         parts.append(said)
-    overstepped = [item.text for item in found.requirements if item.observed_holds is False]
+    overstepped = [item.text for item in comparison.requirements if item.observed_holds is False]
     if overstepped:
         parts.append(f"The measured values violate {'; '.join(overstepped)}.")
     return " ".join(parts)

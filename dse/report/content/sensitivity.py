@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -14,7 +15,7 @@ from dse.report.page import NOTHING, Block, Plot, Section, Table, Text, few, lis
 from dse.report.plots.front import Spec
 from dse.report.plots.study import shares, tornado
 from dse.report.words.basis import scale_of
-from dse.report.words.contention import study_waiting_words
+from dse.report.words.contention import study_counting_words
 from dse.support.units import is_unbounded
 from dse.support.units.text import count_words
 
@@ -40,15 +41,16 @@ def sensitivity_sections(data: Data) -> Iterator[Section]:
     currency = data["problem"].get("currency", "EUR")
     chosen = decisions_text(data["decisions"], list(data["decisions"]))
     broken = (f"{text}; it has no margin below" for text in data["broken"])
-    told = few(chosen.split(", "), FEW, "decisions")
-    margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {told}" if chosen else "")]
+    brief = few(chosen.split(", "), FEW, "decisions")
+    margins: list[Block] = [Text(f"Design: {chosen or 'the only one'}", brief=f"Design: {brief}" if chosen else "")]
     margins += listing(broken, "VIOLATED", 0, "wrong")
+    margins += texts(study_counting_words(data))
     margins.append(_margin_table(data, currency))
     margins += texts(_free_words(data))
     margins += texts(scaling_words(data["execution_times"]) if data["execution_times"] else "", tone="strong")
     margins += texts(_left_out_words(data["left_out"]) if data.get("left_out") else "", tone="strong")
     breaks = (item[end]["requirement"] for item in data["margins"] for end in ("below", "above") if item[end])
-    margins += texts(study_waiting_words(data), scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
+    margins += texts(scale_of([*breaks, *(bar["metric"] for bar in data["tornado"])]))
     yield Section("margins", "Margins", tuple(margins))
     yield from _tornadoes(data, currency)
     if data["uncertainty"] is not None:
@@ -69,7 +71,7 @@ def _tornadoes(data: Data, currency: str) -> Iterator[Section]:
         swing = texts(f"Each input alone, over: {data['swing']}.")
         headings = ("metric", "value", "most influential input", "from", "to")
         caption, rest = "Most influential input of each metric", "and {} more metrics (--all)"
-        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest)
+        table = Table(caption, headings, tuple(most), (1, 3, 4), brief=BRIEF_METRICS, rest=rest, paths=(2,))
         is_beside = data["uncertainty"] is not None  # no room on a screen that also says how sure one can be
         yield Section("hangs", caption, (*swing, table), is_detail=is_beside)
         yield Section("tornado", "Influence of every input on each metric", tuple(swings), is_detail=True)
@@ -105,21 +107,23 @@ def _unbounded_words(metrics: Sequence[str]) -> str:
     return f"Unbounded for some of the stated values, so that nothing explains their variation: {named}."
 
 
-def scaling_words(found: Data) -> str:
-    """The largest factor on all execution times, in words; `found` is ``execution_times`` of the data.
+def scaling_words(scaling: Data) -> str:
+    """The largest factor on all execution times, in words; `scaling` is ``execution_times`` of the data.
 
     The factor as a decimal number, exact where it is short, and the utilisation of each processor at it in % of one
     core.
     """
-    if found["factor"] is None:
-        return f"All execution times together: no requirement is violated up to {found['searched_to']} times."
-    factor = Fraction(found["factor"])
+    if scaling["factor"] is None:
+        return f"All execution times together: no requirement is violated up to {scaling['searched_to']} times."
+    factor = Fraction(scaling["factor"])
     text = f"{float(factor):.9g}"
-    if found["exact"] and Fraction(text) != factor:
+    if scaling["exact"] and Fraction(text) != factor:
         text = f"{factor} = {text}…" if factor.denominator < 10**4 else f"{text}… (an exact fraction, rounded here)"
-    alone = f" (by {found['thread']} alone)" if found["thread"] else ""
-    said = f"All execution times together: up to {text} times; beyond, a design violates {found['requirement']}{alone}."
-    used = ", ".join(f"{name} {readable(Fraction(v), 'ppm')}" for name, v in found["utilisations_ppm"].items())
+    alone = f" (by {scaling['thread']} alone)" if scaling["thread"] else ""
+    said = (
+        f"All execution times together: up to {text} times; beyond, a design violates {scaling['requirement']}{alone}."
+    )
+    used = ", ".join(f"{name} {readable(Fraction(v), 'ppm')}" for name, v in scaling["utilisations_ppm"].items())
     return f"{said} Breakdown utilisation: {used} of one core." if used else said
 
 
@@ -132,7 +136,7 @@ def _margin_table(data: Data, currency: str) -> Table:
             for side in (item["below"], item["above"])
         ]
         words = "; ".join(
-            f"{word}: {side['requirement']}" + (f" (by {side['thread']} alone)" if side["thread"] else "")
+            f"{word}: {_metric_of(side['requirement'])}" + (f", {side['thread']} alone" if side["thread"] else "")
             for word, side in (("below", item["below"]), ("above", item["above"]))
             if side
         )
@@ -142,7 +146,12 @@ def _margin_table(data: Data, currency: str) -> Table:
     caption = "Margins: how far one input may move before a requirement is violated, the closest first"
     rest = "and {} more inputs with a margin (--all)"
     headings = ("input", "value", "may be", "violates")
-    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS)
+    return Table(caption, headings, tuple(rows), (1,), brief=SHOWN_MARGINS, rest=rest, most=MOST_ROWS, paths=(0,))
+
+
+def _metric_of(requirement: str) -> str:
+    """A requirement without its limit, which the input cannot change: ``jitter of f`` for ``jitter of f <= 5 ms``."""
+    return re.split(r" [<>=]=? ", requirement, maxsplit=1)[0]
 
 
 def _closeness(item: Data) -> tuple[bool, Fraction]:
@@ -190,33 +199,34 @@ def _tornado_table(metric: str, bars: Sequence[Data], currency: str) -> Table:
         (1, 2, 3, 4),
         bars=tuple(1.0 if swing is None else float(swing / longest) for swing in swings),
         brief=BRIEF_BARS,
+        paths=(0,),
         rest="and {} shorter bars",
         most=MOST_ROWS,
     )
 
 
-def _uncertain_sections(found: Data, currency: str) -> Iterator[Section]:
-    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(found, currency)))
-    indices = tuple(_index_blocks(found, currency))
+def _uncertain_sections(uncertainty: Data, currency: str) -> Iterator[Section]:
+    yield Section("uncertainty", "Uncertain inputs", tuple(_uncertain_blocks(uncertainty, currency)))
+    indices = tuple(_index_blocks(uncertainty, currency))
     if indices:
         yield Section("variance", "What explains how much of the variance", indices, is_detail=True)
 
 
-def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
-    one = found["design"]
+def _uncertain_blocks(uncertainty: Data, currency: str) -> Iterator[Block]:
+    one = uncertainty["design"]
     error = f", standard error {one['standard_error']:.2%}" if 0 < one["all_met"] < 1 else ""
-    stated = tuple(found["inputs"].items())
-    caption = f"Uncertain inputs ({count_words(found['samples'], 'sample')}, seed {found['seed']})"
+    stated = tuple(uncertainty["inputs"].items())
+    caption = f"Uncertain inputs ({count_words(uncertainty['samples'], 'sample')}, seed {uncertainty['seed']})"
     rest = "and {} more uncertain inputs (--all)"
     yield Table(caption, ("input", "what is stated"), stated, brief=BRIEF_METRICS, rest=rest)
     said = f"The design meets every requirement in {one['all_met']:.2%} of the samples{error}."
     yield from texts(said, tone="strong")
     yield from listing(f"{text}: {share:.2%}" for text, share in one["by_requirement"].items() if share < 1)
-    if found["alternatives"]:
-        names = varying([item["decisions"] for item in found["alternatives"]])
+    if uncertainty["alternatives"]:
+        names = varying([item["decisions"] for item in uncertainty["alternatives"]])
         chances = [
             (f"{item['all_met']:.2%}", _weakest(item), decisions_text(item["decisions"], names))
-            for item in found["alternatives"]
+            for item in uncertainty["alternatives"]
         ]
         yield Table(
             "Alternatives of the front, the surest first",
@@ -227,11 +237,11 @@ def _uncertain_blocks(found: Data, currency: str) -> Iterator[Block]:
             rest="and {} less sure ones (--all shows them)",
             most=MOST_ROWS,
         )
-    yield from texts(_unbounded_words(found["unbounded"]) if found.get("unbounded") else "")
+    yield from texts(_unbounded_words(uncertainty["unbounded"]) if uncertainty.get("unbounded") else "")
 
 
-def _index_blocks(found: Data, currency: str) -> Iterator[Block]:
-    for index in found["indices"]:
+def _index_blocks(uncertainty: Data, currency: str) -> Iterator[Block]:
+    for index in uncertainty["indices"]:
         paths = sorted(index["total"], key=lambda path: -index["total"][path])
         words = f"{index['output']}: what each input explains of its variance, alone (solid) and with interactions."
         yield Plot(f"variance-{index['output']}", partial(_variance_chart, index, paths, words), words)
@@ -283,44 +293,44 @@ def robust_section(data: Data, *, is_brief: bool = False) -> Section:
 
 
 def _blocks(data: Data, *, is_brief: bool) -> Iterator[Block]:
-    found = data["robust"]
-    currency = found.get("currency", "EUR")
+    robust = data["robust"]
+    currency = robust.get("currency", "EUR")
     units = {info["name"]: info["unit"] for info in data["objectives"]}
-    lost = {item["nominal_id"] for item in found["lost"]}
-    front = {item["id"]: item for item in found["nominal_front"]}
-    count = len(found.get("unjudged", []))
+    lost = {item["nominal_id"] for item in robust["lost"]}
+    front = {item["id"]: item for item in robust["nominal_front"]}
+    count = len(robust.get("unjudged", []))
     yield from texts(
         "Robust: every requirement holds for all of the stated values, proved. Objectives are those of the nominal "
         "figures.",
         tone="strong",
     )
     if is_brief:
-        named = [f"{path} ({stated})" for path, stated in found["inputs"].items()]
+        named = [f"{path} ({stated})" for path, stated in robust["inputs"].items()]
         more = f" and {len(named) - NAMED} more (--explain)" if len(named) > NAMED else ""
         yield from texts(f"What may vary: {', '.join(named[:NAMED])}{more}.")
     else:
-        yield Table("What may vary", ("input", "what is stated"), tuple(found["inputs"].items()))
+        yield Table("What may vary", ("input", "what is stated"), tuple(robust["inputs"].items()))
     prices = []
-    for name, pair in found["price"].items():
+    for name, pair in robust["price"].items():
         ends = [pair[key] for key in ("nominal", "robust")]
         prices.append((name, *("none" if value is None else counted(value, units[name], currency) for value in ends)))
     caption = "What robustness costs: the best of each objective"
     yield Table(caption, ("objective", "nominal", "robust"), tuple(prices), (1, 2))
     reached = {tuple(item["objectives"].items()) for item in front.values()}
     same = sum(
-        item["id"] in found["entered"] and tuple(item["objectives"].items()) in reached for item in data["front"]
+        item["id"] in robust["entered"] and tuple(item["objectives"].items()) in reached for item in data["front"]
     )
     alike = f"{same} as good with other decisions, " if same else ""
-    unjudged = f", {count} were not looked at: the time was up" if count else ""
+    unjudged = f", {count} were not judged for want of time" if count else ""
     yield from texts(
         f"Of {len(front)} nominal alternatives {len(lost)} are not robust{unjudged}. "
-        f"{len(found['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
-        f"{alike}{len(found['entered']) - same} take the place of better ones that are not robust."
+        f"{len(robust['kept'])} of {len(data['front'])} robust alternatives are on the nominal front too, "
+        f"{alike}{len(robust['entered']) - same} take the place of better ones that are not robust."
     )
-    reasons = Counter(item["requirement"] for item in found["lost"])
+    reasons = Counter(item["requirement"] for item in robust["lost"])
     yield from listing(f"{number} violate {text}" for text, number in reasons.most_common())
     rows = []
-    for item in found["lost"]:
+    for item in robust["lost"]:
         objectives = front[item["nominal_id"]]["objectives"]
         figures = (counted(figure(objectives[name]), unit, currency) for name, unit in units.items())
         worst = (figure_text(item[key], item["unit"], currency) for key in ("worst", "limit"))

@@ -12,7 +12,7 @@ from dse.answers.tables.display import column, counted, readable
 from dse.report.page import NOTHING, Block, Page, Plot, Section, Table, Text, few, listing, texts
 from dse.report.plots.front import Spec
 from dse.report.plots.study import histogram
-from dse.report.words.basis import basis_words
+from dse.report.words.basis import basis_words, counting_words
 from dse.space.question.settings import settings_of
 from dse.support.units import Exact, is_unbounded
 from dse.support.units.text import count_words
@@ -49,7 +49,8 @@ def _blocks(simulation: Simulation) -> Iterator[Block]:
     yield from listing(simulation.contradictions, "CONTRADICTION", 0, "wrong")
     lost = [f"{count} arrivals lost at {name}" for name, count in simulation.lost.items()]
     yield from listing(lost, "WARNING", 0, "doubtful", brief=FEW)
-    yield Text(f"Counted  {basis_words(settings_of(simulation.space))}.", hang=9)
+    basis = f"{basis_words(settings_of(simulation.space))}."
+    yield Text(f"Counted  {basis}", brief=f"Counted  {counting_words(simulation.space) or basis}", hang=9)
     if simulation.is_stopped:
         yield from texts("Stopped by the time limit: the other runs were not made.", tone="strong")
     yield _flow_table(simulation)
@@ -89,8 +90,8 @@ def _said(simulation: Simulation) -> tuple[str, str]:
     is_counted = not any(flow.excuse for flow in beyond)
     rest = "the bounds with response times hold" if is_counted else "no bound that must hold is contradicted"
     words = [
-        f"OUTSIDE BOUNDS  {told} ({why}); {rest}."
-        for told, why in (
+        f"OUTSIDE BOUNDS  {counted} ({why}); {rest}."
+        for counted, why in (
             ("; ".join(counts), "; ".join(excuses)),
             (few(counts, FEW, "flows"), few(excuses, 1, "reasons")),
         )
@@ -103,7 +104,7 @@ def _ms(value_ns: Exact) -> str:
 
 
 def _flow_table(simulation: Simulation) -> Table:
-    """What was observed of each flow against its bounds; those with waiting for the CPU must hold where they are."""
+    """Observed latencies of each flow against its bounds; those with waiting for the CPU must hold where they are."""
     flows = sorted(simulation.flows, key=lambda flow: not flow.is_contradiction)
     is_scheduled = any(flow.scheduled_ns is not None for flow in flows)
     rows = []
@@ -202,6 +203,6 @@ def _of_task(task: TaskObservation) -> str:
 
 
 def _closeness(task: TaskObservation) -> tuple[bool, Fraction]:
-    """What contradicts its bound, then by how much of the bound was seen; what has none last."""
+    """The order of rows: contradictions first, then the largest share of the bound, rows without a bound last."""
     share = Fraction(task.observed_ns) / task.bound_ns if task.bound_ns else Fraction(-1)
     return not task.is_contradiction, -share

@@ -13,9 +13,8 @@ from dse.report.content.sensitivity import robust_section, sensitivity_sections
 from dse.report.content.sweep import sweep_sections
 from dse.report.page import Page, Section, labelled, listing, texts
 from dse.report.words.basis import basis_words
-from dse.report.words.contention import processing_words
+from dse.report.words.contention import processing_words, study_settings
 from dse.report.words.reasons import GAPS, REDUCED
-from dse.space.question.settings import SETTINGS
 from dse.support.errors import UsageError
 
 
@@ -43,34 +42,30 @@ def study_page(data: Data) -> Page:
 
     `data` is the JSON of a sweep, of a sensitivity study or of a robust front; its ``format`` tells which.
     """
-    problem, settings = data["problem"], _settings(data)
+    problem = data["problem"]
     kinds = {SweepResult.format(): "sweep", SensitivityResult.format(): "sensitivity"}
     kind = kinds.get(data["format"], "robustness")
-    lead = f"{problem['name']} ({basis_words(settings)})" if settings else str(problem["name"])
+    axes = " and ".join(axis["name"].rstrip(" <=>") for axis in data.get("vary", ()))
+    what = {"sweep": f"sweep of {axes}" if axes else "sweep", "sensitivity": "margins and influence of the inputs"}
+    lead = f"{problem['name']}: {what.get(kind, 'robust front')}"
     return Page(f"{problem['name']}: {kind}", lead, (*sections_of(data), _basis(data)))
-
-
-def _settings(data: Mapping[str, Any]) -> Mapping[str, str]:
-    """The settings of the question that a study asked; nothing where an older one does not state them."""
-    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
-    return settings if set(SETTINGS) <= set(settings) else {}
 
 
 def _basis(data: Mapping[str, Any]) -> Section:
     """Where the figures of a study come from, and what the model does not see."""
-    problem, settings = data["problem"], _settings(data)
+    problem, settings = data["problem"], study_settings(data)
     carried = "; the JSON carries its text" if data.get("files") else ""
-    found = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
+    entries = [("Problem", f"{problem['name']}, SHA-256 {problem['sha256']}{carried}")]
     if settings:
-        found.append(("Latency rules", basis_words(settings)))
+        entries.append(("Latency rules", basis_words(settings)))
     if "semantics" in data:
-        found.append(("Semantics", str(data["semantics"])))
+        entries.append(("Semantics", str(data["semantics"])))
     if problem.get("changes"):
-        found.append(
+        entries.append(
             ("Changes by the caller", "; ".join(f"{name}: {value}" for name, value in problem["changes"].items()))
         )
     if "seed" in data:
-        found.append(("Seed", str(data["seed"])))
+        entries.append(("Seed", str(data["seed"])))
     gaps = (REDUCED, *((processing_words(settings),) if settings else ()), *GAPS)
-    blocks = (*labelled(found), *texts("Known gaps of the model:"), *listing(gaps))
+    blocks = (*labelled(entries), *texts("Known gaps of the model:"), *listing(gaps))
     return Section("basis", "What this rests on", blocks, is_for_files=True)

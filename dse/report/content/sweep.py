@@ -14,7 +14,7 @@ from dse.report.page import Block, Item, Listing, Plot, Section, Table, Text, li
 from dse.report.plots.front import Spec
 from dse.report.plots.study import lines_chart
 from dse.report.words.basis import scale_of
-from dse.report.words.contention import study_contention_words, study_waiting_words
+from dse.report.words.contention import study_contention_words, study_counting_words
 from dse.support.units import UnitError, parse_quantity
 from dse.support.units.text import count_words
 
@@ -40,6 +40,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
     breaks = [run for run in data["runs"] if run["kind"] == "breaks"]
     designs: list[Block] = []
     blocks: list[Block] = [*texts(_varied(data))] if len(data["runs"]) > 1 or not breaks else []
+    blocks += texts(study_counting_words(data))
     if breaks:
         name, title = "breaks", f"Limit on {breaks[0]['metric']}"
         solved = [run for run in breaks if run["stretches"]]
@@ -53,7 +54,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
         designs += _grid_designs(data, currency)
     objectives = (info["name"] for run in data["runs"] for info in run.get("objectives", ()))
     scale = scale_of([*objectives, *(axis["name"] for axis in data["vary"])])
-    blocks += texts(*_counted_runs(data), study_contention_words(data), study_waiting_words(data), scale)
+    blocks += texts(*_counted_runs(data), study_contention_words(data), scale)
     blocks += listing(data.get("remarks", ()), "remark", 0, brief=SHOWN_DESIGNS)
     yield Section(name, title, tuple(blocks))
     if designs:
@@ -61,7 +62,7 @@ def sweep_sections(data: Data) -> Iterator[Section]:
 
 
 def _varied(data: Data) -> str:
-    """What was varied, and over which values."""
+    """The sentence on the varied inputs and their values."""
     said = (f"{axis['name']} {axis.get('interval') or ', '.join(axis['values'][:12])}" for axis in data["vary"])
     return f"Varied: {'; '.join(said)}."
 
@@ -313,5 +314,5 @@ def _places(labels: Sequence[str]) -> tuple[dict[str, float], str]:
     """Each label as a number in the unit of the last one; factors as they are."""
     last = parse_quantity(labels[-1].lstrip("*"))
     one = parse_quantity(f"1 {last.unit}").value if last.unit and last.dimension is not None else Fraction(1)
-    found = {label: float(parse_quantity(label.lstrip("*")).value / one) for label in labels}
-    return found, last.unit or ("times the value" if labels[-1].startswith("*") else "")
+    place_of = {label: float(parse_quantity(label.lstrip("*")).value / one) for label in labels}
+    return place_of, last.unit or ("times the value" if labels[-1].startswith("*") else "")

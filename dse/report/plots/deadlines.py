@@ -31,7 +31,7 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
     The processor is named where several have response times.
     """
     several = sum(map(bool, responses.values())) > 1
-    found: list[tuple[float, dict[str, Any]]] = []
+    records: list[tuple[float, dict[str, Any]]] = []
     for processor, items in responses.items():
         for item in items:
             if not item.deadline_ns:
@@ -50,13 +50,13 @@ def deadline_records(responses: Mapping[str, Sequence[Response]]) -> list[dict[s
                 "text": said,
                 "title": f"{shortened(item.name, NAME)}, {where} · {said}",
             }
-            found.append((share, record))
-    found.sort(key=lambda item: -item[0])
-    return [{**record, "row": row} for row, (_, record) in enumerate(found[:MOST], start=1)]
+            records.append((share, record))
+    records.sort(key=lambda item: -item[0])
+    return [{**record, "row": row} for row, (_, record) in enumerate(records[:MOST], start=1)]
 
 
 def deadline_chart(records: Sequence[Mapping[str, Any]]) -> Spec:
-    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones stand out.
+    """A bar for each thread up to its response time, over a track that ends at its deadline; late ones are highlighted.
 
     A Vega-Lite specification; the axis is in % of the deadline, so that threads with different deadlines compare.
     """

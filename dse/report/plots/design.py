@@ -75,13 +75,13 @@ def stacked_rows(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
     Each record gets ``start``, ``best`` and ``end`` in ms: bars of a waterfall from the first contributor to the last.
     """
-    found = []
+    stacked = []
     start: float = 0
     for record in records:
         bar = {"start": start / 1e6, "best": (start + record["min_ns"]) / 1e6, "end": (start + record["max_ns"]) / 1e6}
-        found.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
+        stacked.append({**record, **bar, "title": f"{record.get('short', record['label'])} · {record['text']}"})
         start += record["max_ns"]
-    return found
+    return stacked
 
 
 def waterfall(table: FlowTable, records: Sequence[Mapping[str, Any]]) -> Spec:
@@ -152,7 +152,7 @@ def _bars(processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[s
         for core in range(1, count + 1):
             here = {who: share for who, share in usage.shares.items() if usage.cores.get(who) == core}
             name = f"core {core} of {usage.name}"
-            own = [found for found in (limit, limits.get(name)) if found is not None]
+            own = [mark for mark in (limit, limits.get(name)) if mark is not None]
             if here:
                 yield _Bar(name, usage.type, here, Fraction(PPM), min(own, default=None))
         if idle := sorted(set(range(1, count + 1)) - set(usage.cores.values())):
@@ -163,7 +163,7 @@ def _bars(processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[s
 def usage_records(
     processors: Sequence[Usage], buses: Sequence[Usage], limits: Mapping[str, Fraction]
 ) -> list[dict[str, Any]]:
-    """Who uses each core and each bus that has a capacity, in per cent of the core or the bandwidth.
+    """The use of each core and each bus with a capacity, by thread and connection, in per cent.
 
     `limits` are shares of the capacity, by the name of a processor, which limits each of its cores, of a core
     (``core 2 of computer``), or of a bus.
@@ -192,16 +192,16 @@ def usage_records(
 
 def _stacked_shares(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The records with their place in the bar (report.js does the same)."""
-    found: list[dict[str, Any]] = []
+    stacked: list[dict[str, Any]] = []
     for record in records:
-        before = found[-1] if found and found[-1]["name"] == record["name"] else None
+        before = stacked[-1] if stacked and stacked[-1]["name"] == record["name"] else None
         start, shade = (before["end"], 1 - before["shade"]) if before else (0.0, 0)
-        found.append({**record, "start": start, "end": start + record["share"], "shade": shade})
-    return found
+        stacked.append({**record, "start": start, "end": start + record["share"], "shade": shade})
+    return stacked
 
 
 def usage_chart(shares: Sequence[Mapping[str, Any]]) -> Spec:
-    """Which thread runs on which core and what each bus carries, against the limit, which is a mark across the bar.
+    """The chart of the use of cores and buses, with the limit as a mark across the bar.
 
     A Vega-Lite specification with stacked bars, in % of one core or of the bandwidth.
     """

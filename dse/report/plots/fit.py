@@ -31,12 +31,12 @@ def transport_plots(item: Transport) -> Iterator[Plot]:
     )
 
 
-def execution_plot(found: tuple[Execution, ...]) -> Plot:
+def execution_plot(executions: tuple[Execution, ...]) -> Plot:
     """A plot of all execution times.
 
     One row for each thread or callback, from the shortest to the longest sample.
     """
-    return Plot("execution times", partial(_ranges, found), "Execution times: least to greatest, and the mean.")
+    return Plot("execution times", partial(_ranges, executions), "Execution times: least to greatest, and the mean.")
 
 
 def _ms(value: Fraction | float) -> float:
@@ -52,18 +52,18 @@ def _drawn(item: Summary, most: int) -> list[float]:
 
 def _marks(item: Transport) -> list[dict[str, Any]]:
     most = max(10, MOST_POINTS // len(item.summaries))
-    found = [
+    marks = [
         {"x": one.size_bytes, "y": value, "what": "samples"}
         for one in item.summaries
         if len(one.samples_ns)
         for value in _drawn(one, most)
     ]
     for one in item.summaries:
-        found.append({"x": one.size_bytes, "y": _ms(one.max_ns), "what": "maximum"})
+        marks.append({"x": one.size_bytes, "y": _ms(one.max_ns), "what": "maximum"})
         if one.mean_ns is not None:
-            found.append({"x": one.size_bytes, "y": _ms(one.mean_ns), "what": "mean"})
-        found.append({"x": one.size_bytes, "y": _ms(one.min_ns), "what": "minimum"})
-    return found
+            marks.append({"x": one.size_bytes, "y": _ms(one.mean_ns), "what": "mean"})
+        marks.append({"x": one.size_bytes, "y": _ms(one.min_ns), "what": "minimum"})
+    return marks
 
 
 def _axis(field: str, title: str) -> Spec:

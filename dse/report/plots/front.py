@@ -95,12 +95,12 @@ def _classes(values: Sequence[int], info: ObjectiveInfo, currency: str) -> dict[
     distinct = sorted(set(values))
     if len(distinct) <= len(STEPS):
         return {value: counted(value, info.unit, currency) for value in distinct}
-    found = {}
+    class_of = {}
     for step in range(len(STEPS)):
         part = distinct[len(distinct) * step // 4 : len(distinct) * (step + 1) // 4]
         ends = [counted(value, info.unit, currency) for value in (part[0], part[-1])]
-        found.update(dict.fromkeys(part, ends[0] if len(part) == 1 else f"{ends[0]} to {ends[1]}"))
-    return found
+        class_of.update(dict.fromkeys(part, ends[0] if len(part) == 1 else f"{ends[0]} to {ends[1]}"))
+    return class_of
 
 
 def _class_order(result: Result, axis: int) -> list[str]:
@@ -123,7 +123,7 @@ def axis_title(result: Result, axis: int) -> list[str]:
 def scatter(
     result: Result, records: Sequence[Mapping[str, Any]], chosen: int | None, baseline: Mapping[str, Any] | None
 ) -> Spec:
-    """Two objectives against each other, the third as colour; the chosen point and today's design stand out.
+    """Two objectives against each other, the third as colour; the chosen point and today's design are highlighted.
 
     A single objective is a line of points.
     """
@@ -369,10 +369,10 @@ def _with_safe_tooltips(part: Any) -> Any:
         return [_with_safe_tooltips(item) for item in part]
     if not isinstance(part, dict):
         return part
-    found = {key: value if key == "data" else _with_safe_tooltips(value) for key, value in part.items()}
-    if isinstance(found.get("tooltip"), list):
-        found["tooltip"] = [{**item, "title": _in_expression(item["title"])} for item in found["tooltip"]]
-    return found
+    copied = {key: value if key == "data" else _with_safe_tooltips(value) for key, value in part.items()}
+    if isinstance(copied.get("tooltip"), list):
+        copied["tooltip"] = [{**item, "title": _in_expression(item["title"])} for item in copied["tooltip"]]
+    return copied
 
 
 def _titles(part: Any) -> Iterator[str]:

@@ -386,7 +386,7 @@ window.dseDecide = (page) => {
       if (marked.length) state.brush = Object.fromEntries(marked);
       const known = ([axis]) => Number(axis) < data.objectives.length;
       state.bands = Object.fromEntries(parts.getAll("b").flatMap((text) => stretch(text, /^\d+$/)).filter(known));
-      await page.showBands();
+      page.markParallel();
       if (parts.has("s")) {
         const [column, direction] = parts.get("s").split(":");
         const head = element("front-table").tHead.rows[0].cells[Number(column)];

@@ -13,8 +13,7 @@
     document.head.append(script);
   }
   const data = JSON.parse(await unpacked(document.getElementById("data")));
-  const byId = new Map(data.front.map((record) => [record.id, record]));
-  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, views: {}, details: [] };
+  const state = { chosen: data.chosen, kept: null, brush: null, limits: data.objectives.map(() => null), bands: {}, details: [] };
   const hasPlots = typeof vegaEmbed !== "undefined";
   const element = (id) => document.getElementById(id);
   const make = (tag, text, attributes = {}) => {
@@ -23,7 +22,7 @@
     for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
     return node;
   };
-  const page = { data, state, element, make, choose, keep, axisOf, showBands, hasPlots, ready: false };
+  const page = { data, state, element, make, choose, keep, axisOf, hasPlots, ready: false };
   window.dseReport = page;
   const options = { actions: false, renderer: "svg", ast: true, tooltip: { theme: "custom" } };
 
@@ -31,12 +30,6 @@
     // a phone has no room for long labels
     if (window.innerWidth < 600 && spec.config) {
       spec.config.legend.columns = 1;
-      for (const layer of spec.layer) {
-        const across = layer.encoding.x;
-        if (across.axis && across.axis.labelExpr) {
-          across.axis.labelLimit = Math.floor((window.innerWidth - 24) / across.sort.length);
-        }
-      }
     }
     return spec;
   }
@@ -56,6 +49,7 @@
     if (page.ready && page.showSides) {
       page.printing = true;
       page.plotScatter(paper);
+      page.plotParallel(paper);
       page.showSides(paper);
     }
   });
@@ -64,6 +58,7 @@
     if (page.ready && page.showSides) {
       page.printing = false;
       page.plotScatter();
+      page.plotParallel();
       page.showSides();
     }
     window.dispatchEvent(new Event("resize"));
@@ -80,13 +75,6 @@
         drawn.delete(result.view);
         finalize();
       },
-    });
-  }
-
-  function listen(view) {
-    view.addEventListener("click", (event, item) => {
-      const id = item && item.datum && item.datum.id;
-      if (byId.has(id)) choose(id);
     });
   }
 
@@ -184,9 +172,8 @@
       if (here) reveal(row);
     }
     page.markScatter();
+    page.markParallel();
     page.showSides();
-    const views = Object.values(state.views);
-    await Promise.all(views.map((view) => view.signal("chosen", id).runAsync()));
     await plotDetails();
     if (page.remember) page.remember();
     window.dispatchEvent(new CustomEvent("dse-chosen", { detail: id }));
@@ -221,8 +208,8 @@
     }
     if (element("count")) element("count").textContent = `${kept.length} of ${data.front.length} within the limits`;
     page.markScatter();
+    page.markParallel();
     page.rank();
-    await Promise.all(Object.values(state.views).map((view) => view.signal("kept", state.kept).runAsync()));
     if (page.kept) page.kept();
   }
 
@@ -257,7 +244,6 @@
         state.brush = null;
         state.bands = {};
         if (page.clear) page.clear();
-        await showBands();
         await page.plotScatter();
         await keep();
       });
@@ -287,57 +273,6 @@
     });
   }
 
-  function showBands() {
-    const rows = Object.entries(state.bands).flatMap(([axis, ends]) => ends.map((place) => ({ name: data.objectives[axis].name, place })));
-    return state.views.parallel ? state.views.parallel.data("bands", rows).runAsync() : null;
-  }
-
-  function setUpBands(view, node) {
-    // a stretch of an axis keeps what passes through it; a click on the axis lets go
-    const reach = 14;
-    const at = (event) => {
-      const drawing = node.querySelector("svg");
-      const box = drawing.getBoundingClientRect();
-      const scale = box.width / drawing.viewBox.baseVal.width;
-      const [left, top] = view.origin();
-      return [(event.clientX - box.left) / scale - left, (event.clientY - box.top) / scale - top];
-    };
-    const axisAt = (x) => data.objectives.findIndex((objective) => Math.abs(view.scale("x")(objective.name) - x) <= reach);
-    let [axis, from, drawn, last] = [-1, 0, false, false];
-    node.addEventListener("pointerdown", (event) => {
-      const [x, y] = at(event);
-      [axis, from, drawn, last] = [axisAt(x), y, false, false];
-    });
-    node.addEventListener("pointermove", (event) => {
-      const [x, y] = at(event);
-      node.style.cursor = axis >= 0 || axisAt(x) >= 0 ? "ns-resize" : "";
-      if (axis < 0 || Math.abs(y - from) < 4) return;
-      if (!drawn) node.setPointerCapture(event.pointerId); // not before: a captured click reaches no line
-      drawn = true;
-      const ends = [view.scale("y").invert(from), view.scale("y").invert(y)];
-      state.bands[axis] = [Math.min(...ends), Math.max(...ends)];
-      showBands();
-    });
-    node.addEventListener("pointerup", async () => {
-      const had = axis >= 0 && state.bands[axis] && !drawn;
-      if (had) delete state.bands[axis];
-      last = drawn || had;
-      axis = -1;
-      if (!last) return;
-      await showBands();
-      await keep();
-    });
-    node.addEventListener(
-      "click",
-      (event) => {
-        if (last) event.stopPropagation();
-        last = false;
-      },
-      true,
-    );
-    node.addEventListener("touchstart", (event) => axisAt(at(event.touches[0])[0]) >= 0 && event.preventDefault(), { passive: false });
-  }
-
   async function plotStudies() {
     if (!hasPlots) return;
     for (const node of document.querySelectorAll('[data-plot="study"]')) {
@@ -355,15 +290,11 @@
     addMetrics([...data.front, ...(data.baseline ? [data.baseline] : []), ...(data.decide.insist ? data.decide.insist.points : [])]);
     setUpLimits();
     window.dseScatter(page);
+    window.dseParallel(page);
     window.dseFirst(page);
     window.dseDecide(page);
     await page.plotScatter();
-    if (hasPlots && element("parallel")) {
-      const lines = await embed(element("parallel"), data.specs.parallel);
-      state.views.parallel = lines.view;
-      listen(lines.view);
-      setUpBands(lines.view, element("parallel"));
-    }
+    page.plotParallel();
     await plotDetails();
     page.showSides();
     await keep();

@@ -17,6 +17,8 @@ window.dseScatter = (page) => {
     return made;
   }
 
+  page.svgNode = node;
+
   // circle, square, diamond, triangle
   const shapes = [
     (r) => `M${-r} 0a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0z`,

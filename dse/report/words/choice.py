@@ -71,8 +71,8 @@ class Names:
         """
         types = [name for name in self.types if name in point.decisions][:MOST_SHARING]
         names = [*types, *(name for name in self.told if name not in types)]
-        found = [self.option(name, point.decisions.get(name)) for name in names if name in point.decisions]
-        return ", ".join(dict.fromkeys(found))
+        options = [self.option(name, point.decisions.get(name)) for name in names if name in point.decisions]
+        return ", ".join(dict.fromkeys(options))
 
 
 def near_scores(kinds: Sequence[Kind]) -> list[Kind]:
@@ -122,7 +122,7 @@ def _also(names: Names, point: Point, other: Point) -> str:
 
 
 def tie_words(result: Result, tied: Sequence[Kind], names: Names) -> Iterator[str]:
-    """Why no design is recommended, and what the first two exchange.
+    """The reason why no design is recommended, and the differences of the first two.
 
     Two lines: the ids and scores that tie, and the differences of the first two in each objective.
     """
@@ -130,19 +130,19 @@ def tie_words(result: Result, tied: Sequence[Kind], names: Names) -> Iterator[st
     who = listed([f"#{kind.point.id}" for kind in tied])
     scores = listed(list(dict.fromkeys(kind.points[0].score for kind in tied))) if one.score else ""
     yield f"No recommendation: {who} tie within 1 %" + (f" (scores {scores})." if scores else ".")
-    told = [_signed(delta, result.space.currency) for delta in _between(result, other, one) if delta.gain]
-    yield f"  #{one.id} ({names.design(one)}) against #{other.id} ({names.design(other)}): {', '.join(told)}."
+    differences = [_signed(delta, result.space.currency) for delta in _between(result, other, one) if delta.gain]
+    yield f"  #{one.id} ({names.design(one)}) against #{other.id} ({names.design(other)}): {', '.join(differences)}."
 
 
 def _between(result: Result, before: Point, after: Point) -> list[Delta]:
     """The objectives in two points, under their short names."""
-    found = deltas(result.objectives, before.objectives, after.objectives)
-    short = short_metrics(delta.name for delta in found)
-    return [replace(delta, name=short[delta.name]) for delta in found]
+    changes = deltas(result.objectives, before.objectives, after.objectives)
+    short = short_metrics(delta.name for delta in changes)
+    return [replace(delta, name=short[delta.name]) for delta in changes]
 
 
 def short_metrics(names: Iterable[str]) -> Mapping[str, str]:
-    """Metrics by their first word, where no other begins with it.
+    """The first word of each metric, where it is unique among the metrics; else the whole name.
 
     >>> short_metrics(["jitter of a", "price", "latency of a", "latency of b"])
     {'jitter of a': 'jitter', 'price': 'price', 'latency of a': 'latency of a', 'latency of b': 'latency of b'}
@@ -170,7 +170,7 @@ def cost_words(result: Result, point: Point) -> str:
 
     Phrases joined by commas, one for each objective, for the line below the recommendation.
     """
-    found = []
+    sentences = []
     short = short_metrics(info.name for info in result.objectives)
     for info in result.objectives:
         what = f"{'lowest' if info.sense == 'minimise' else 'highest'} {short[info.name]}"
@@ -180,17 +180,17 @@ def cost_words(result: Result, point: Point) -> str:
             sharing = [other.id for other in result.front if other.objectives[info.name] == best and other is not point]
             shown = ", ".join(f"#{number}" for number in sharing[:MOST_SHARING])
             more = f" and {len(sharing) - MOST_SHARING} more" if len(sharing) > MOST_SHARING else ""
-            found.append(what + (f" (as {shown}{more})" if sharing else ""))
+            sentences.append(what + (f" (as {shown}{more})" if sharing else ""))
             continue
         other = next(item for item in result.front if item.objectives[info.name] == best)
         moved = _between(result, point, other)
         gained = next(delta for delta in moved if delta.name == short[info.name])
-        told = [_signed(delta, result.space.currency) for delta in moved if delta.gain < 0]
-        costs = f": {', '.join(told)}" if told else ""
+        losses = [_signed(delta, result.space.currency) for delta in moved if delta.gain < 0]
+        costs = f": {', '.join(losses)}" if losses else ""
         is_known = not is_unbounded(gained.before) and not is_unbounded(gained.after)
         amount = _signed(gained, result.space.currency).removeprefix(f"{gained.name} ")
-        found.append(f"{what} (#{other.id}) {amount if is_known else 'bounded'}{costs}")
-    return "; ".join(found)
+        sentences.append(f"{what} (#{other.id}) {amount if is_known else 'bounded'}{costs}")
+    return "; ".join(sentences)
 
 
 def nearest_words(margins: Sequence[Margin], currency: str, most: int = MOST_LIMITS) -> str:
@@ -242,24 +242,24 @@ def minor_words(result: Result, kinds: Kinds, names: Names) -> Iterator[str]:
                     options[names.option(name, here.get(name))] = None
                     for delta in _between(result, kind.point, point):
                         moved.setdefault(delta.name, []).append(delta)
-        told = [text for found in moved.values() if (text := _range_words(found, result.space.currency))]
-        if options and told:
+        effects = [text for deltas in moved.values() if (text := _range_words(deltas, result.space.currency))]
+        if options and effects:
             order = {names.option(item.name, option): at for item in result.space.decisions if item.name == name
                      for at, option in enumerate(item.options)}  # fmt: skip
             shown = sorted(options, key=lambda text: order.get(text, -1))
             label = ", ".join(shown) if name.endswith(".type") else ", ".join(
                 text if at == 0 else text.removeprefix(f"{names.short[name]} ") for at, text in enumerate(shown)
             )  # fmt: skip
-            yield f"Within each kind: {label}: {', '.join(told)}."
+            yield f"Within each kind: {label}: {', '.join(effects)}."
 
 
-def _range_words(found: Sequence[Delta], currency: str) -> str:
+def _range_words(deltas: Sequence[Delta], currency: str) -> str:
     """``price 5 to 40 EUR more``; "" where nothing moves."""
-    changes = [item.after - item.before for item in found if not is_unbounded(item.after)]
+    changes = [item.after - item.before for item in deltas if not is_unbounded(item.after)]
     changes = [change for change in changes if change]
     if not changes:
         return ""
-    first = found[0]
+    first = deltas[0]
     low, high = min(changes), max(changes)
     if low < 0 < high:
         return f"{first.name} {_amount(low, first, currency)} to {_amount(high, first, currency)}"

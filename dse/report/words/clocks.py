@@ -42,10 +42,10 @@ def by_flow(boundaries: Sequence[Boundary]) -> dict[str, list[Boundary]]:
 
     Names of flows to boundaries, in the order in which they were found.
     """
-    found: dict[str, list[Boundary]] = {}
+    of_flow: dict[str, list[Boundary]] = {}
     for item in boundaries:
-        found.setdefault(item.flow, []).append(item)
-    return found
+        of_flow.setdefault(item.flow, []).append(item)
+    return of_flow
 
 
 def boundary_table(flow: str, boundaries: Sequence[Boundary]) -> Table:
@@ -73,11 +73,11 @@ def boundary_words(boundaries: Sequence[Boundary]) -> list[str]:
 
     Sentences that begin with the names of the flows concerned.
     """
-    found: dict[str, list[str]] = {}
+    by_words: dict[str, list[str]] = {}
     for item in boundaries:
         if said := _said(item):
-            found.setdefault(said, []).append(item.flow)
-    return [f"{listed(flows)}: {said}" for said, flows in found.items()]
+            by_words.setdefault(said, []).append(item.flow)
+    return [f"{listed(flows)}: {said}" for said, flows in by_words.items()]
 
 
 def _said(item: Boundary) -> str:

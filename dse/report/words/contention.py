@@ -23,11 +23,13 @@ from dse.answers.designs import Point
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
 from dse.report.amounts import listed
+from dse.report.words.basis import basis_parts
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import flows_in
 from dse.space.model.space import Design, Space
 from dse.space.model.trees import leaves
 from dse.space.question.open_cores import cores_beside, is_scheduled
+from dse.space.question.settings import SETTINGS
 
 PROCESSING = {
     "execution_time": "CPU contention is not in the latencies: each thread counts its execution time, as if alone on "
@@ -116,12 +118,30 @@ def arbitration_words(space: Space) -> str:
     return f"Waiting for {listed(said)} is counted." if said else ""
 
 
-def study_waiting_words(data: Mapping[str, Any]) -> str:
-    """The remark that bus arbitration is not counted, from the data of a study; "" where it is, or no flow counts.
+def study_settings(data: Mapping[str, Any]) -> Mapping[str, str]:
+    """The settings of the question that a study asked, by name; nothing where an older study does not state them.
 
-    One sentence; `data` is the JSON form of a sweep or sensitivity study.
+    `data` is the JSON form of a sweep, a sensitivity study or a result.
     """
-    return WAITING if data.get("bus_waiting") else ""
+    settings: Mapping[str, str] = data["problem"].get("effective", data["problem"])
+    return settings if set(SETTINGS) <= set(settings) else {}
+
+
+def study_counting_words(data: Mapping[str, Any]) -> str:
+    """The delays that latencies of a study count and leave out, and its unusual settings; "" where none are stated.
+
+    Sentences that begin with *Counted*; `data` is the JSON form of a sweep or a sensitivity study.
+    """
+    settings = study_settings(data)
+    if not settings:
+        return ""
+    is_counted = settings["processing"] == "response_time" and settings["profile"] != "osate-2.2"
+    left = [*([] if is_counted else ["waiting for the CPU"]), *(["bus arbitration"] if data.get("bus_waiting") else [])]
+    counted = f"execution, {'waiting for the CPU, ' if is_counted else ''}transmission."
+    omitted = {"processing", *(["profile"] if settings["profile"] == "dse" else [])}
+    rules = ", ".join(text for name, text in basis_parts(settings).items() if name not in omitted)
+    parts = [f"Counted  {counted}", *([f"Not {', not '.join(left)}."] if left else [])]
+    return " ".join([*parts, *([f"{rules[:1].upper()}{rules[1:]}."] if rules else [])])
 
 
 def _asked(space: Space) -> list[Metric]:

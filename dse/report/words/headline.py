@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 
-from dse.analysis.diagnosis.front_verdicts import leaves_out_buses, uncounted_buses
-from dse.analysis.latency.rows import counts_responses
-from dse.analysis.messages.stages import counted_buses
 from dse.analysis.terms import PPM
 from dse.answers.analysis import Analysis
 from dse.answers.contention_verdicts import Broken, Contended
@@ -15,12 +13,12 @@ from dse.answers.ranking.kinds import Kinds
 from dse.answers.ranking.optimality_gap import is_proved
 from dse.answers.result import Result
 from dse.answers.tables.display import readable
-from dse.report.amounts import listed
 from dse.report.page import Tone
-from dse.report.words.basis import basis_parts
-from dse.report.words.contention import asks_for_responses, core_words, own_core_words, uncounted_words
+from dse.report.words.basis import counting_words
+from dse.report.words.contention import core_words, own_core_words, uncounted_words
 from dse.space.model.criteria import Requirement
-from dse.space.model.metric_kinds import KINDS, flows_in
+from dse.space.model.metric_kinds import KINDS
+from dse.space.model.space import Space
 from dse.space.question.open_cores import cores_beside
 from dse.space.question.settings import ORIGIN
 from dse.support.units import format_duration, is_unbounded
@@ -28,15 +26,25 @@ from dse.support.units.text import count_words, format_count
 
 LINE = 80
 """Letters of the first line."""
+DEADLINE = "<= its deadline"
+"""The end of the text of a requirement that is a deadline."""
+SHORT_NAME = 32
+"""Letters of a name that is cut so that a limit has room."""
 
 
 def title_words(result: Result) -> str:
     """The problem's name and the limits that were asked for, in a line of a terminal.
 
-    At most `LINE` characters.
+    At most `LINE` characters. A name that leaves no room for a limit is cut in its middle.
     """
-    limits = limits_words(result, LINE - len(result.problem.name) - 2)
-    return f"{result.problem.name}: {limits}" if limits else result.problem.name
+    name = result.problem.name
+    limits = limits_words(result, LINE - len(name) - 2)
+    if limits[:1].isdecimal() and len(name) > SHORT_NAME:  # none is named, only their number
+        shown = limits_words(result, LINE - SHORT_NAME - 2)
+        if not shown[:1].isdecimal():
+            half = SHORT_NAME // 2
+            name, limits = f"{name[: half - 2].rstrip()} ... {name[half - SHORT_NAME + 3 :].lstrip()}", shown
+    return f"{name}: {limits}" if limits else name
 
 
 def limits_words(result: Result, room: int) -> str:
@@ -46,17 +54,32 @@ def limits_words(result: Result, room: int) -> str:
     """
     stated = [item for item in result.space.requirements if not item.implied]
     asked = [item for item in stated if item.origin == ORIGIN] or stated
-    limits = list(dict.fromkeys(_limit_words(item) for item in asked))
+    of_all = _limits_of_every_flow(result.space, asked)
+    said = (of_all.get(item.text) or _limit_words(item) for item in asked if not item.text.endswith(DEADLINE))
+    limits = list(dict.fromkeys(said))
+    limits += ["every deadline met"] if any(item.text.endswith(DEADLINE) for item in asked) else []
     if result.space.overload == "allowed":
         limits.insert(0, "overload allowed")
     for told in range(len(limits), -1, -1):
         more = len(limits) - told
         noun = f"{'more ' if told else ''}limit{'s' if more > 1 else ''}"
         rest = [f"{more} {noun}"] if more else []
-        said = ", ".join([*limits[:told], *rest])
-        if len(said) <= room:
+        words = ", ".join([*limits[:told], *rest])
+        if len(words) <= room:
             break
-    return said if limits else ""
+    return words if limits else ""
+
+
+def _limits_of_every_flow(space: Space, asked: Sequence[Requirement]) -> dict[str, str]:
+    """The phrase for requirements that limit each of several flows alike, by their texts: results state them singly."""
+    groups: dict[tuple[str, str], dict[int, str]] = {}
+    for item in asked:
+        kind = KINDS.get(item.metric.kind)
+        if item.metric.index is not None and kind is not None and kind.of == "flow":
+            rest = item.text.removeprefix(f"{item.metric.kind} of {space.flows[item.metric.index].name}")
+            groups.setdefault((item.metric.kind, rest), {})[item.metric.index] = item.text
+    whole = {key: texts for key, texts in groups.items() if 1 < len(texts) == len(space.flows)}
+    return {text: f"{kind} of every flow{rest}" for (kind, rest), texts in whole.items() for text in texts.values()}
 
 
 def _limit_words(item: Requirement) -> str:
@@ -97,38 +120,13 @@ def _stopped(result: Result) -> str:
     return "by Ctrl-C" if result.interrupted else "by the time limit"
 
 
-def counted_parts(result: Result) -> tuple[list[str], list[str]]:
-    """The delays that latencies count, and those that they leave out; two empty lists where no latency is asked for.
-
-    Lists of nouns such as *execution* and *waiting for the CPU*, to be joined in a sentence.
-    """
-    space = result.space
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
-    if not any(flows_in(space, metric) for metric in asked) and not asks_for_responses(space):
-        return [], []
-    is_counted = counts_responses(space) and any(item.processor is not None for item in space.components)
-    counted = ["execution", *(["waiting for the CPU"] if is_counted else []), "transmission"]
-    counted += ["waiting for the bus"] if counted_buses(space) else []
-    left = [] if counts_responses(space) else ["waiting for the CPU"]
-    if leaves_out_buses(space):
-        of = f" of {listed([bus.name for bus in uncounted_buses(space)])}" if counted_buses(space) else ""
-        left += [f"bus arbitration{of}"]
-    return counted, left
-
-
 def counted_words(result: Result) -> tuple[str, str]:
     """The sentence on what latencies count, and a remark on the profile; both "" where no latency is asked for.
 
     Two sentences, the second one about profiles that count no response times.
     """
-    counted, left = counted_parts(result)
-    if not counted:
-        return "", ""
-    said = f"{', '.join(counted)}." + (f" Not {', not '.join(left)}." if left else "")
-    parts = basis_parts(result.problem.effective)
-    told = {"processing", "overload", *(["profile"] if result.space.profile == "dse" else [])}
-    rules = ", ".join(text for name, text in parts.items() if name not in told)
-    return f"{said} {rules[:1].upper()}{rules[1:]}.".rstrip(" .") + ".", uncounted_words(result.space)
+    said = counting_words(result.space, result.problem.effective)
+    return said, uncounted_words(result.space) if said else ""
 
 
 class Waiting:

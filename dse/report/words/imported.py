@@ -56,17 +56,17 @@ def import_block(document: Mapping[str, Any], remarks: Sequence[Diagnostic], *, 
 
 
 def _counts(document: Mapping[str, Any]) -> str:
-    found = []
+    counts = []
     for section in ("threads", "devices", "buses", "connections", "flows"):
         number = len(_without_data(document.get(section) or {}))
         if number or section in ("threads", "connections", "flows"):
             one = "bus" if section == "buses" else section[:-1]
-            found.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
-    return ", ".join(found)
+            counts.append(f"no {section}" if not number else f"1 {one}" if number == 1 else f"{number} {section}")
+    return ", ".join(counts)
 
 
 def _fill_in(document: Mapping[str, Any]) -> Iterator[str]:
-    """What a problem needs that the document does not have: its field, its unit, and why."""
+    """The fields that a problem needs and the document lacks: field, unit, and reason."""
     threads, devices = (document.get(name) or {} for name in ("threads", "devices"))
     connections = document.get("connections") or {}
     types = {**(document.get("thread_types") or {}), **(document.get("device_types") or {})}

@@ -27,7 +27,7 @@ MOST_DELAYS = 6
 
 
 def late_words(late: Late) -> str:
-    """Why a thread is late, and what would have to be shorter.
+    """The reason why a thread is late, and the shorter times that would be enough.
 
     ``b ends 4 ms late on core 1 of p: 8 ms of its own, behind 2 x a (8 ms); in time with 4 ms less of b each time, or
     2 ms less of a``.
@@ -44,7 +44,7 @@ def late_words(late: Late) -> str:
 
 
 def _work(late: Late) -> str:
-    """What it does itself, and whether that alone is too much."""
+    """The thread's own work, and whether it alone exceeds the limit."""
     text = f"{_time(late.work_ns)} of its own"
     if late.limit_ns is None or not late.is_late_alone:
         return text
@@ -52,13 +52,13 @@ def _work(late: Late) -> str:
 
 
 def _behind(late: Late) -> str:
-    """What it waits for, place by place."""
-    found = list(_wait_words(late.waits, told=bool(late.has_segments)))
-    return f", behind {'; '.join(found)}" if found else ""
+    """The waits of a late thread, for each core and accelerator."""
+    waits = list(_wait_words(late.waits, told=bool(late.has_segments)))
+    return f", behind {'; '.join(waits)}" if waits else ""
 
 
 def _why_endless(late: Late) -> str:
-    """Why a response time has no bound though all that goes before it has one."""
+    """The reason why a response time is unbounded although all threads of higher priority have bounds."""
     if late.budget is not None:
         has = f"{_time(late.budget.budget_ns)} of every {_time(late.budget.period_ns)}"
         if late.budget.is_served:
@@ -132,7 +132,7 @@ def _parts(waits: Sequence[Wait]) -> Iterator[str]:
 
 
 def _over(waits: Sequence[Wait]) -> str:
-    """What of it is over by then."""
+    """The part of the waits that is over when the thread is released."""
     over = sum(item.over_ns for item in waits)
     return f", of which {_time(over)} are over when it is released" if over else ""
 
@@ -147,7 +147,7 @@ def _enough(late: Late) -> str:
 
 
 def delayed_words(delayed: Delayed) -> str:
-    """Who waits how long for whom in what a requirement counts, and which single shorter time would keep it.
+    """The waits of threads that a requirement counts, and the single shorter times that would meet it.
 
     ``nav waits 4 ms on core 1 of p, behind 1 x fast (4 ms); latency of f <= 27 ms holds with 2 ms less of fast each
     time``; where no such time is known ``for latency of f <= 27 ms nav waits ...``.
@@ -173,7 +173,7 @@ def _who_waits(item: FlowWait) -> str:
 
 
 def overload_words(overload: Overload) -> str:
-    """Who uses more than there is, and who has no bound because of that.
+    """The users of an overloaded core or bus, and the threads without a bound because of it.
 
     ``core 1 of p is used to 105 %, at most 100 %: a 60 %, b 45 %; because of it b has no bound; kept with 1 ms less of
     b each time``.
@@ -209,12 +209,12 @@ def shorter_words(shorter: Sequence[Shorter], own: str = "") -> str:
     """
     mine = [item for item in shorter if item.name == own or item.name.startswith(f"{own} (")]
     others = sorted((item for item in shorter if item not in mine), key=lambda item: item.by_ns)
-    told = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)
+    shown = sorted([*mine, *others][:MOST_SHORTER], key=shorter.index)
     words = [
         f"{_time(item.by_ns)} less of {f'the section of {item.name}' if item.section else f'{item.name} each time'}"
-        for item in told
+        for item in shown
     ]
-    left = len(shorter) - len(told)
+    left = len(shorter) - len(shown)
     return ", or ".join(words) + (f" (or of {left} more: --json)" if left else "")
 
 

@@ -27,9 +27,9 @@ def message_tables(messages: Mapping[str, Sequence[MessageResponse]], brief: int
 
     A terminal shows `brief` rows in all.
     """
-    shown = {bus: found for bus, found in messages.items() if found}
-    for bus, found in shown.items():
-        rows = [_row(item) for item in sorted(found, key=_slack)]
+    shown = {bus: of_bus for bus, of_bus in messages.items() if of_bus}
+    for bus, of_bus in shown.items():
+        rows = [_row(item) for item in sorted(of_bus, key=_slack)]
         kept = [at for at in range(len(HEADINGS)) if any(row[at] for row in rows)]
         numbers = tuple(position for position, at in enumerate(kept) if at in NUMBERS)
         table = Table(
@@ -75,19 +75,19 @@ def _waits_for(item: MessageResponse) -> str:
     if item.because:
         return no_bound_words(item.because)
     first = sorted(item.interference, key=lambda one: -one.work_ns)
-    found = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
+    waits = [f"{one.jobs} x {one.name} ({in_ms(one.work_ns)})" for one in first[:MOST_NAMED]]
     if len(first) > MOST_NAMED:
         work = sum(one.work_ns for one in first[MOST_NAMED:])
-        found.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
+        waits.append(f"{len(first) - MOST_NAMED} more ({in_ms(work)})")
     if item.earlier_ns:
-        found.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
+        waits.insert(0, f"earlier ones of its own ({in_ms(item.earlier_ns)})")
     if item.over_ns:
-        found.append(f"of which {in_ms(item.over_ns)} are over when it comes")
-    return ", ".join(found)
+        waits.append(f"of which {in_ms(item.over_ns)} are over at its arrival")
+    return ", ".join(waits)
 
 
 def late_message_words(late: LateMessage) -> str:
-    """Why a message is late, what goes before it, and the identifier that would do.
+    """The reason why a message is late: messages before it, and an identifier that would be early enough.
 
     ``m3 (0x13) ends 0.7 ms late on b: 0.54 ms of its own, behind 2 x m0 (1.08 ms); in time right before m1, with 0x10``
     """

@@ -66,9 +66,9 @@ def outlook_table(result: Result) -> list[Block]:
     if not outlooks:
         return []
     pairs = zip(outlooks, result.space.objectives, strict=True)
-    found = [_without_stand_ins(item, objective, result.space) for item, objective in pairs]
+    known = [_without_stand_ins(item, objective, result.space) for item, objective in pairs]
     headings, columns = [""], [["best found", "bound, designs missing", "gap"]]
-    for item in found:
+    for item in known:
         best = item.bound if item.best is None else item.best
         unit, cells = column([best, item.bound, item.possible_gain], item.unit, result.space.currency)
         is_known = item.best is not None

@@ -382,7 +382,7 @@ def rounding_words(result: Result) -> str:
     One sentence with the counting unit of each rounded objective.
     """
     found = [f"{item.name} (to {item.unit})" for item in result.objectives if item.name in result.rounded]
-    return f"Rounded up, for want of a unit in which all values are whole: {', '.join(found)}." if found else ""
+    return f"Rounded up, because no unit makes all values whole numbers: {', '.join(found)}." if found else ""
 
 
 def exclusion_words(space: Space) -> str:

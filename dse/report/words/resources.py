@@ -14,7 +14,7 @@ SYSTEM = "system"
 
 
 def resource_blocks(analysis: Analysis) -> Iterator[Block]:
-    """A table of what there is, one of whoever has a budget, and what OSATE says of both.
+    """A table of resources, a table of budgets, and OSATE's findings on both.
 
     Up to two tables and a list of findings; nothing for a problem without budgets (OSATE's resource budget analyses).
     """

@@ -29,7 +29,7 @@ ALWAYS = 7
 
 
 def _response_table(processor: str, responses: Sequence[Response]) -> Table:
-    """What runs on a processor, by core and priority, what it waits for, and when it is done at the latest."""
+    """The threads of a processor by core and priority, with their waits and response times."""
     rows = [_row(item, processor) for item in responses]
     is_served = any(item.is_served for item in responses)
     caption = f"Response times on {processor}, which serves one job at a time" if is_served else CORES.format(processor)
@@ -53,12 +53,12 @@ def response_tables(responses: Mapping[str, Sequence[Response]], brief: int | No
 
     Times in ms; processors without response times have no table. At least `LEAST` rows of each are shown.
     """
-    shown = {processor: found for processor, found in responses.items() if found}
-    for processor, found in shown.items():
-        table = _response_table(processor, found)
+    shown = {processor: on_processor for processor, on_processor in responses.items() if on_processor}
+    for processor, on_processor in shown.items():
+        table = _response_table(processor, on_processor)
         if brief is not None:
             rows = max(LEAST, brief // len(shown))
-            what = "threads and pieces" if any(item.is_piece for item in found) else "threads"
+            what = "threads and pieces" if any(item.is_piece for item in on_processor) else "threads"
             spare = tuple(at for at, name in enumerate(table.headings) if name in HEADINGS[ALWAYS:])[::-1]
             rest = f"and {{}} more {what}, and what each waits for (--all)"
             table = replace(table, brief=rows, rest=rest, spare=spare)
@@ -70,11 +70,11 @@ def busy_timelines(responses: Mapping[str, Sequence[Response]]) -> Iterator[Time
 
     A timeline of the busy period of each core on which several tasks run; nothing for the others.
     """
-    for processor, found in responses.items():
-        for core in sorted({item.core for item in found}):
-            busy = worst_busy_period(core, found)
+    for processor, on_processor in responses.items():
+        for core in sorted({item.core for item in on_processor}):
+            busy = worst_busy_period(core, on_processor)
             if busy is not None and len({piece.name for piece in busy.pieces}) > 1:
-                is_served = any(item.is_served for item in found)
+                is_served = any(item.is_served for item in on_processor)
                 yield _busy_timeline(processor if is_served else f"Core {core} of {processor}", busy)
 
 
@@ -94,7 +94,7 @@ def _busy_timeline(where: str, busy: BusyPeriod) -> Timeline:
         said += f", {in_ms(left)} before its deadline" if left >= 0 else f", {in_ms(-left)} after its deadline"
     caption = f"{where} where it is tightest: {said}"
     if busy.is_segment:
-        said = f"{busy.name} ends at most {in_ms(response)} after its own release, with all that may go before it"
+        said = f"{busy.name} ends at most {in_ms(response)} after its own release, with all interference"
         caption = f"{where} where a segment takes longest: {said}"
     marks = ((float(busy.released_ns) / whole, f"| is the release of that job, at {in_ms(busy.released_ns)}."),)
     return Timeline(caption, tuple(lanes), ("0", in_ms(busy.end_ns)), marks if busy.released_ns else ())
@@ -127,15 +127,15 @@ def _waits_for(item: Response) -> str:
     """
     if item.because:
         return no_bound_words(item.because)
-    found = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
+    waits = [f"{delay.jobs} x {delay.name} ({in_ms(delay.work_ns)})" for delay in item.delays]
     earlier, over = item.parts.earlier_jobs, item.parts.over_ns
     if earlier:
-        found.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
+        waits.insert(0, f"{earlier} earlier {'job' if earlier == 1 else 'jobs'} ({in_ms(item.parts.earlier_ns)})")
     if item.before_ns:
-        found.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
+        waits.insert(0, f"its earlier pieces ({in_ms(item.before_ns)})")
     if over:
-        found.append(f"of which {in_ms(over)} are over when it is released")
-    return ", ".join(found) or (f"its turn in {item.executor}" if item.executor else "")
+        waits.append(f"of which {in_ms(over)} are over when it is released")
+    return ", ".join(waits) or (f"its turn in {item.executor}" if item.executor else "")
 
 
 def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: bool | None) -> tuple[str, ...]:
@@ -152,7 +152,7 @@ def deadline_cells(response_ns: Exact | None, deadline_ns: Exact | None, meets: 
 
 
 def no_bound_words(causes: Sequence[str]) -> str:
-    """Why a response time has no bound: the threads or messages that have none themselves.
+    """The reason why a response time has no bound: the threads or messages that have none themselves.
 
     One phrase; `causes` are names, in the order in which they were found.
     """

@@ -144,8 +144,8 @@ def find_conflicts(
     sets that have no design: the conflicts in these are found first. Of members that are not `among` those that are
     asked about no conflict or correction has any. Each set that has no design is `heard` of as soon as it is known.
     """
-    asked = oracle.everything if among is None else among
-    explored = _Map(oracle.statements, asked, oracle.seed)
+    demands = oracle.everything if among is None else among
+    explored = _Map(oracle.statements, demands, oracle.seed)
     conflicts: list[ConflictSet] = []
     corrections: list[Correction] = []
     complete = limited = stopped = False
@@ -175,14 +175,14 @@ def find_conflicts(
                 explored.without_conflict(frozenset(conflict.members))
                 limited = len(conflicts) >= limit
                 continue
-            corrections.append(Correction(tuple(sorted(asked - seed)), witness))
+            corrections.append(Correction(tuple(sorted(demands - seed)), witness))
             explored.beyond(seed)
             if not every:
                 break
     except OutOfTime:
         stopped = True
-    found = sorted(conflicts, key=lambda item: (len(item.members), item.members))
-    return Conflicts(tuple(found), tuple(corrections), complete, limited and not complete, stopped, reduced)
+    ordered = sorted(conflicts, key=lambda item: (len(item.members), item.members))
+    return Conflicts(tuple(ordered), tuple(corrections), complete, limited and not complete, stopped, reduced)
 
 
 def _shrinking(oracle: Oracle, members: frozenset[int]) -> Iterator[frozenset[int]]:

@@ -108,12 +108,12 @@ class Switchboard:
                         raise OutOfTime
                     if not isinstance(answer, Found):
                         return None
-                    asked = [*limits, *more]
-                    broken = refused(self.structure, answer.design, [limit for limit, _ in asked])
+                    limits_asked = [*limits, *more]
+                    broken = refused(self.structure, answer.design, [limit for limit, _ in limits_asked])
                     if not broken:
                         return canonical(self.space, answer.design)
                     for number in broken:  # within what rounding admits, but not exactly
-                        strategy.exclude(answer.design, unless=[asked[number][1].negated()])
+                        strategy.exclude(answer.design, unless=[limits_asked[number][1].negated()])
         finally:
             for _, guard in more:
                 self._bound(guard, 0, 0)

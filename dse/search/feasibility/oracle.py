@@ -60,12 +60,12 @@ def _members_of(space: Space) -> tuple[Member, ...]:
 
 def _statements_of(members: Sequence[Member]) -> tuple[tuple[int, ...], ...]:
     """Members by number, together where one limit states them: a limit of every flow, processor, core or bus."""
-    found: dict[object, list[int]] = {}
+    by_statement: dict[object, list[int]] = {}
     for number, item in enumerate(members):
         is_one = isinstance(item, Requirement) and item.stated and item.operator in DIRECTED
         key = (item.origin, item.stated) if isinstance(item, Requirement) and is_one else number
-        found.setdefault(key, []).append(number)
-    return tuple(map(tuple, found.values()))
+        by_statement.setdefault(key, []).append(number)
+    return tuple(map(tuple, by_statement.values()))
 
 
 def demanding(space: Space, members: Iterable[Member]) -> Space:
@@ -124,7 +124,7 @@ def find_design(
 
 
 class Oracle:
-    """Which sets of members have a design; remembers witnesses and refuted sets, so that few questions are solved.
+    """Decides which sets of members have a design; remembers witnesses and refuted sets to ask few questions.
 
     Sets are those of positions in `members`; `statements` has those together that a user stated as one. The space is
     encoded once, with a switch for each member; once a question has taken `SHARED_WORK` in vain, each is encoded for
@@ -160,7 +160,7 @@ class Oracle:
 
     @property
     def deadline(self) -> float | None:
-        """When questions end, by the monotonic clock; None without a limit.
+        """The time at which questions end, by the monotonic clock; None without a limit.
 
         Seconds of `time.monotonic()`.
         """
@@ -191,7 +191,7 @@ class Oracle:
         return self.solve(kept)
 
     def shown(self, design: Design) -> frozenset[int]:
-        """Know a design that was found elsewhere; the members that it meets, none where it is no design.
+        """Note a design that was found elsewhere; returns the members that it meets, none for an invalid design.
 
         Positions of members. Later questions that the design answers take no solver call.
         """
@@ -213,18 +213,18 @@ class Oracle:
         With a `seed` the question is a problem of its own, encoded for it alone.
         """
         if seed is None:
-            found = self.find(kept)
+            design = self.find(kept)
         else:
             with self._spent():
-                found = self._apart(kept, seed)
-        if found is None:
+                design = self._apart(kept, seed)
+        if design is None:
             self._refuted.append(kept)
         else:
-            met = self.met_by(found)
+            met = self.met_by(design)
             if not kept <= met:
-                raise RefereeError(f"the solver's design {found} does not meet {sorted(kept - met)}")
-            self._witnesses[found] = met
-        return found
+                raise RefereeError(f"the solver's design {design} does not meet {sorted(kept - met)}")
+            self._witnesses[design] = met
+        return design
 
     def find(
         self, kept: frozenset[int], measure: Measure | None = None, further: Sequence[Limit] = ()

@@ -59,9 +59,9 @@ def closest_limit(
     directions: tuple[tuple[Operator, Operator], ...] = ((">=", "<="), ("<=", ">="))
     for beyond, back in directions:
         side = _total(oracle, replace(requirement, operator=beyond))
-        found = _extreme(oracle, kept, (replace(requirement, operator=back),), (side,), of_total=True)
-        if found is not None:
-            sides.append(found)
+        extreme = _extreme(oracle, kept, (replace(requirement, operator=back),), (side,), of_total=True)
+        if extreme is not None:
+            sides.append(extreme)
     return min(sides, key=lambda item: abs(item.limit - requirement.limit.value), default=None)
 
 
@@ -107,9 +107,9 @@ def _extreme(
     strictly: Operator = "<" if is_upper else ">"
     space, build = oracle.space, _total if of_total else _built
     best: Closest | None = None
-    tight, asked = tuple(build(oracle, item) for item in requirements), also
+    tight, limits_asked = tuple(build(oracle, item) for item in requirements), also
     while True:
-        design = oracle.find(kept, _worst_excess(space, tight), asked)
+        design = oracle.find(kept, _worst_excess(space, tight), limits_asked)
         if design is None:
             return best
         needed = [_needed_limit(oracle, item, design, of_total=of_total) for item in requirements]
@@ -118,7 +118,7 @@ def _extreme(
             return best
         best = Closest(limit, design, thread)
         tight = tuple(build(oracle, replace(_limited(item, limit), operator=strictly)) for item in requirements)
-        asked = (*also, *tight)
+        limits_asked = (*also, *tight)
 
 
 def _limited(requirement: Requirement, limit: Fraction) -> Requirement:

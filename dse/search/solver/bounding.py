@@ -48,7 +48,7 @@ class Narrowing:
 
 
 def narrowed(call: Call, known: Narrowing, work: float) -> Answer:
-    """The best design of the model as it stands, with so much work; what was proved where that is not enough.
+    """The best design of the model as it stands, with a given amount of work; what was proved where that is not enough.
 
     Bounds from below and designs from above take turns, until they meet or `work` (deterministic time) is used up.
     """
@@ -109,9 +109,9 @@ def _bettered(call: Call, known: Narrowing, best: Found | None) -> Found | None:
     start = best or call.start
     if start is None or (call.within, start.point) in known.improved:
         return best
-    found = improved(call, start)
-    known.improved |= {(call.within, start.point), (call.within, found.point)}
-    return best if found is start else found
+    better = improved(call, start)
+    known.improved |= {(call.within, start.point), (call.within, better.point)}
+    return best if better is start else better
 
 
 def _counts_one(call: Call) -> bool:
@@ -128,7 +128,7 @@ def _counts_options(call: Call) -> bool:
 
 
 def waiting_axes(encoded: EncodedSpace) -> frozenset[int]:
-    """The objectives that hang on how long threads wait: those that are no plain sums over options, where any may be.
+    """The objectives that depend on how long threads wait: those that are no plain sums over options, where any may be.
 
     What a part of the space has of them is proved once for all other objectives where these are what is minimised, the
     loosest limits on the others first; with plain sums minimised it is proved anew for each (decision record 9).
@@ -161,11 +161,11 @@ def lowest(call: Call, work: float, pools: PoolMemory | None = None) -> Answer:
         answer = call.run(RELAXED, limit, None, middle)
         if isinstance(answer, Unfinished) and pools is not None:
             before = call.work
-            told, pools = pooled(call, pools, answer.best or best), None
-            if not isinstance(told, Unfinished):
-                return told
-            call.raise_least(told.bound or 0)
-            best = told.best or answer.best
+            better, pools = pooled(call, pools, answer.best or best), None
+            if not isinstance(better, Unfinished):
+                return better
+            call.raise_least(better.bound or 0)
+            best = better.best or answer.best
             end += call.work - before
             continue
         if isinstance(answer, Unfinished):

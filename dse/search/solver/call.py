@@ -74,8 +74,8 @@ class Call:
     def _keep(self, best: Found | None) -> None:
         """Keep the best design that was met, by what is minimised now: a search may be stopped at any moment."""
         if best is not None and (weights := self.weights) is not None:
-            found = [best] if self.incumbent is None else [self.incumbent, best]
-            self.incumbent = min(found, key=lambda one: weighted(weights, one.point))
+            solutions = [best] if self.incumbent is None else [self.incumbent, best]
+            self.incumbent = min(solutions, key=lambda one: weighted(weights, one.point))
 
     def stop(self) -> None:
         """End the running call and refuse further ones.
@@ -228,7 +228,7 @@ class Call:
         return Unfinished(self._bound(solver), best), best
 
     def limited(self, settings: SolverSettings, work: float) -> cp_model.CpSolver:
-        """A solver that is to do so much work, and no longer than there is time.
+        """A solver that is to do a given amount of work, and no longer than there is time.
 
         `work` is in deterministic time, which does not depend on the machine; the deadline is in seconds.
         """
@@ -259,17 +259,17 @@ class Call:
     def _judged(
         self, solver: cp_model.CpSolver, settings: SolverSettings, best: Found | None, *, is_optimal: bool
     ) -> tuple[Answer | None, Found | None]:
-        """What a solution says; no answer where the model has learnt from it."""
+        """The answer that a solution gives; None where the model has learnt from it."""
         point = tuple(solver.value(objective.variable) for objective in self.encoded.objectives)
         solution = list(solver.response_proto.solution)
-        design, found = self.encoded.design(solution), None
+        design, found_design = self.encoded.design(solution), None
         is_loose, is_last = self.encoded.is_loose, is_optimal or settings.any_value
         if is_loose:
             exact = self.encoded.weigh(design)
-            found = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
-            if self.weights is None and found is not None:
-                return (found if is_optimal else Unfinished(self._bound(solver), found)), best
-            best = found or best or self.on_other_cores(design, solver.value)
+            found_design = Found(exact, design) if exact is not None and self.is_wanted(exact, best) else None
+            if self.weights is None and found_design is not None:
+                return (found_design if is_optimal else Unfinished(self._bound(solver), found_design)), best
+            best = found_design or best or self.on_other_cores(design, solver.value)
             self._keep(best)
             if is_optimal and self._is_reached(best, point):
                 return best, best
@@ -283,7 +283,7 @@ class Call:
         if settled is None and (is_last or (has_learnt and not is_loose)):
             if is_optimal and self.weights is not None:  # of a question that now is stricter
                 self.raise_least(self._bound(solver) or 0)
-            is_found = found is not None and not is_optimal
+            is_found = found_design is not None and not is_optimal
             return (Unfinished(self._bound(solver), best) if is_found else None), best
         if is_optimal and settled is not None:
             return Found(point, settled), best
@@ -315,7 +315,7 @@ class Call:
 
 
 def _begin_from(model: cp_model.CpModel, solution: Sequence[int]) -> None:
-    """Let the next solver start where the last one ended: it only has to mend what the model did not know then."""
+    """Let the next solver start where the last one ended: it only has to repair what the model did not know then."""
     model.clear_hints()
     model.proto.solution_hint.vars.extend(range(len(solution)))
     model.proto.solution_hint.values.extend(solution)

@@ -127,7 +127,7 @@ class Knapsacks:
 
         Compares the parts by their first design.
         """
-        found: list[Design] = []
+        designs: list[Design] = []
         for number, table in enumerate(self.tables):
             value = table.value_beside(point)
             if value is None or value > point[1 - table.axis]:
@@ -135,8 +135,8 @@ class Knapsacks:
             design = self.design(number, point) if value == point[1 - table.axis] else None
             if design is None:
                 return None
-            found.append(design)
-        return min(found, default=None)
+            designs.append(design)
+        return min(designs, default=None)
 
     def _accepted(self, number: int, point: Bound) -> Iterator[Design]:
         for design in islice(self.tables[number].designs(point), self._most_tried):
@@ -170,9 +170,9 @@ def knapsacks_of(encoded: EncodedSpace, parts: Sequence[Sequence[int]], tuning: 
 def _planned(
     encoded: EncodedSpace, part: Sequence[int], every: set[int]
 ) -> tuple[int, Grid, int, list[Choices]] | None:
-    """What the table of a part is made of; its axis is the objective that has fewer values."""
+    """The plan of the table of a part; its axis is the objective with fewer values."""
     held = frozenset(part)
-    sums = [found for objective in encoded.objectives if (found := _sum_of(objective, held)) is not None]
+    sums = [total for objective in encoded.objectives if (total := _sum_of(objective, held)) is not None]
     decisions = [_options(encoded, decision, held) for decision in range(len(encoded.options))]
     known = {index for pairs in decisions for _, index in pairs}
     if len(sums) < 2 or any(not coefficients.keys() - every <= known for _, coefficients in sums):
@@ -221,8 +221,8 @@ def _before(row: Row, choices: Choices) -> Row:
     pairs = {(step, value) for _, step, value in choices}
     if pairs == {(0, 0)}:
         return row
-    found = np.full_like(row, NO_VALUE)
+    row_before = np.full_like(row, NO_VALUE)
     for step, value in sorted(pairs):
         shifted = row[: len(row) - step] + value
-        np.minimum(found[step:], shifted, out=found[step:])
-    return np.minimum(found, NO_VALUE)
+        np.minimum(row_before[step:], shifted, out=row_before[step:])
+    return np.minimum(row_before, NO_VALUE)

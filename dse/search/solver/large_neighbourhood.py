@@ -1,8 +1,8 @@
 """Other designs than solutions: on other cores, better ones near a design, or with the objectives of a solution.
 
-Where threads wait longer than the model knew, the placement heuristics look for cores on which nobody is late. Where an
-optimum fills its cores to the brim, a design with its objectives that uses them less is looked for (decision record
-24).
+Where threads wait longer than the model knew, the placement heuristics search cores on which no thread is late. Where
+an optimum fills its cores to the brim, a design with the same objectives and lower utilisation is searched (decision
+record 8).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _best_around(
 ) -> Found | None:
     """The best design known, after decisions that are `free` had other options than a design, and all others the same.
 
-    Each of up to `most_moves` calls may do so much work, and ends with a lesson or an answer; `most` as in
+    Each of up to `most_moves` calls may do a given amount of work, and ends with a lesson or an answer; `most` as in
     `Call.once`.
     """
     proved = call.least
@@ -50,7 +50,7 @@ def _best_around(
 
 
 def packed(call: Call, packings: set[Design], design: Design, value: Callable[[cp_model.IntVar], int]) -> Found | None:
-    """A design that is wanted where none is known: one that was refused, on cores where nobody is late.
+    """A design that is wanted where none is known: one that was refused, on cores where no thread is late.
 
     Each choice of everything but cores is tried once, and is among the `packings` then.
     """
@@ -64,8 +64,8 @@ def packed(call: Call, packings: set[Design], design: Design, value: Callable[[c
     packings.add(rest)
     weights = call.weights
     weighed = [(call.encoded.weigh(other), other) for other in contention.elsewhere(design, value)]
-    found = [Found(exact, other) for exact, other in weighed if exact is not None and call.is_wanted(exact, None)]
-    return min(found, key=lambda one: weighted(weights, one.point), default=None)
+    better = [Found(exact, other) for exact, other in weighed if exact is not None and call.is_wanted(exact, None)]
+    return min(better, key=lambda one: weighted(weights, one.point), default=None)
 
 
 @contextmanager
@@ -132,14 +132,14 @@ def _neighbourhoods(
 def _threads_by_core(space: Space, design: Design) -> dict[tuple[int, int], set[str]]:
     """The names, as stated in the file, of the threads whose core is a decision, by processor and option."""
     view = View(design)
-    found: dict[tuple[int, int], set[str]] = {}
+    threads_of: dict[tuple[int, int], set[str]] = {}
     for item in space.open_cores:
         if design[item.index] >= 0:
             for number in item.threads:
                 component = space.components[number]
                 core = int(at(component.processor, view)), design[item.index]
-                found.setdefault(core, set()).add(component.stated_as)
-    return found
+                threads_of.setdefault(core, set()).add(component.stated_as)
+    return threads_of
 
 
 def _free_decisions(space: Space, free: frozenset[str]) -> set[int]:
@@ -167,13 +167,13 @@ def roomier(call: Call, design: Design, point: Bound) -> Design | None:
     for work in tuning.work:
         if call.out_of_time():
             return None
-        found = call.limited(RELAXED, work)
-        status = call.solved(found, model, RELAXED)
+        sharper = call.limited(RELAXED, work)
+        status = call.solved(sharper, model, RELAXED)
         if status == cp_model.INFEASIBLE:
             return None
         if status != cp_model.UNKNOWN:
-            other = encoded.design(list(found.response_proto.solution))
-            settled = encoded.settled(other, found.value, is_best=False)
+            other = encoded.design(list(sharper.response_proto.solution))
+            settled = encoded.settled(other, sharper.value, is_best=False)
             if settled is not None or status == cp_model.OPTIMAL:
                 return settled
     return None

@@ -69,15 +69,15 @@ class Pools:
 
         Domains are copied, so that pools answer exactly the question that was asked of the space.
         """
-        mine, asked = self.model.proto, encoded.model.proto
+        mine, proto = self.model.proto, encoded.model.proto
         for index in range(self._shared):  # whatever was fixed when the model was kept
-            known, wanted = mine.variables[index].domain, list(asked.variables[index].domain)
+            known, wanted = mine.variables[index].domain, list(proto.variables[index].domain)
             if list(known) != wanted:
                 known.clear()
                 known.extend(wanted)
         for switch in encoded.regions:
             for constraint in switch.constraints:
-                low, *_, high = asked.constraints[constraint].linear.domain
+                low, *_, high = proto.constraints[constraint].linear.domain
                 set_domain(mine.constraints[constraint].linear, low, high)
         self.model.minimize(self._sum(encoded, weights))
 
@@ -101,12 +101,12 @@ class Pools:
         for decision, option in enumerate(encoded.design(solution)):
             if option >= 0 and decision not in contention.moved:
                 set_domain(variables[encoded.options[decision][option].index], 1, 1)
-        given: Counter[int] = Counter()  # how many cores of a class
+        cores_of_class: Counter[int] = Counter()  # how many cores of a class
         true = contention.places.true
         for pool in self.all:
-            start = given[id(pool.of)]
+            start = cores_of_class[id(pool.of)]
             mine = pool.of.cores[start : start + solution[pool.count.index]]
-            given[id(pool.of)] += len(mine)
+            cores_of_class[id(pool.of)] += len(mine)
             for number in pool.threads(solution):
                 columns = contention.places.threads[number].cores[pool.of.rows.processor]
                 for core, index in enumerate(columns, start=1):
@@ -164,11 +164,11 @@ def pooled(call: Call, memory: PoolMemory, best: Found | None) -> Answer:
     else:
         pools.follow(encoded, weights)
         solution = None
-    found = _placed(call, pools, least, solution, best)
-    if found is None or weighted(weights, found.point) > (call.least or 0):
-        pools.tried.add((tuple(weights), call.within, call.least, call.most(found or best)))
-        return Unfinished(call.least, found or best)
-    return found
+    better = _placed(call, pools, least, solution, best)
+    if better is None or weighted(weights, better.point) > (call.least or 0):
+        pools.tried.add((tuple(weights), call.within, call.least, call.most(better or best)))
+        return Unfinished(call.least, better or best)
+    return better
 
 
 def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, best: Found | None) -> Found | None:
@@ -185,9 +185,9 @@ def _placed(call: Call, pools: Pools, least: int, known: Sequence[int] | None, b
             return None
         solution, known = known or _sketched(call, pools._roomiest(encoded, weights, most), tuning.room_work), None
         placed = None if solution is None else _sketched(call, pools._placing(encoded, solution), tuning.place_work)
-        found = None if placed is None else _judged(encoded, placed)
-        if placed is not None and found is not None and call.is_wanted(found.point, best):
-            return found
+        judged = None if placed is None else _judged(encoded, placed)
+        if placed is not None and judged is not None and call.is_wanted(judged.point, best):
+            return judged
     return None
 
 

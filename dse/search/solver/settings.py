@@ -24,7 +24,7 @@ seconds, where searches that find their design have some 1,000 conflicts in 0.01
 
 @dataclass(frozen=True)
 class SolverSettings:
-    """How much linear relaxation a call uses.
+    """The amount of linear relaxation that a call uses.
 
     `weight` is how much work a unit of deterministic time is: linear programming takes longer than the solver counts.
     `per_variable` is how much work a call takes at least for each variable of the model. With `in_order` the search is
@@ -60,7 +60,7 @@ class SolverSettings:
         return self.per_variable * len(model.proto.variables)
 
     def apply(self, parameters: Any, work: float) -> None:
-        """Set the parameters of a solver that is to do so much work at most.
+        """Set the parameters of a solver that is to do a given amount of work at most.
 
         `parameters` is CP-SAT's parameter message; `work` is in deterministic time.
         """

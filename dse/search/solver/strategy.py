@@ -151,7 +151,7 @@ class Strategy(Call):
         best: Found | None,
         least: int = 0,
     ) -> Answer:
-        """A better design than `best` in a part of the space where none is below `least`, with so much work.
+        """A better design than `best` in a part of the space where none is below `least`, with a given amount of work.
 
         `way` has settings and work; what the answer proves is stored with the part.
         """

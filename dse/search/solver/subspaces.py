@@ -1,4 +1,4 @@
-"""The parts of a space: one for each combination of options of the decisions that most sums hang on.
+"""The parts of a space: one for each combination of options of the decisions that most sums depend on.
 
 With these given, sums of execution times and loads are plain sums, whose linear relaxation is tight; and what is proved
 of a part stays true in later questions: many parts need not be asked again.
@@ -145,7 +145,7 @@ class AllSubspaces:
     ) -> tuple[Answer | None, int | None]:
         """The answer of the tables on the least weighted sum in a region, or a bound of it (which the parts record).
 
-        Nothing before a search has done so much `work` that making them pays.
+        Nothing before a search has done a given amount of `work` that making them pays.
         """
         if work < self._tuning.after or len(regions) > 1 or not any(weights) or self.knapsacks is None:
             return None, None
@@ -178,12 +178,12 @@ class AllSubspaces:
         None where no known design is in a region; ties by the design, so that results are reproducible.
         """
         known = [
-            found
+            better
             for part in self.all
-            for found in part.found
-            if any(strictly_inside(found.point, region) for region in regions)
+            for better in part.found
+            if any(strictly_inside(better.point, region) for region in regions)
         ]
-        return min(known, key=lambda found: (weighted(weights, found.point), found.design), default=None)
+        return min(known, key=lambda better: (weighted(weights, better.point), better.design), default=None)
 
 
 def _combinations(encoded: EncodedSpace, most: int) -> list[tuple[int, ...]]:
@@ -281,7 +281,7 @@ class Apart:
         ]
 
     def attempt(self, work: float) -> Answer:
-        """Go on for so much work, and more: what was done is not lost; with rows of cores to the end.
+        """Go on for a given amount of work, and more: what was done is not lost; with rows of cores to the end.
 
         Parts that cannot improve on the best design are dropped; the answer is proved when none waits.
         """

@@ -55,7 +55,7 @@ def grids_of(
 
     One `Grid` for each objective: the start and the greatest common divisor of what the open literals can add.
     """
-    held, found = frozenset(literals), []
+    held, grids = frozenset(literals), []
     for objective in objectives:
         grid = EVERY
         for chosen, constant, coefficients in objective.branches:
@@ -64,8 +64,8 @@ def grids_of(
                 left = (number for index, number in coefficients.items() if index not in held and index not in others)
                 grid = Grid(start, gcd(*left))
                 break
-        found.append(grid)
-    return tuple(found)
+        grids.append(grid)
+    return tuple(grids)
 
 
 def weighted_grid(grids: Sequence[Grid], weights: Sequence[int]) -> Grid:

@@ -123,7 +123,7 @@ class Requirement:
 
     @property
     def shown(self) -> str:
-        """The text, with a word where nobody stated it."""
+        """The text; an implied requirement is marked as such."""
         return f"{self.text} (implied)" if self.implied else self.text
 
 

@@ -81,14 +81,14 @@ def plugged_metric(name: str) -> MetricPlugin | None:
     UsageError
         when an entry point leads to something else, or to a metric that dse has itself.
     """
-    found = None
+    plugin = None
     for point, item in plugged("dse.metrics"):
         if not isinstance(item, MetricPlugin):
             raise UsageError(f"plug-in {point!r}: expected a dse.space.model.metric_kinds.MetricPlugin; got {item!r}")
         if item.name in RESERVED:
             raise UsageError(f"plug-in {point!r}: there is a metric {item.name!r} already")
-        found = item if item.name == name else found
-    return found
+        plugin = item if item.name == name else plugin
+    return plugin
 
 
 def metric_dimension(space: Space, metric: Metric) -> Dimension | None:
@@ -143,9 +143,9 @@ def asks_for_changes(space: Space) -> bool:
 
     Only then costs of changes are computed and shown.
     """
-    asked = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
+    metrics = [item.metric for item in space.requirements] + [item.metric for item in space.objectives]
     derived = [inner for item in space.derived for _, inner in item.terms]
-    return any(counts_changes(space, metric) for metric in (*asked, *derived))
+    return any(counts_changes(space, metric) for metric in (*metrics, *derived))
 
 
 def total_unit(space: Space, metric: Metric) -> str:

@@ -137,9 +137,9 @@ def is_given(tree: Tree, design: DesignView) -> bool:
     """
     while isinstance(tree, Choice):
         if not any(isinstance(branch, Choice) for branch in tree.branches):
-            given = {branch is not None for branch in tree.branches if branch is not NOT_OFFERED}
-            if len(given) == 1:
-                return given.pop()
+            kinds = {branch is not None for branch in tree.branches if branch is not NOT_OFFERED}
+            if len(kinds) == 1:
+                return kinds.pop()
         tree = tree.branches[design[tree.decision]]
     return tree is not None
 

@@ -141,20 +141,20 @@ def _indexed(space: Space, kind: str, of: str | None, what: str) -> tuple[Metric
 
 def _data_ages(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The age of data of a flow whose first component samples, or of every such one."""
-    found = _indexed(space, "data age", of, "flow")
-    kept = tuple(metric for metric in found if has_age(space, space.flows[metric.index or 0]))
+    metrics = _indexed(space, "data age", of, "flow")
+    kept = tuple(metric for metric in metrics if has_age(space, space.flows[metric.index or 0]))
     if not kept:
-        name = space.flows[found[0].index or 0].name
+        name = space.flows[metrics[0].index or 0].name
         raise QuestionError(f"the data age of {shown(name)} is not known: its first component may not be periodic")
     return kept
 
 
 def _exact(kind: str, space: Space, of: str | None) -> tuple[Metric, ...]:
     """An exact figure of a flow, or of every one where it is defined: joins of all take messages of other flows."""
-    found = _indexed(space, kind, of, "flow")
-    kept = tuple(metric for metric in found if has_exact(space, space.flows[metric.index or 0]))
+    metrics = _indexed(space, kind, of, "flow")
+    kept = tuple(metric for metric in metrics if has_exact(space, space.flows[metric.index or 0]))
     if not kept:
-        flow = space.flows[found[0].index or 0]
+        flow = space.flows[metrics[0].index or 0]
         name = next(space.components[step.index].stated_as for step in flow.steps if _joins(space, step))
         message = (
             f"the {kind} of {shown(flow.name)} is not defined: {shown(name)} waits for messages of other flows, too"
@@ -201,15 +201,15 @@ def disparities(space: Space, of: str | None) -> tuple[Metric, ...]:
     names = [item.name for item in space.components]
     if of is not None and of not in names:
         raise QuestionError(f"no component is called {shown(of)}", closest(of, names))
-    found = all_disparities(space, range(len(names)) if of is None else [names.index(of)])
-    if not found:
+    metrics = all_disparities(space, range(len(names)) if of is None else [names.index(of)])
+    if not metrics:
         where = "at any component" if of is None else f"at {shown(of)}"
         hint = "two flows that begin with timers in every design have to lead there by different ways"
         hint += ", and a timer has to read them"
         if of is not None and not is_always_timed(space.components[names.index(of)]):
             hint = f"no timer releases {shown(of)} in every design"
         raise QuestionError(f"no two inputs whose ages can be compared meet {where}", hint)
-    return found
+    return metrics
 
 
 def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
@@ -224,8 +224,8 @@ def all_disparities(space: Space, numbers: Iterable[int]) -> tuple[Metric, ...]:
         for at, step in enumerate(flow.steps):
             if step.kind == "component":
                 places.setdefault(step.index, {}).setdefault(index, at)
-    found = (_disparity(space, number, places[number]) for number in in_time(numbers) if number in places)
-    return tuple(metric for metric in found if metric is not None)
+    metrics = (_disparity(space, number, places[number]) for number in in_time(numbers) if number in places)
+    return tuple(metric for metric in metrics if metric is not None)
 
 
 def _disparity(space: Space, number: int, places: Mapping[int, int]) -> Metric | None:
@@ -258,10 +258,10 @@ def _core_metrics(space: Space, of: str | None) -> tuple[Metric, ...]:
         for a processor or core that is not there, or where first-fit puts a thread on some core.
     """
     names = [item.name for item in space.processors]
-    found = _CORE.fullmatch(of) if of is not None and of not in names else None
-    if found is None:
+    match = _CORE.fullmatch(of) if of is not None and of not in names else None
+    if match is None:
         return ()
-    wanted, name = found["core"], unquoted(found["processor"])
+    wanted, name = match["core"], unquoted(match["processor"])
     if name not in names:
         raise QuestionError(f"no processor is called {shown(name)}", closest(name, names))
     processor = names.index(name)
@@ -306,16 +306,16 @@ def by_first_fit(space: Space, processor: int) -> Iterator[Component]:
 
 def _busy(space: Space, of: str | None) -> tuple[Metric, ...]:
     """The busy time of a bus, or of every one where it can be computed."""
-    found = _indexed(space, "busy", of, "bus")
-    obstacles = [busy_obstacle(space, metric.index or 0) for metric in found]
-    kept = tuple(metric for metric, obstacle in zip(found, obstacles, strict=True) if not obstacle)
+    metrics = _indexed(space, "busy", of, "bus")
+    obstacles = [busy_obstacle(space, metric.index or 0) for metric in metrics]
+    kept = tuple(metric for metric, obstacle in zip(metrics, obstacles, strict=True) if not obstacle)
     if not kept:
-        raise QuestionError(f"the busy time of {shown(space.buses[found[0].index or 0].name)} {obstacles[0]}")
+        raise QuestionError(f"the busy time of {shown(space.buses[metrics[0].index or 0].name)} {obstacles[0]}")
     return kept
 
 
 def busy_obstacle(space: Space, number: int) -> str:
-    """Why the busy time of a bus is not computable, in words that go on from its name; "" where it is.
+    """The reason why the busy time of a bus is not computable, as a predicate of its name; "" where it is.
 
     Middleware, a type without transmission times, or a connection that states a data rate alone.
     """
@@ -327,7 +327,7 @@ def busy_obstacle(space: Space, number: int) -> str:
             return f"is not computable: its type {shown(name)} states no transmission time"
     for item in space.connections:
         if item.data_rate is not None and item.size_bytes is None and number in carriers(space.buses, item):
-            return f"is not computable: {shown(item.name)} has only a data rate, which says nothing of its messages"
+            return f"is not computable: {shown(item.name)} states a data rate, but no message size"
     return ""
 
 
@@ -406,7 +406,7 @@ def _extreme(space: Space, ref: ExtremeRef) -> Metric:
 
 
 def _check_kinds(space: Space, text: str, terms: Sequence[tuple[Quantity, Metric]]) -> None:
-    """What is added or compared has one dimension, or one declared unit."""
+    """Check that added or compared metrics have one dimension, or one declared unit."""
     kinds: set[object] = set()
     for coefficient, metric in terms:
         inner = metric_dimension(space, metric)
@@ -442,10 +442,10 @@ def _check_extent(
 
 
 def _extent(space: Space, metric: Metric) -> tuple[Fraction, int]:
-    """What `_check_extent` finds of a metric."""
+    """The range and scale of a metric, for `_check_extent`."""
     if metric.kind == "derived":
-        found = space.derived[metric.index or 0]
-        return found.reach, found.size
+        derived = space.derived[metric.index or 0]
+        return derived.reach, derived.size
     return _check_extent(space, metric.name, metric.operands) if metric.operands else (Fraction(1), 1)
 
 

@@ -21,15 +21,15 @@ def read_priority(ledger: Ledger, owner: Owner, default: str) -> Tree:
 
     Numbers and rules have no order among each other, so that no list has both. `default` is for those that state none.
     """
-    given = getattr(owner.own, "priority", None) or ()
-    if ANY_PRIORITY in given:
-        if len(given) > 1:
+    stated = getattr(owner.own, "priority", None) or ()
+    if ANY_PRIORITY in stated:
+        if len(stated) > 1:
             ledger.error((*owner.path, "priority"), f"{ANY_PRIORITY} stands alone, without other priorities")
         return "deadline_monotonic"
-    if not given:
+    if not stated:
         return None if default == "rate_monotonic" else "deadline_monotonic"
-    rules = [item for item in given if item in PRIORITY_RULES]
-    if rules and len(rules) < len(given):
+    rules = [item for item in stated if item in PRIORITY_RULES]
+    if rules and len(rules) < len(stated):
         ledger.error((*owner.path, "priority"), f"{rules[0]} and a number: a list has numbers, or rules that order")
         return None
     reader = FieldReader(ledger, owner, "priority", "rule" if rules else "count", str)
@@ -46,7 +46,7 @@ def open_priorities(ledger: Ledger, spec: Spec, space: Space, first: int) -> tup
         for number, item in enumerate(space.components)
         if item.section == "threads" and item.processor is not None and _is_open(spec, item)
     }
-    found: list[OpenPriority] = []
+    priorities: list[OpenPriority] = []
     numbers = _numbers(space, free)
     for number in sorted(free):
         component = space.components[number]
@@ -61,25 +61,25 @@ def open_priorities(ledger: Ledger, spec: Spec, space: Space, first: int) -> tup
         if len(numbers) < 2:
             ledger.refer(name, "count", numbers[0], texts)
             continue
-        index = first + len(found)
+        index = first + len(priorities)
         home = graft(component.processor, lambda slot, index=index, numbers=numbers: (  # type: ignore[misc]
             None if slot is None else Choice(index, numbers)
         ))  # fmt: skip
         if all(leaf is not None for leaf in leaves(component.processor)):
             home = Choice(index, numbers)
         decision = Decision(name, component.name, "priority", "count", tuple(texts.values()), numbers, home)
-        found.append(OpenPriority(number, index, decision))
+        priorities.append(OpenPriority(number, index, decision))
         ledger.refer(name, "count", home, texts)
-    return tuple(found)
+    return tuple(priorities)
 
 
 def _is_open(spec: Spec, component: Component) -> bool:
-    given = spec.threads[component.stated_as].priority
-    return given == (ANY_PRIORITY,) if given else spec.priorities == ANY_PRIORITY
+    priority = spec.threads[component.stated_as].priority
+    return priority == (ANY_PRIORITY,) if priority else spec.priorities == ANY_PRIORITY
 
 
 def _check_order(ledger: Ledger, spec: Spec, space: Space, number: int, others: Iterable[int]) -> None:
-    """Beside a thread whose order is open all have numbers: there are none between those that rules order."""
+    """Check that all threads that share a core with one of open order have priority numbers."""
     whole = (number, *sorted(others))
     executed = [item for item in whole if not space.components[item].is_lone]
     if executed:

@@ -49,8 +49,8 @@ def with_questions(ledger: Ledger, space: Space, spec: Spec) -> Space:
     for number, text in enumerate(spec.requirements):
         path: Path = ("requirements", number)
         origin = ledger.origin(path)
-        for found in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
-            requirements.extend(found)
+        for requirement in _attempt(ledger, path, text, partial(read_requirements, space, text, origin)):
+            requirements.extend(requirement)
     rules: list[Rule] = []
     names = rule_names(space)
     for number, text in enumerate(spec.rules):
@@ -70,7 +70,7 @@ def _with_cores(ledger: Ledger, space: Space, spec: Spec) -> Space:
 
 
 def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> list[T]:
-    """What `make` gives, or nothing when it fails; a failure is noted unless it follows from one that is.
+    """The result of `make`, or an empty one when it fails; a failure is noted unless it follows from one that is.
 
     After very many failures nothing is attempted: in a large problem each takes a while.
     """
@@ -82,7 +82,7 @@ def _attempt(ledger: Ledger, path: Path, text: str, make: Callable[[], T]) -> li
     except (QuestionError, ExpressionError) as error:
         ledger.failures += 1
         if ledger.failures == MOST_FAILURES:
-            ledger.error(path, f"{MOST_FAILURES} questions cannot be read; those behind this one were not looked at")
+            ledger.error(path, f"{MOST_FAILURES} questions cannot be read; the rest of them was not read")
         if not ledger.mentions_doubt(path, text):
             ledger.error(path, error.message, error.hint, unknown=error.unknown)
         return []
@@ -106,10 +106,10 @@ def _with_derived(ledger: Ledger, space: Space, spec: Spec) -> Space:
         if name in RESERVED or CALL.match(name):
             ledger.error(path, f"{shown(name)} is a metric already: choose another name", at_key=True)
             continue
-        found = _attempt(ledger, path, text, partial(read_derived, space, name, text))
-        if not found:
+        derived = _attempt(ledger, path, text, partial(read_derived, space, name, text))
+        if not derived:
             ledger.doubt_metric(name)
-        space = replace(space, derived=(*space.derived, *found))
+        space = replace(space, derived=(*space.derived, *derived))
     return space
 
 
@@ -131,14 +131,14 @@ def _names_in(expression: DerivedExpr) -> Iterator[str]:
 
 def _required_latencies(ledger: Ledger, space: Space) -> list[Requirement]:
     """The latency that a flow itself states: its maximum is a requirement."""
-    found = []
+    requirements = []
     for number, flow in enumerate(space.flows):
         if flow.required_ns is not None:
             text = f"latency of {flow.name} <= {format_duration(flow.required_ns[1])}"
             metric = Metric(f"latency of {flow.name}", "latency", number)
             limit = Quantity(Fraction(flow.required_ns[1]) / 10**9, TIME, "s")
-            found.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
-    return found
+            requirements.append(Requirement(text, metric, "<=", limit, ledger.origin(("flows", flow.name, "latency"))))
+    return requirements
 
 
 def _deadline_origin(ledger: Ledger, spec: Spec, component: Component | Connection) -> str:
@@ -165,7 +165,7 @@ def _objectives(ledger: Ledger, space: Space, spec: Spec) -> list[Objective]:
 def _stated(
     ledger: Ledger, space: Space, section: str, content: Mapping[str, Mapping[str, T]]
 ) -> Iterator[tuple[Path, str, T]]:
-    """What a section states of fields, with the place and the full name of each; unknown components are noted."""
+    """The fields that a section states, with the place and the full name of each; unknown components are noted."""
     known = [item.name for item in (*space.processors, *space.buses)] + [item.name for item in space.executors]
     known += [item.name for item in space.reservations]
     known += [item.name for item in space.components] + [item.name for item in space.connections]
@@ -192,7 +192,7 @@ def _baseline(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
 
 
 def _costs(ledger: Ledger, space: Space, spec: Spec) -> dict[int, int]:
-    """What changing each decision costs, where that is stated; a field that is fixed costs nothing."""
+    """The stated cost of changing each decision; a field that is fixed costs nothing."""
     result: dict[int, int] = {}
     for path, name, cost in _stated(ledger, space, "cost_of_change", spec.cost_of_change):
         decision = space.decision_index(name)

@@ -57,11 +57,11 @@ def parse_requirement(text: str) -> RequirementExpr:
     MetricRef(metric='jitter', of='gnss_to_sprayer')
     """
     check_length(text)
-    found = next(_operators(text), None)
-    if found is None:
+    match = next(_operators(text), None)
+    if match is None:
         hint = 'such as "jitter of my_flow <= 20 ms"'
         raise ExpressionError("expected a comparison, METRIC [of NAME] <= QUANTITY", len(text), hint)
-    start, end, operator = found
+    start, end, operator = match
     if operator == "!=":
         raise ExpressionError('a requirement has no "!="', start, "use <=, <, >=, > or ==")
     another = next(_operators(text, end), None)
@@ -84,9 +84,9 @@ def parse_objective(text: str) -> ObjectiveExpr:
         raise ExpressionError('expected "minimise" or "maximise"', 0, hint)
     offset = len(text) - len(rest)
     _check_closed(rest, offset)
-    found = next(_operators(rest, inside=True), None)
-    if found is not None:
-        raise ExpressionError("an objective has no comparison", offset + found[0], "make it a requirement")
+    operator = next(_operators(rest, inside=True), None)
+    if operator is not None:
+        raise ExpressionError("an objective has no comparison", offset + operator[0], "make it a requirement")
     return ObjectiveExpr(text.strip(), sense, _metric(rest, offset))
 
 
@@ -111,9 +111,9 @@ def parse_derived(text: str) -> DerivedExpr:
     ['max(load)', 'min(load of a, load of b + load of c)']
     """
     check_length(text)
-    found = next(_operators(text, inside=True), None)
-    if found is not None:
-        raise ExpressionError("a derived metric has no comparison", found[0])
+    operator = next(_operators(text, inside=True), None)
+    if operator is not None:
+        raise ExpressionError("a derived metric has no comparison", operator[0])
     _check_closed(text, 0)
     return DerivedExpr(text.strip(), _sum(text, 0, 0))
 
@@ -180,10 +180,10 @@ def _operators(text: str, start: int = 0, *, inside: bool = False) -> Iterator[t
     """Start, end and operator of each comparison outside quotes (and extremes, unless `inside`)."""
     end = start
     for at in Scanner(text).outside_quotes() if inside else Scanner(text).outside():
-        found = operator_at(text, at) if at >= end else None
-        if found is not None:
-            end = at + found[0]
-            yield at, end, found[1]
+        operator = operator_at(text, at) if at >= end else None
+        if operator is not None:
+            end = at + operator[0]
+            yield at, end, operator[1]
 
 
 def _quantity(text: str, offset: int) -> Quantity:
@@ -311,8 +311,8 @@ def _term(sign: int, text: str, offset: int, depth: int) -> tuple[Quantity, Metr
 def _constant(text: str, offset: int) -> Quantity:
     quantity = _quantity(text, offset)
     if "*" in quantity.unit:
-        found = text.strip().replace("*", " * ", 1)
-        raise ExpressionError("an operator has blanks around", offset + text.index("*"), f'such as "{found}"')
+        spaced = text.strip().replace("*", " * ", 1)
+        raise ExpressionError("an operator has blanks around", offset + text.index("*"), f'such as "{spaced}"')
     if quantity.dimension is None:
         unit = quantity.unit
         raise ExpressionError(f"unknown unit {shown(unit)}", offset, unit_hint(unit), unknown=unit)

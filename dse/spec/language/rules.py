@@ -309,8 +309,8 @@ class RuleParser:
     def _peek_known(self) -> str | None:
         """The longest known name that begins here and ends at a boundary."""
         last = min(len(self.text), self.at + self._longest)
-        found = (self.text[self.at : end] for end in range(last, self.at, -1) if self._boundary(end))
-        return next((name for name in found if name in self.names or name in self.bare), None)
+        texts = (self.text[self.at : end] for end in range(last, self.at, -1) if self._boundary(end))
+        return next((name for name in texts if name in self.names or name in self.bare), None)
 
     def _take_quoted(self) -> str | None:
         """Take ``'text'`` or ``'text'.field``, if it begins here."""

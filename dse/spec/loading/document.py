@@ -73,7 +73,7 @@ def identity_of(document: Mapping[str, Any]) -> str:
 
 
 def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
-    """A document without what nobody computes with, sections in the order of the schema, fields in that of their names.
+    """A document without descriptive keys, sections in the order of the schema, fields in that of their names.
 
     >>> _canonical({"threads": {"b": {"source": "x", "period": "1 ms"}, "a": {}}, "dse": 1, "source": "y"})
     {'threads': {'b': {'period': '1 ms'}, 'a': {}}, 'dse': 1}
@@ -81,11 +81,11 @@ def _canonical(document: Mapping[str, Any]) -> dict[str, Any]:
     fields = [info.alias or name for name, info in Spec.model_fields.items()]
     order = {key: position for position, key in enumerate(fields)}
     keys = sorted((key for key in document if key not in WORDS), key=lambda key: order.get(key, len(order)))
-    found = {key: document[key] for key in keys if document[key] is not None}
+    ordered = {key: document[key] for key in keys if document[key] is not None}
     for section in SECTIONS:
-        if isinstance(found.get(section), dict):
-            found[section] = {name: _fields(entry) for name, entry in found[section].items()}
-    return found
+        if isinstance(ordered.get(section), dict):
+            ordered[section] = {name: _fields(entry) for name, entry in ordered[section].items()}
+    return ordered
 
 
 def _fields(entry: Any) -> Any:

@@ -46,8 +46,8 @@ def _node(value: Any, key: Key, places: Any, around: Place) -> YamlNode:
 
 def _entries(node: YamlNode, *path: str) -> dict[str, MappingEntry]:
     """The entries of the mapping at a path; none where there is none."""
-    found = node.at(path).value if len(node.known(path)) == len(path) else None
-    return found if isinstance(found, dict) else {}
+    entries = node.at(path).value if len(node.known(path)) == len(path) else None
+    return entries if isinstance(entries, dict) else {}
 
 
 def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
@@ -55,7 +55,7 @@ def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
 
     Section to component to names of types. The importer takes these as the options of the component.
     """
-    found: dict[str, dict[str, list[str]]] = {}
+    offers: dict[str, dict[str, list[str]]] = {}
     for section in SLOTS:
         for name, entry in _entries(node, section).items():
             stated = entry.node.to_data()
@@ -63,8 +63,8 @@ def offered(node: YamlNode) -> dict[str, dict[str, list[str]]]:
             listed = [types] if isinstance(types, str) else types if isinstance(types, list) else []
             texts = [item for item in listed if isinstance(item, str)]
             if texts:
-                found.setdefault(section, {})[name] = texts
-    return found
+                offers.setdefault(section, {})[name] = texts
+    return offers
 
 
 def strangers(node: YamlNode, model: YamlNode, file: str) -> Iterator[Diagnostic]:
@@ -129,9 +129,9 @@ def _section(own: MappingEntry, entry: MappingEntry) -> MappingEntry:
     theirs = entry.node.value if isinstance(entry.node.value, dict) else {}
     if mine is None:
         return own
-    found = {name: _component(mine.get(name), there) for name, there in theirs.items()}
-    found |= {name: here for name, here in mine.items() if name not in found}
-    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, found))
+    section = {name: _component(mine.get(name), there) for name, there in theirs.items()}
+    section |= {name: here for name, here in mine.items() if name not in section}
+    return MappingEntry(own.line, own.column, YamlNode(own.node.line, own.node.column, section))
 
 
 def _component(own: MappingEntry | None, entry: MappingEntry) -> MappingEntry:

@@ -105,7 +105,7 @@ class LoadedSpec:
         return self.source_of(path).diagnostic(path, message, hint, severity, at_key=at_key)
 
     def source_of(self, path: Sequence[PathPart]) -> Source:
-        """The file that has most of a path.
+        """The file that states the longest part of a path.
 
         A path that no file has completely belongs to the file with its longest beginning.
         """
@@ -258,15 +258,15 @@ class _SpecLoader:
     def _with_model(self, source: Source) -> Source:
         """A file that decides over a model, laid over what that states."""
         try:
-            found = self.models_of(source)
+            model = self.models_of(source)
         except ProblemError as error:
             self._is_complete = False
             self.findings += error.diagnostics
             return source
-        wrong = list(strangers(source.node, found, source.file))
+        wrong = list(strangers(source.node, model, source.file))
         self.findings += wrong
         self._is_complete &= not wrong
-        return Source(source.file, overlaid(source.node, found))
+        return Source(source.file, overlaid(source.node, model))
 
     def models_of(self, source: Source) -> YamlNode:
         """The tree of the model that a file decides over."""
@@ -298,18 +298,18 @@ class _SpecLoader:
         stated = source.node.to_data()
         listed = stated.get("library") if isinstance(stated, dict) else None
         folders = [listed] if isinstance(listed, str) else listed if isinstance(listed, list) else []
-        found = []
+        paths = []
         for name in (item for item in folders if isinstance(item, str)):
             folder = self.main.parent / name
             if not folder.is_dir():
                 hint = "the path is relative to this file"
                 raise ProblemError([source.diagnostic(["library"], f"there is no folder {name!r}"[:300], hint)])
-            found.append(str(folder))
-        return found
+            paths.append(str(folder))
+        return paths
 
     def _note(self, error: ValidationError, source: Source, model: type[Catalogue]) -> None:
-        found = error.errors(include_url=False)
-        self.findings += [translated(item, source, model) for item in found if not is_of_wrong_items(item)]
+        errors = error.errors(include_url=False)
+        self.findings += [translated(item, source, model) for item in errors if not is_of_wrong_items(item)]
 
     def _include(self, source: Source, place: Sequence[PathPart], target: Path, including: tuple[Path, ...]) -> None:
         missing, resolved = self.files.obstacle(target), self.files.real(target)

@@ -65,19 +65,19 @@ def read_sizes(spec: Spec, main: Path, files: Files, *, is_text: bool = False, d
     mistakes. `is_text`: the problem is in no file, from whose folder definitions could be found. `doubtful`:
     connections of which something was left out, which are passed over.
     """
-    found = Sized()
+    sized = Sized()
     sound = {name: item for name, item in spec.connections.items() if name not in doubtful}
     named = {name: item for name, item in sound.items() if item.message is not None}
     for name, item in sound.items():
-        found.mistakes += _contradictions(name, item)
+        sized.mistakes += _contradictions(name, item)
     if spec.messages is not None and spec.messages.definitions and is_text:
-        found.mistakes.append(MessageMistake(("messages", "definitions"), "a text cannot name files of definitions"))
-    if not named or found.mistakes:
-        return found
+        sized.mistakes.append(MessageMistake(("messages", "definitions"), "a text cannot name files of definitions"))
+    if not named or sized.mistakes:
+        return sized
     if isinstance(files, Carried):
-        return _carried(found, named, main, files)
-    _compute(found, named, spec.messages or Messages(), main)
-    return found
+        return _carried(sized, named, main, files)
+    _compute(sized, named, spec.messages or Messages(), main)
+    return sized
 
 
 def _contradictions(name: str, item: Connection) -> Iterator[MessageMistake]:
@@ -91,7 +91,7 @@ def _contradictions(name: str, item: Connection) -> Iterator[MessageMistake]:
             yield MessageMistake((*path, other), f"give `message` or `{other}`, not both")
 
 
-def _carried(found: Sized, named: Named, main: Path, files: Files) -> Sized:
+def _carried(sized: Sized, named: Named, main: Path, files: Files) -> Sized:
     """The sizes that a result carries."""
     try:
         sizes = json.loads(files.read(main.parent / CARRIED, MOST_BYTES, "the sizes of messages"))
@@ -100,43 +100,43 @@ def _carried(found: Sized, named: Named, main: Path, files: Files) -> Sized:
     for name in named:
         size = sizes.get(name) if isinstance(sizes, dict) else None
         if isinstance(size, int) and size >= 0:
-            found.sizes[name] = size
+            sized.sizes[name] = size
         else:
-            found.mistakes.append(
+            sized.mistakes.append(
                 MessageMistake(("connections", name, "message"), "the result does not carry its size")
             )
-    return found
+    return sized
 
 
-def _compute(found: Sized, named: Named, stated: Messages, main: Path) -> None:
+def _compute(sized: Sized, named: Named, stated: Messages, main: Path) -> None:
     try:
         folders = [main.parent / text for text in stated.definitions or ()]
         for position, folder in enumerate(folders):
             if not folder.exists():
                 hint = "the path is relative to this file"
                 path: tuple[PathPart, ...] = ("messages", "definitions", *((position,) if len(folders) > 1 else ()))
-                found.mistakes.append(MessageMistake(path, f"no such file or folder: {shown(str(folder))}", hint))
-        if found.mistakes:
+                sized.mistakes.append(MessageMistake(path, f"no such file or folder: {shown(str(folder))}", hint))
+        if sized.mistakes:
             return
         types = Types(stated.distribution or DEFAULT, folders)
         types.check([item.message or "" for item in named.values()])
     except UsageError as error:  # no rosbags, or no such distribution
         where = ("messages", "distribution") if stated.distribution else ("connections", next(iter(named)), "message")
-        found.mistakes.append(MessageMistake(where, str(error).removeprefix("--")))
+        sized.mistakes.append(MessageMistake(where, str(error).removeprefix("--")))
         return
     except ProblemError as error:
         where = ("messages", "definitions")
-        found.mistakes += [MessageMistake(where, str(item)) for item in error.diagnostics]
+        sized.mistakes += [MessageMistake(where, str(item)) for item in error.diagnostics]
         return
     for name, item in named.items():
         try:
-            found.sizes[name] = _size(types, item, stated)
+            sized.sizes[name] = _size(types, item, stated)
         except _WrongError as error:
-            found.mistakes += [MessageMistake(("connections", name, *path), *said) for path, *said in error.mistakes]
+            sized.mistakes += [MessageMistake(("connections", name, *path), *said) for path, *said in error.mistakes]
 
 
 class _WrongError(Exception):
-    """What is wrong with a connection: for each mistake its path in there, a message and a hint."""
+    """The mistakes of a connection: for each one its path, a message and a hint."""
 
     def __init__(self, *mistakes: tuple[tuple[PathPart, ...], str, str]) -> None:
         super().__init__(*(message for _, message, _ in mistakes))
@@ -172,15 +172,15 @@ def _size(types: Types, item: Connection, stated: Messages) -> int:
     return size
 
 
-def with_sizes(spec: Spec, found: Sized) -> Spec:
+def with_sizes(spec: Spec, sized: Sized) -> Spec:
     """The problem with these sizes stated for its connections, in place of their messages.
 
     A copy of the spec; connections with a size of their own are not changed.
     """
-    if not found.sizes:
+    if not sized.sizes:
         return spec
     connections = dict(spec.connections)
-    for name, size in found.sizes.items():
+    for name, size in sized.sizes.items():
         update: dict[str, Any] = {"data_size": (size,), "message": None, "lengths": {}}
         connections[name] = connections[name].model_copy(update=update)
     return spec.model_copy(update={"connections": connections})

@@ -175,11 +175,11 @@ def decode_text(data: bytes, file: str) -> str:
 
 def _check_characters(text: str, file: str) -> None:
     """Refuse NUL and other control characters."""
-    found = _FORBIDDEN.search(text)
-    if found:
-        line = text.count("\n", 0, found.start()) + 1
-        column = found.start() - text.rfind("\n", 0, found.start())
-        code = f"U+{ord(found.group()):04X}"
+    match = _FORBIDDEN.search(text)
+    if match:
+        line = text.count("\n", 0, match.start()) + 1
+        column = match.start() - text.rfind("\n", 0, match.start())
+        code = f"U+{ord(match.group()):04X}"
         raise ProblemError([Diagnostic(f"control character {code} in the text", file=file, line=line, column=column)])
 
 

@@ -77,11 +77,11 @@ def salvaged(model: type[Catalogue], data: Any, error: ValidationError) -> tuple
     for _ in range(ROUNDS):
         if error.error_count() > MOST_PLACES:
             return None
-        found = [_place(item, data) for item in error.errors(include_url=False)]
-        if not all(_is_dispensable(place) for place in found):
+        wrong_places = [_place(item, data) for item in error.errors(include_url=False)]
+        if not all(_is_dispensable(place) for place in wrong_places):
             return None
-        places += found
-        data = _without(data, found)
+        places += wrong_places
+        data = _without(data, wrong_places)
         try:
             return model.model_validate(data), tuple(places)
         except ValidationError as again:

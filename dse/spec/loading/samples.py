@@ -40,7 +40,7 @@ def read_samples(spec: Spec, main: Path, files: Files) -> tuple[Samples, dict[st
     Columns by path of the uncertain quantity; a `SampleError` stands where a column cannot be read, and is reported
     with the uncertainties.
     """
-    found: dict[str, tuple[str, ...] | SampleError] = {}
+    samples: dict[str, tuple[str, ...] | SampleError] = {}
     texts: dict[str, str] = {}
     for path, stated in spec.uncertainty.items():
         if not isinstance(stated.samples, str):
@@ -49,10 +49,10 @@ def read_samples(spec: Spec, main: Path, files: Files) -> tuple[Samples, dict[st
         try:
             if name not in texts:
                 texts[name] = _text(files, main.parent / name)
-            found[path] = tuple(column(texts[name], Path(name).name, stated.column))
+            samples[path] = tuple(column(texts[name], Path(name).name, stated.column))
         except SampleError as error:
-            found[path] = error
-    return found, texts
+            samples[path] = error
+    return samples, texts
 
 
 def _text(files: Files, path: Path) -> str:

@@ -24,7 +24,7 @@ class Files(Protocol):
         """
 
     def obstacle(self, path: Path) -> str | None:
-        """Why there is nothing to read at a path, or None.
+        """The reason why there is nothing to read at a path, or None.
 
         A phrase for a message: missing, a folder, not readable.
         """
@@ -50,7 +50,7 @@ class OnDisk:
         return read_bytes(path, most, what)
 
     def obstacle(self, path: Path) -> str | None:
-        """Why there is nothing to read at a path on the disk, or None.
+        """The reason why there is nothing to read at a path on the disk, or None.
 
         A phrase for a message: missing, a folder, not readable.
         """
@@ -88,7 +88,7 @@ class Carried:
             raise UnreadableFileError(path, "what the result carries of it is no text") from None
 
     def obstacle(self, path: Path) -> str | None:
-        """Why a result has nothing to read at a path, or None."""
+        """The reason why a result has nothing to read at a path, or None."""
         return None if self._name(path) in self.texts else "the result does not carry it"
 
     def real(self, path: Path) -> Path:

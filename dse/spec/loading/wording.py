@@ -124,7 +124,7 @@ def _unknown_key(path: Sequence[PathPart], source: Source, root: type[SpecMappin
 
 
 def _decimal_comma(key: str, node: YamlNode) -> str:
-    """What ``{price: 60,50 EUR}`` says, of which YAML makes two entries: the number with a point; else ""."""
+    """The number that ``{price: 60,50 EUR}`` means, written with a point (YAML reads two entries); else ""."""
     keys = list(node.value) if isinstance(node.value, dict) else []
     if not key[:1].isdigit() or key not in keys[1:]:
         return ""
@@ -148,7 +148,7 @@ def _model_at(path: Sequence[PathPart], root: type[SpecMapping]) -> type[BaseMod
 
 
 def _inside(annotation: Any, part: PathPart) -> list[Any]:
-    """What may stand at a key or position of a value that is annotated so: classes, mappings and lists."""
+    """The types that may stand at a key or position of a value that is annotated so: classes, mappings and lists."""
     if _is_model(annotation):
         fields = annotation.model_fields
         named = next((info for name, info in fields.items() if part in (name, info.alias)), None)

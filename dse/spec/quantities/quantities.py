@@ -54,10 +54,10 @@ NOT_VARIED = (("bus_types", "period"), ("processor_types", "speed"), ("partition
 def _kinds(section: str) -> dict[str, QuantityKind]:
     """The fields of the entries of a section that hold figures; of hardware its own before what it costs."""
     entries = get_args(Catalogue.model_fields[section].annotation)[1]
-    found = {name: kind for name, info in entries.model_fields.items() if (kind := _kind(info)) is not None}
-    found = {name: kind for name, kind in found.items() if (section, name) not in NOT_VARIED}
-    costs = {name: found.pop(name) for name in PRICED if issubclass(entries, Priced) and name in found}
-    return {**found, **costs} if section in ("processor_types", "bus_types") else {**costs, **found}
+    kinds = {name: kind for name, info in entries.model_fields.items() if (kind := _kind(info)) is not None}
+    kinds = {name: kind for name, kind in kinds.items() if (section, name) not in NOT_VARIED}
+    costs = {name: kinds.pop(name) for name in PRICED if issubclass(entries, Priced) and name in kinds}
+    return {**kinds, **costs} if section in ("processor_types", "bus_types") else {**costs, **kinds}
 
 
 def _kind(info: FieldInfo) -> QuantityKind | None:
@@ -144,14 +144,14 @@ def figures_of(spec: Spec) -> tuple[Figure, ...]:
 
     In the order of the sections and entries of the file; each has its path, kind, unit and value.
     """
-    found: list[Figure] = []
+    figures: list[Figure] = []
 
     def note(value: Any, figure: Figure) -> Any:
-        found.append(figure)
+        figures.append(figure)
         return value
 
     with_figures(spec, note)
-    return tuple(found)
+    return tuple(figures)
 
 
 def matching(figures: Sequence[F], path: str) -> list[F]:
@@ -222,34 +222,34 @@ def _transmission(path: str, times: TransmissionTime, make: Make) -> Transmissio
     return times.model_copy(update=update)
 
 
-def _field(path: str, given: Any, kind: QuantityKind, make: Make) -> Any:
-    if isinstance(given, dict):
-        return {machine: _field(f"{path}.{machine}", item, kind, make) for machine, item in given.items()}
-    if isinstance(given, int | TimeRange):
-        return _value(path, given, kind, make)
-    several = len(given) > 1
+def _field(path: str, value: Any, kind: QuantityKind, make: Make) -> Any:
+    if isinstance(value, dict):
+        return {machine: _field(f"{path}.{machine}", item, kind, make) for machine, item in value.items()}
+    if isinstance(value, int | TimeRange):
+        return _value(path, value, kind, make)
+    several = len(value) > 1
     return tuple(
-        _value(f"{path}[{number}]" if several else path, item, kind, make) for number, item in enumerate(given)
+        _value(f"{path}[{number}]" if several else path, item, kind, make) for number, item in enumerate(value)
     )
 
 
-def _value(path: str, given: Any, kind: QuantityKind, make: Make) -> Any:
+def _value(path: str, stated: Any, kind: QuantityKind, make: Make) -> Any:
     def made(value: Any, unit: str, end: str = "") -> Any:
         where = f"{path}.{end}" if end else path
         return make(value, Figure(where, kind, Fraction(value), unit, end))
 
-    if isinstance(given, str):
-        return given
-    if isinstance(given, Money):
-        return Money(made(given.cents, "ct"), given.currency)
-    if isinstance(given, Total):
-        return Total(made(given.value, given.unit), given.unit)
-    if isinstance(given, TimeRange):
-        if given.min_ns == given.max_ns:
-            both: Any = made(given.min_ns, "ns")
+    if isinstance(stated, str):
+        return stated
+    if isinstance(stated, Money):
+        return Money(made(stated.cents, "ct"), stated.currency)
+    if isinstance(stated, Total):
+        return Total(made(stated.value, stated.unit), stated.unit)
+    if isinstance(stated, TimeRange):
+        if stated.min_ns == stated.max_ns:
+            both: Any = made(stated.min_ns, "ns")
             return TimeRange(both, both)
-        return TimeRange(made(given.min_ns, "ns", "min"), made(given.max_ns, "ns", "max"))
-    return made(given, "mW" if kind.noun == "a power" else BASE.get(kind, ""))
+        return TimeRange(made(stated.min_ns, "ns", "min"), made(stated.max_ns, "ns", "max"))
+    return made(stated, "mW" if kind.noun == "a power" else BASE.get(kind, ""))
 
 
 def read_value(text: str, kind: QuantityKind, path: str) -> Quantity:

@@ -16,10 +16,10 @@ def rounded_figures(loaded: LoadedSpec) -> Iterator[tuple[str, str]]:
 
     Times of demand are rounded up and times that there are down, to whole ns; each remark has both figures.
     """
-    found: dict[tuple[str, str], None] = {}
+    notes: dict[tuple[str, str], None] = {}
     for path, value in _figures(loaded.spec, ()):
-        found[".".join(path), value.note] = None
-    yield from found
+        notes[".".join(path), value.note] = None
+    yield from notes
 
 
 def _figures(part: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Rounded]]:

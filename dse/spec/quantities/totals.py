@@ -22,16 +22,16 @@ def in_declared_units(spec: Spec) -> Spec:
     sections: dict[str, dict[str, Priced]] = {}
     for section in SECTIONS:
         models: Mapping[str, Priced] = getattr(spec, section)
-        found = {name: _converted(model, spec.totals) for name, model in models.items()}
-        if any(found[name] is not model for name, model in models.items()):
-            sections[section] = found
+        converted = {name: _converted(model, spec.totals) for name, model in models.items()}
+        if any(converted[name] is not model for name, model in models.items()):
+            sections[section] = converted
     return spec.model_copy(update=sections) if sections else spec
 
 
 def _converted(model: Priced, units: Mapping[str, str]) -> Priced:
     totals = {
-        key: tuple(_in_unit(total, units.get(key, total.unit)) for total in given)
-        for key, given in model.totals.items()
+        key: tuple(_in_unit(total, units.get(key, total.unit)) for total in stated)
+        for key, stated in model.totals.items()
     }
     return model if totals == model.totals else model.model_copy(update={"totals": totals})
 
@@ -56,8 +56,8 @@ def in_unit_of(values: Iterable[object], total: Total) -> Total:
         where it cannot be said in it.
     """
     [unit] = {value.unit for value in values if isinstance(value, Total)}
-    found = _in_unit(total, unit)
-    if found.unit != unit:
+    converted = _in_unit(total, unit)
+    if converted.unit != unit:
         what = f"a figure in {unit}" if unit else "a number without a unit"
         raise UnitError(f"expected {what}, got {shown(total.unit)}")
-    return found
+    return converted

@@ -89,10 +89,10 @@ def _named(hint: str) -> Callable[[Any], str]:
     """Reads a name; what to do where somebody writes that there is none."""
 
     def name(value: Any) -> str:
-        found = _text(value, "a name", MAX_NAME)
-        if found == "none":
+        text = _text(value, "a name", MAX_NAME)
+        if text == "none":
             raise field_error('the name "none" is reserved', hint)
-        return found
+        return text
 
     return name
 
@@ -142,7 +142,7 @@ class Respelt:
     """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic is to do with a value."""
+        """The pydantic schema of the type."""
         words = get_args(source)
         return core_schema.no_info_before_validator_function(lambda value: respelt(value, words), handler(source))
 

@@ -41,11 +41,11 @@ def schema_head(name: str) -> dict[str, Any]:
 def _describe(item: dict[str, Any], classes: list[str], key: str) -> None:
     """Put the meaning of a property, the units of its quantities and examples where an editor looks for them."""
     known = descriptions()
-    found = next((known[name][key] for name in classes if key in known.get(name, {})), None)
-    if found is not None:
+    described = next((known[name][key] for name in classes if key in known.get(name, {})), None)
+    if described is not None:
         quantities = dict.fromkeys(text for text in _texts(item) if WITH_UNIT in text)
-        item["description"] = " ".join([found["means"], *quantities])
-        item["examples"] = found["examples"]
+        item["description"] = " ".join([described["means"], *quantities])
+        item["examples"] = described["examples"]
 
 
 @cache
@@ -56,10 +56,10 @@ def descriptions() -> dict[str, dict[str, dict[str, Any]]]:
     """
     import yaml
 
-    found: dict[str, dict[str, dict[str, Any]]] = yaml.safe_load(
+    by_class: dict[str, dict[str, dict[str, Any]]] = yaml.safe_load(
         files("dse.spec.schema").joinpath("descriptions.yaml").read_text(encoding="utf-8")
     )
-    return found
+    return by_class
 
 
 def _texts(part: Any) -> Iterator[str]:

@@ -25,7 +25,7 @@ class ReadBy:
         self.write = write
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic is to do with a value."""
+        """The pydantic schema of the type."""
         written = self.write and core_schema.plain_serializer_function_ser_schema(
             self.write, return_schema=core_schema.str_schema(), when_used="json"
         )
@@ -43,7 +43,7 @@ class StrictMapping(BaseModel):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: type[BaseModel], handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic is to do with a value: for a part of another class, to ask this one."""
+        """The pydantic schema of the type; values of another class are validated by this one."""
         if not _inside.get():
             token = _inside.set(True)
             try:
@@ -56,9 +56,9 @@ class StrictMapping(BaseModel):
             return of(source.__pydantic_core_schema__)
 
         name = f"{source.__module__}.{source.__qualname__}:{id(source)}"
-        asked = core_schema.no_info_plain_validator_function(source.model_validate, ref=name)
-        asked["metadata"] = {"pydantic_js_functions": [described]}
-        return asked
+        own_schema = core_schema.no_info_plain_validator_function(source.model_validate, ref=name)
+        own_schema["metadata"] = {"pydantic_js_functions": [described]}
+        return own_schema
 
 
 class SpecMapping(StrictMapping):

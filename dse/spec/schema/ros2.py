@@ -63,21 +63,21 @@ def read_parameter(key: str, text: str) -> Parameter | str:
     thread, _, field = key.rpartition(".")
     if not thread:
         return EXPECTED
-    found = _PARAMETER.fullmatch(text.strip())
+    match = _PARAMETER.fullmatch(text.strip())
     if field not in FIELDS:
-        if found is None:
+        if match is None:
             return "expected the name of a parameter, and its unit in brackets where it is another one"
-        is_whole = found["whole"] is not None or found["unit"] == "int"
+        is_whole = match["whole"] is not None or match["unit"] == "int"
         return Parameter(
-            thread, field, found["name"], "" if found["unit"] in (None, "int") else found["unit"], is_whole
+            thread, field, match["name"], "" if match["unit"] in (None, "int") else match["unit"], is_whole
         )
     known = RATES if field == "rate" else UNITS
-    if found is None or (found["unit"] is not None and found["unit"] not in known):
+    if match is None or (match["unit"] is not None and match["unit"] not in known):
         units = ", ".join(known)
         return (
             f"expected the name of a parameter, and its unit in brackets where it is not {next(iter(known))} ({units})"
         )
-    return Parameter(thread, field, found["name"], found["unit"] or next(iter(known)), found["whole"] is not None)
+    return Parameter(thread, field, match["name"], match["unit"] or next(iter(known)), match["whole"] is not None)
 
 
 def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
@@ -99,13 +99,13 @@ def mistakes(spec: Spec) -> Iterator[tuple[tuple[PathPart, ...], str]]:
         if not _NODE.fullmatch(text):
             yield ("ros2", "nodes", name), f'expected the full name of a node such as "/ns/cam", got {shown(text)}'
     for key, text in stated.parameters.items():
-        found = read_parameter(key, text)
-        if isinstance(found, str):
-            yield ("ros2", "parameters", key), found
-        elif found.thread not in spec.threads:
-            yield ("ros2", "parameters", key), f"there is no thread {shown(found.thread)}"
-        elif found.field not in (*FIELDS, *spec.threads[found.thread].parameters):
-            yield ("ros2", "parameters", key), f"{EXPECTED}: it has no parameter {shown(found.field)}"
+        parameter = read_parameter(key, text)
+        if isinstance(parameter, str):
+            yield ("ros2", "parameters", key), parameter
+        elif parameter.thread not in spec.threads:
+            yield ("ros2", "parameters", key), f"there is no thread {shown(parameter.thread)}"
+        elif parameter.field not in (*FIELDS, *spec.threads[parameter.thread].parameters):
+            yield ("ros2", "parameters", key), f"{EXPECTED}: it has no parameter {shown(parameter.field)}"
     yield from _groups(spec, stated)
 
 

@@ -85,7 +85,7 @@ def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...
     Inputs with bounds in base units; a quantity that two entries state is a mistake of the second one.
     """
     figures = figures_of(spec) if spec.uncertainty else ()
-    found: list[UncertainInput] = []
+    inputs: list[UncertainInput] = []
     mistakes: list[UncertaintyError] = []
     taken: set[Figure] = set()
     for path, entry in spec.uncertainty.items():
@@ -97,9 +97,9 @@ def read_stated(spec: Spec, samples: Samples) -> tuple[tuple[UncertainInput, ...
             error.path = path
             mistakes.append(error)
         else:
-            found.append(item)
+            inputs.append(item)
             taken.update(item.figures)
-    return tuple(found), tuple(mistakes)
+    return tuple(inputs), tuple(mistakes)
 
 
 class _UncertaintyReader:
@@ -146,8 +146,8 @@ class _UncertaintyReader:
     def _made(self, words: str, ends: Ends | None, **more: Fraction) -> UncertainInput:
         low, high = ends if ends is not None else (None, None)
         said = f"factor: {words}" if self.is_factor else words
-        found = UncertainInput(self.path, said, self.figures, self.is_factor, self.entry.distribution, low, high)
-        return replace(found, **more)  # type: ignore[arg-type] # numbers only
+        made = UncertainInput(self.path, said, self.figures, self.is_factor, self.entry.distribution, low, high)
+        return replace(made, **more)  # type: ignore[arg-type] # numbers only
 
     def _refuse(self, *names: str) -> None:
         for name in names:
@@ -223,12 +223,12 @@ class _UncertaintyReader:
         return UncertainInput(self.path, said, self.figures, self.is_factor, "samples", *ends, numbers=tuple(numbers))
 
     def _numbers(self) -> tuple[list[Fraction], str]:
-        given, unit = self.entry.samples, self.entry.unit
-        if isinstance(given, tuple):
+        samples, unit = self.entry.samples, self.entry.unit
+        if isinstance(samples, tuple):
             self._refuse("column", "unit")
-            if not given:
+            if not samples:
                 raise UncertaintyError("samples", "an empty list")
-            return sorted(self._number("samples", text) for text in given), "in the file"
+            return sorted(self._number("samples", text) for text in samples), "in the file"
         texts = self.samples[self.path]
         if isinstance(texts, SampleError):
             raise UncertaintyError(texts.field, texts.message, texts.hint) from texts
@@ -238,9 +238,9 @@ class _UncertaintyReader:
                 try:
                     known[text] = self._number("samples", f"{text} {unit}" if unit else text)
                 except UncertaintyError:  # the file may be any: nothing of it is quoted
-                    message = f"sample {number} of {given} is not {expectation(self.kind)}, or it is negative"
+                    message = f"sample {number} of {samples} is not {expectation(self.kind)}, or it is negative"
                     raise UncertaintyError("samples", message, "" if unit else "`unit` states that of all") from None
-        return sorted(known[text] for text in texts), f"of {given}"
+        return sorted(known[text] for text in texts), f"of {samples}"
 
 
 def normal_share(deviations: float) -> float:

@@ -1,7 +1,7 @@
 """What a run reads and writes, so that no output takes the place of an input or of another output.
 
-Files are told apart by what they are, not by how they are spelled: device and inode, and the place in their folder for
-what is not there yet. A run of the command line has one guard, set by `guarding`; everything that `dse.support.files`
+Files are distinguished by device and inode, not by the spelling of their paths; files that do not exist yet by their
+place in their folder. A run of the command line has one guard, set by `guarding`; everything that `dse.support.files`
 reads is noted there, and everything that it writes is claimed.
 """
 
@@ -25,14 +25,14 @@ Key: TypeAlias = tuple[int, int, str]
 
 
 def _keys_of(path: PathLike) -> frozenset[Key]:
-    """What tells a regular file, or one that is not there yet, from others; nothing for pipes and devices."""
+    """The keys that identify a regular file, or one that does not exist yet; none for pipes and devices."""
     real = Path(os.path.realpath(path))
     keys: set[Key] = set()
     try:
-        found = real.stat()
-        if not stat.S_ISREG(found.st_mode):
+        status = real.stat()
+        if not stat.S_ISREG(status.st_mode):
             return frozenset()
-        keys.add((found.st_dev, found.st_ino, ""))
+        keys.add((status.st_dev, status.st_ino, ""))
     except OSError:
         pass
     try:
@@ -95,7 +95,7 @@ class Guard:
     def is_claimed(self, path: PathLike) -> bool:
         """Whether this very output was claimed before.
 
-        Files are told apart by device and inode, so that links to one file count as one.
+        Files are distinguished by device and inode, so that links to one file count as one.
         """
         return any(self.outputs.get(key) == os.fspath(path) for key in _keys_of(path))
 
@@ -122,10 +122,10 @@ def _output(name: str, other: str) -> UsageError:
 def _standard_output() -> frozenset[Key]:
     """The file that standard output was redirected to; nothing for terminals and pipes."""
     try:
-        found = os.fstat(sys.stdout.fileno())
+        status = os.fstat(sys.stdout.fileno())
     except (OSError, ValueError, AttributeError):
         return frozenset()
-    return frozenset({(found.st_dev, found.st_ino, "")}) if stat.S_ISREG(found.st_mode) else frozenset()
+    return frozenset({(status.st_dev, status.st_ino, "")}) if stat.S_ISREG(status.st_mode) else frozenset()
 
 
 _CURRENT: ContextVar[Guard | None] = ContextVar("guard", default=None)

@@ -78,7 +78,7 @@ def beginning(path: PathLike, most: int) -> bytes:
 
 @contextmanager
 def opened(path: PathLike) -> Iterator[BinaryIO]:
-    """A regular file to read from, which nobody is waited for at.
+    """A regular file to read from; opening it never blocks.
 
     Raises
     ------
@@ -89,16 +89,16 @@ def opened(path: PathLike) -> Iterator[BinaryIO]:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         raise UnreadableFileError(path, _why(path, error)) from None
-    found = os.fstat(handle)
-    if not stat.S_ISREG(found.st_mode):
+    status = os.fstat(handle)
+    if not stat.S_ISREG(status.st_mode):
         os.close(handle)
-        raise UnreadableFileError(path, _other_kind(found.st_mode))
+        raise UnreadableFileError(path, _other_kind(status.st_mode))
     with os.fdopen(handle, "rb") as stream:
         yield stream
 
 
 def _read(path: PathLike, stream: BinaryIO, most: int) -> bytes:
-    """At most so many bytes; files of the kernel may have none as yet, and others to come without an end."""
+    """The first `most` bytes; files of the kernel may have none as yet, and others to come without an end."""
     try:
         data: bytes | None = stream.read(most)
     except OSError as error:
@@ -139,7 +139,7 @@ def read_text(path: PathLike, most: int = MOST_BYTES, what: str = "a file") -> s
 
 
 def obstacle(path: PathLike) -> str | None:
-    """Why there is nothing to read at a path: no such file, or no regular one; None where there is.
+    """The reason why there is nothing to read at a path: no such file, or no regular one; None where there is.
 
     A phrase for a message, such as "is a folder".
     """
@@ -153,7 +153,7 @@ def obstacle(path: PathLike) -> str | None:
 def real(path: PathLike) -> Path:
     """The canonical path of a file, without links and dots, the same for every spelling.
 
-    As it is where that cannot be told: no name has a NUL, and symbolic links may lead in a cycle.
+    Unchanged where that is not possible: no name has a NUL, and symbolic links may lead in a cycle.
     """
     try:
         return Path(os.path.realpath(path))

@@ -48,17 +48,17 @@ def _obstacle(path: Path) -> str | None:
         named = path.parent if not path.is_symlink() else folder
         return f"there is no folder {str(named)!r}"
     try:
-        found = path.stat()
+        status = path.stat()
     except FileNotFoundError:
-        found = None
-    if found is not None:
-        if stat.S_ISDIR(found.st_mode):
+        status = None
+    if status is not None:
+        if stat.S_ISDIR(status.st_mode):
             return "is a folder"
-        if stat.S_ISSOCK(found.st_mode) or stat.S_ISBLK(found.st_mode):
+        if stat.S_ISSOCK(status.st_mode) or stat.S_ISBLK(status.st_mode):
             return "is no file that can be written to"
         if not os.access(path, os.W_OK):
             return "cannot be written to"
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(status.st_mode):
             return None
     if not os.access(folder, os.W_OK):
         return "the folder cannot be written to"
@@ -143,7 +143,7 @@ def write_files(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> list[
 
 
 def _replace(target: Path, content: bytes) -> None:
-    """A file beside the target, then in its place."""
+    """Write a file next to the target, then rename it to the target."""
     try:
         before = target.stat()
     except FileNotFoundError:

@@ -38,9 +38,9 @@ def xml_text(path: PathLike, data: bytes) -> str:
     for mark, encoding in BYTE_ORDER_MARKS:
         if data.startswith(mark):
             return _decoded(path, data[len(mark) :], encoding)
-    found = _STATED.match(data)
-    encoding = found[1].decode("ascii") if found else "utf-8"
-    if found and not _is_one(encoding):
+    match = _STATED.match(data)
+    encoding = match[1].decode("ascii") if match else "utf-8"
+    if match and not _is_one(encoding):
         text, hint = f"the encoding {encoding!r} cannot be read", "save it as UTF-8"
         raise ProblemError([Diagnostic(text, file=str(path), line=1, hint=hint)])
     return _decoded(path, data, encoding)

@@ -80,15 +80,15 @@ def parse_quantity(text: str) -> Quantity:
     >>> found.value, found.dimension, found.unit
     (Fraction(3, 2000), Dimension(time=1, length=0, data=0, money=0, power=0, work=0), 'ms')
     """
-    found = _NUMBER.match(text.strip())
-    if found is None:
+    match = _NUMBER.match(text.strip())
+    if match is None:
         raise UnitError(f"expected a number with its unit, got {shown(text)}")
-    unit = text.strip()[found.end() :].strip()
+    unit = text.strip()[match.end() :].strip()
     if unit and (unit[0] in "0123456789._,+-/" or not unit.isprintable()):
         hint = "write decimals with a point" if unit[0] == "," else "digits are not grouped" if unit[0] == "_" else ""
         raise UnitError(f"malformed number {shown(text)}", hint)
     scale, dimension = UNITS.get(canonical_unit(unit), (Fraction(1), None if unit else DIMENSIONLESS))
-    return Quantity(_number(found, text) * scale, dimension, unit)
+    return Quantity(_number(match, text) * scale, dimension, unit)
 
 
 def convert(quantity: Quantity, unit: str) -> Fraction:
@@ -124,8 +124,8 @@ def round_to_int(value: Fraction, rounding: Rounding) -> int:
     return ceil(value) if rounding is Rounding.UP else floor(value)
 
 
-def _number(found: re.Match[str], text: str) -> Fraction:
-    parts = found.groupdict(default="")
+def _number(match: re.Match[str], text: str) -> Fraction:
+    parts = match.groupdict(default="")
     sign = -1 if parts["sign"] == "-" else 1
     if max(len(parts[name]) for name in ("whole", "denominator", "mantissa")) > MAX_DIGITS:
         raise UnitError(f"number too long: {shown(text)}", f"at most {MAX_DIGITS} digits")
@@ -166,10 +166,10 @@ def _round(
     """The value as an integer, which remembers that it was rounded (see `Rounded`)."""
     if rounding is Rounding.EXACT and value.denominator != 1:
         _refuse(kind, text, f"it must be a whole number of {base}")
-    found = round_to_int(value, rounding)
-    if found == value or write is None:
-        return found
-    return Rounded(found, f"{shown(text)} counts as {write(found)}", value)
+    number = round_to_int(value, rounding)
+    if number == value or write is None:
+        return number
+    return Rounded(number, f"{shown(text)} counts as {write(number)}", value)
 
 
 def parse_duration_ns(text: str, rounding: Rounding) -> int:
@@ -196,9 +196,9 @@ def parse_time_range_ns(text: str) -> TimeRange:
     TimeRange(min_ns=1000000, max_ns=3000000)
     """
     least, greatest = _range(TIME_RANGE, text, NS_PER_S)
-    found = TimeRange(floor(least), ceil(greatest))
-    note = f"{shown(text)} counts as {format_time_range(found)}"
-    ends = zip(found, (least, greatest), strict=True)
+    whole = TimeRange(floor(least), ceil(greatest))
+    note = f"{shown(text)} counts as {format_time_range(whole)}"
+    ends = zip(whole, (least, greatest), strict=True)
     return TimeRange(*(end if end == exact else Rounded(int(end), note, exact) for end, exact in ends))
 
 
@@ -248,8 +248,8 @@ def _meant_range(text: str) -> str:
     >>> _meant_range("200 us - 900 us"), _meant_range("1...3 ms"), _meant_range("3 ms")
     ('a range is written "200 us .. 900 us"', 'a range is written "1 .. 3 ms"', '')
     """
-    found = _OTHER_RANGE.fullmatch(text)
-    return f'a range is written "{found["low"].strip(". ")} .. {found["high"].strip(". ")}"' if found else ""
+    match = _OTHER_RANGE.fullmatch(text)
+    return f'a range is written "{match["low"].strip(". ")} .. {match["high"].strip(". ")}"' if match else ""
 
 
 def _range(kind: QuantityKind, text: str, scale: int = 1) -> tuple[Fraction, Fraction]:

@@ -242,7 +242,7 @@ def expectation(kind: QuantityKind) -> str:
 
 def units_of(dimension: Dimension) -> tuple[str, ...]:
     """The units of a dimension, in the table's order."""
-    return tuple(unit for unit, (_, found) in UNITS.items() if found == dimension)
+    return tuple(unit for unit, (_, of_unit) in UNITS.items() if of_unit == dimension)
 
 
 def unit_hint(unit: str, dimension: Dimension | None = None) -> str:
@@ -268,7 +268,7 @@ def canonical_unit(unit: str) -> str:
 
 
 def unit_ratio(unit: str, base: str) -> Fraction | None:
-    """How many `base` one `unit` is; None where they do not measure the same, or nothing says so.
+    """The ratio of `unit` to `base`; None where they do not measure the same, or nothing says so.
 
     Units of the table count as they do there (amounts of money as their own currency only); others where they differ
     in their SI prefix.
@@ -276,27 +276,27 @@ def unit_ratio(unit: str, base: str) -> Fraction | None:
     >>> unit_ratio("kg", "g"), unit_ratio("TOPS", "GOPS"), unit_ratio("cm", "mm"), unit_ratio("g", "EUR")
     (Fraction(1000, 1), Fraction(1000, 1), Fraction(10, 1), None)
     """
-    given, wanted = canonical_unit(unit), canonical_unit(base)
-    if given == wanted:
+    own, wanted = canonical_unit(unit), canonical_unit(base)
+    if own == wanted:
         return Fraction(1)
-    if given in UNITS or wanted in UNITS:
-        scale, dimension = UNITS.get(given, (Fraction(1), None))
+    if own in UNITS or wanted in UNITS:
+        scale, dimension = UNITS.get(own, (Fraction(1), None))
         other, wanted_dimension = UNITS.get(wanted, (Fraction(1), None))
         return None if dimension in (None, MONEY) or dimension != wanted_dimension else scale / other
-    ours, theirs = _split(given), _split(wanted)
+    ours, theirs = _split(own), _split(wanted)
     common = [name for name in ours if name in theirs]
     return ours[common[0]] / theirs[common[0]] if common else None
 
 
 def _split(unit: str) -> dict[str, Fraction]:
-    """What the unit may be a multiple of, with the factor; of units that are not SI's, by the common prefixes only."""
+    """The units that a unit may be a multiple of, with the factors; units outside SI have the common prefixes only."""
     known = {unit: Fraction(1)} if unit in _SI else {}
     for prefix, factor in _FACTORS.items():
         if prefix and unit.startswith(prefix) and unit[len(prefix) :] in _SI:
             known[unit[len(prefix) :]] = Fraction(factor)
     if known:
         return known
-    found = {unit: Fraction(1)}
+    powers = {unit: Fraction(1)}
     if unit[:1] in _COMMON and len(unit) > MOST_SYMBOL and unit.isalpha():
-        found[unit[1:]] = Fraction(_FACTORS[unit[0]])
-    return found
+        powers[unit[1:]] = Fraction(_FACTORS[unit[0]])
+    return powers

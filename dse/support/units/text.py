@@ -18,7 +18,7 @@ _TOO_LONG = 10**LONGEST
 def writable(value: Exact) -> Exact:
     """The value; rounded up to `DECIMALS` decimals where its numerator or denominator has more than `LONGEST` digits.
 
-    Sums over many different periods have such denominators: nobody reads them, and Python refuses to write the longest.
+    Sums over many different periods have such denominators, which are unreadable; Python refuses to write the longest.
     """
     if max(abs(value.numerator), value.denominator) < _TOO_LONG:
         return value

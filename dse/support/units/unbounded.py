@@ -18,10 +18,10 @@ def _lasting(compute: Callable[..., Any]) -> Callable[..., Any]:
     def method(self: Unbounded, *others: Any) -> Any:
         if any(type(other) not in (int, Fraction, Unbounded) and isinstance(other, Fraction) for other in others):
             return NotImplemented  # traced numbers do what they do with any number
-        found = compute(self, *others)
-        if not isinstance(found, int | Fraction) or (compute in _PRODUCTS and not found):
-            return found
-        return Unbounded(found)
+        result = compute(self, *others)
+        if not isinstance(result, int | Fraction) or (compute in _PRODUCTS and not result):
+            return result
+        return Unbounded(result)
 
     return method
 

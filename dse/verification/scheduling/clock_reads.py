@@ -56,19 +56,19 @@ class Passage:
 
     @property
     def floor(self) -> tuple[Diagram, ...]:
-        """Diagrams whose sum it is never less than: the sum until the first timer reads, and `behind`."""
+        """Diagrams whose sum is a lower bound: the sum until the first timer reads, and `behind`."""
         first = self.since[0] if self.since else self.before
         return (*first.parts, *first.floors, self.behind)
 
     @property
     def high(self) -> int:
-        """More than it ever is."""
+        """An upper bound of the passage."""
         longest: int = max([0, *leaves(self.behind)]) + 2 * max([1, *leaves(self.step)])
         return max(self.before.high, *(item.high for item in self.since), 0) + longest
 
     @property
     def diagrams(self) -> Iterator[Diagram]:
-        """Every diagram in it."""
+        """Every diagram of the passage."""
         for total in (self.before, *self.since):
             yield from total.diagrams
         yield from (self.sender, self.behind, self.step, *self.offsets, self.soonest, self.latest)
@@ -76,7 +76,7 @@ class Passage:
 
     @property
     def threads(self) -> set[int]:
-        """The threads whose waiting is in it."""
+        """The threads whose waiting counts in the passage."""
         return {*self.delayed, *self.late, *self.missed}
 
 
@@ -147,7 +147,7 @@ def in_units(scale: Fraction | int, time: Any) -> int:
 
 
 class _Read:
-    """What a partial design says of a read, all times in ns.
+    """A read in a partial design, all times in ns.
 
     `alone` is the space in which nothing waits, `drifting` the same without offsets, which are asked for apart.
     """
@@ -163,7 +163,7 @@ class _Read:
 
     @cached_property
     def _between(self) -> tuple[Exact, Exact]:
-        """How long after the release of the timer before the reader data may be there, if nothing waits."""
+        """The time from the release of the timer before the reader until data may be there, if nothing waits."""
         found = timer_before(self.drifting, self.step, self.view) if self.sender is not None else None
         return (0, 0) if found is None else found[1:]
 
@@ -189,7 +189,7 @@ class _Read:
 
     @property
     def behind_ns(self) -> Exact:
-        """How long behind the first read of a step the last one is."""
+        """The time between the first and the last read of a step."""
         if not self._is_timed:
             return 0
         period: Exact = at(self.component.period_ns, self.view)
@@ -209,27 +209,27 @@ class _Read:
 
     @property
     def soonest_ns(self) -> Exact:
-        """How soon after the sender's release data may be there."""
+        """The shortest time from the sender's release until data are there, in ns."""
         return self._between[0]
 
     @property
     def latest_ns(self) -> Exact:
-        """When they are there if nothing waits and every job takes its longest."""
+        """The longest time until data are there if nothing waits, in ns."""
         return self._between[1]
 
     @property
     def delayed(self) -> set[int]:
-        """The threads whose waiting makes that later."""
+        """The threads whose waiting makes data arrive later."""
         return set() if self.sender is None else set(on_the_way(self.alone, self.step, self.view))
 
     @property
     def late(self) -> set[int]:
-        """The reader, where it reads when its job begins."""
+        """The number of the reader, if it reads when its job begins; else an empty set."""
         return set() if self.sender is None else set(beginners(self.alone, self.step, self.view))
 
     @property
     def missed(self) -> set[int]:
-        """The sender, where it does."""
+        """The number of the sender, if it reads when its job begins; else an empty set."""
         if self._timer is None or self.sender is None:
             return set()
         return set(beginners(self.alone, self._timer, self.view))

@@ -54,7 +54,7 @@ def is_late_limit(limit: Limit) -> bool:
 
 
 def is_simple(component: Component) -> bool:
-    """Whether it is a thread whose jobs can be counted: an OS thread with jobs of one kind."""
+    """Whether the jobs of a thread can be counted: it is an OS thread with jobs of one kind."""
     is_hybrid = "hybrid" in set(leaves(component.protocol)) and (
         component.callback_ns is not None or may_join(component)
     )
@@ -62,7 +62,7 @@ def is_simple(component: Component) -> bool:
 
 
 def has_number(component: Component) -> bool:
-    """Whether a number says when it has its turn, stated or decided."""
+    """Whether a thread has a priority number, stated or decided."""
     return any(isinstance(leaf, int) for leaf in leaves(component.priority))
 
 
@@ -112,7 +112,7 @@ def _free_orders(space: Space) -> list[OpenPriority]:
 
 
 def lessons_of(space: Space, late: Sequence[Limit], design: Design, limits: Sequence[Limit] = ()) -> list[Lesson]:
-    """Why the threads are late that are late in a design: in any order, with these `limits`, or in this one."""
+    """The lessons of the late threads of a design: in any order, with these `limits`, or in this one."""
     view = View(design)
     found = list(_without_order(space, limits, design))
     return found or [_lesson(space, limit, design) for limit in late if not judge(limit, view).holds]
@@ -163,7 +163,7 @@ def _pairs(
 
 
 def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) -> Lesson:
-    """Why a thread waits so long (ns) in a design."""
+    """The lesson of a thread that waits for a given time (ns) in a design."""
 
     def waits(groups: Sequence[Sequence[int]] | None, view: View) -> bool:
         known = all_responses(space, view) if groups is None else subset_responses(space, groups, view)
@@ -178,7 +178,7 @@ def waiting_lesson(space: Space, number: int, waited: Fraction, design: Design) 
 
 
 def chain_lesson(space: Space, key: int, chain: FlowChain, waited: Fraction, design: Design) -> Lesson:
-    """Why threads of a flow that may be one chain wait so long (ns) in a design, all of them together.
+    """The lesson of threads that may be one chain and together wait for a given time (ns) in a design.
 
     Their waiting has the number `key`.
     """
@@ -212,7 +212,7 @@ def _lesson(space: Space, limit: Limit, design: Design) -> Lesson:
 
 
 def full_lesson(space: Space, limit: Limit, design: Design) -> Lesson:
-    """Why the threads of a processor do not fit on its cores in a design."""
+    """The lesson of a processor whose threads do not fit on its cores in a design."""
 
     def is_full(given: Sequence[int]) -> bool:
         return not judge(limit, View(given)).holds

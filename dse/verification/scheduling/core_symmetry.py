@@ -46,7 +46,7 @@ def alike_cores(tables: Tables) -> list[list[int]]:
 
 
 def _has_core(tables: Tables, component: Component) -> bool:
-    """Whether it may be on a processor with several cores."""
+    """Whether a thread may be on a processor with several cores."""
     places = set(leaves(component.processor)) - {None} if component.processor is not None else set()
     return any(max(leaves(tables.space.processors[place].cores), default=1) > 1 for place in places)
 
@@ -115,7 +115,7 @@ class Numbering:
         }
 
     def _literals(self, values: Mapping[tuple[int, int], int], variable: Any) -> dict[tuple[int, int], Any]:
-        """For each value of a variable whether it has that."""
+        """A literal for each value of a variable that is true where it has the value."""
         found = {}
         for place, value in values.items():
             found[place] = self._model.new_bool_var("")
@@ -124,7 +124,7 @@ class Numbering:
         return found
 
     def add(self, model: cp_model.CpModel) -> None:
-        """Number them in a copy of the model."""
+        """Number the cores in a copy of the model."""
         for here, before in self._needs:
             first, *others = (model.get_int_var_from_proto_index(literal.index) for literal in (here, *before))
             model.add_bool_or([first.negated(), *others])

@@ -183,7 +183,7 @@ def may_fit(table: CoreTable, left: Sequence[Sequence[int]]) -> bool:
 
 @lru_cache(maxsize=1024)
 def may_pack(threads: tuple[tuple[int, frozenset[int]], ...], count: int, room: int) -> bool:
-    """Whether threads may fit on so many cores, each with its use and the cores that it may have; False is a proof."""
+    """Whether threads may fit on a number of cores, each with its use and its possible cores; False is a proof."""
     work = [Work(Fraction(use), [core - 1 for core in sorted(cores) if core <= count]) for use, cores in threads]
     return partition(work, [Fraction(0)] * count, Room(Fraction(room))).status != "none"
 
@@ -290,10 +290,10 @@ def _use(item: ThreadUse, chosen: Left) -> int:
 
 
 def _offered(item: ThreadUse) -> set[int]:
-    """What a thread may use."""
+    """The shares of a core that a thread may use."""
     return {int(leaf) + _constant(item) for leaf in leaves(_part(item))}
 
 
 def _is_so(part: Diagram, least: int) -> Diagram:
-    """1 where a part is at least so much, else 0."""
+    """1 where a part is at least a given size, else 0."""
     return changed(part, lambda leaf: int(leaf >= least))

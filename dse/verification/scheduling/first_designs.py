@@ -49,14 +49,14 @@ class Earlier:
         self._known: dict[Claim, list[EarlierDesigns]] = {}
 
     def places(self, vector: Sequence[int], design: Design) -> list[EarlierDesigns]:
-        """Those at which a design with these objectives may come before `design`; none where it is the first."""
+        """The places at which a design with these objectives may come before `design`; none where it is the first."""
         key = tuple(vector), tuple(design)
         if key not in self._known:
             self._known[key] = list(self._open(vector, design))
         return self._known[key]
 
     def are_refuted(self, places: Sequence[EarlierDesigns], limit: float) -> bool:
-        """Whether it can be shown, with so much deterministic time each, that no design has any of these places."""
+        """Whether a proof succeeds, in a given deterministic time each, that no design has any of these places."""
         return all(place.region is not None and place.region.is_refuted(limit, self.deadline) for place in places)
 
     def _open(self, vector: Sequence[int], design: Design) -> Iterator[EarlierDesigns]:
@@ -110,17 +110,17 @@ class _Question:
         self._fresh: list[Row] = []
 
     def copy(self) -> _Question:
-        """The same, to be changed by itself."""
+        """A copy of the question that can be changed alone."""
         return _Question(self.rows, self.using, self.left)
 
     def with_rows(self, more: Sequence[Row]) -> _Question:
-        """Itself, with further rows."""
+        """The question, with further rows."""
         self.rows, self.using = [*self.rows, *more], by_decision(more, self.using)
         self._fresh += more
         return self
 
     def limited(self, decision: int, positions: list[int], more: Sequence[Row]) -> _Question:
-        """Itself, with these positions of a decision, and with such of further rows as something left could break."""
+        """The question with these positions of a decision, and further rows that a remaining option could break."""
         fresh = [row for row in more if may_break(row, self.left)]
         if fresh:
             self.with_rows(fresh)

@@ -189,7 +189,7 @@ class Fit:
 
     @property
     def room(self) -> int:
-        """How much there is of it."""
+        """The capacity of a core in the unit of the fit."""
         return WHOLE if self.point is None else self.point
 
     def needed(self, period: int, work: int) -> int:
@@ -199,7 +199,7 @@ class Fit:
         return -(-self.point // period) * work if period <= self.longest else 0
 
     def part(self, period: int) -> Fraction:
-        """How much of the room a unit of work of a period takes at most."""
+        """The largest share of the capacity that a unit of work of a period takes."""
         if self.point is None:
             return Fraction(1, period)
         return Fraction(-(-self.point // period), self.point) if period <= self.longest else Fraction(0)
@@ -226,7 +226,7 @@ class _Order:
         return self._parts[fit]
 
     def independent(self, fits: Sequence[Fit]) -> list[Fit]:
-        """Those that do not follow from another one."""
+        """The fits that do not follow from another one."""
         kept = list(fits)
         for fit in fits:
             if any(other is not fit and self.follows(fit, other) for other in kept):
@@ -259,7 +259,7 @@ def _kinds(held: Sequence[tuple[int, int, Any]]) -> list[list[Fit]]:
 
 
 def _entries(levels: Levels) -> int:
-    """How many entries the rows have."""
+    """The number of entries of the rows."""
     held: dict[int, list[tuple[int, int, Any]]] = {}
     most: dict[int, int] = {}
     for demands in levels.demands.values():

@@ -42,7 +42,7 @@ def sampled_ns(sampled: Sampled, view: View) -> Fraction:
 
 
 def _oldest_ns(space: Space, step: Step, view: View, most: Any) -> Any:
-    """What a reader adds to the age of what it reads when it begins: no more than if all had waited for a period."""
+    """The time by which a reader that begins late reads older data, at most a period."""
     component = space.components[step.index]
     if at(component.offset_ns, view) is None or not is_periodic(component, view):
         return most
@@ -110,7 +110,7 @@ def _is_sampling(component: Component, row: Row, view: View) -> bool:
 
 
 def _start_ns(space: Space, step: Step, view: View) -> Any:
-    """How late a timer's job may read: when all that its response time holds beside its own work goes before it."""
+    """The latest time at which a timer's job may read: its response time less its own work."""
     component = space.components[step.index]
     is_first = step.via is None  # the clock of a latency starts with it
     if is_first or at(component.communication, view) in ("let", "at_dispatch"):
@@ -193,7 +193,7 @@ def _sampled_at(rows: Sequence[Row]) -> int:
 
 
 def _error_ns(one: Component, other: Component, view: View) -> Any:
-    """By how much the clocks of two components may differ; None where they are not the same."""
+    """The largest error between the clocks of two components, in ns; None where they share no clock."""
     clocks = [at(item.clock, view) for item in (one, other)]
     if None in clocks:
         return None

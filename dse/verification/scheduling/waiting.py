@@ -121,7 +121,7 @@ class WaitVariables:
         return waits
 
     def _resting(self, number: int) -> list[Any]:
-        """A literal that may be true where a thread takes no time, and waits for nobody; none where it always does."""
+        """A literal that may be true where a thread takes no time, and does not wait; none where it always does."""
         if number not in self._rests:
             rests = [self.model.new_bool_var("")] if 0 in leaves(self.waits.works[number]) else []
             for literal in rests:

@@ -22,9 +22,9 @@ def state_budgets(entries: Mapping[str, Any], parts: Mapping[str, ComponentDraft
     The property of each part is appended to its draft in place (``SEI::MIPSBudget`` and so on). Budgets of other
     components, of 0, or in units that SEI does not have are returned, to be kept as text.
     """
-    found = {}
+    budgets = {}
     for name, entry in entries.items():
-        rest = found[name] = dict(entry)
+        rest = budgets[name] = dict(entry)
         part = parts.get(name)
         is_thread = part is not None and part.category == "thread"
         if part is None or not (is_thread or (part.category == "device" and part.features)):
@@ -34,4 +34,4 @@ def state_budgets(entries: Mapping[str, Any], parts: Mapping[str, ComponentDraft
             if value is not None and not value.startswith("0.0 "):  # 0 counts as none there
                 part.properties.append(f"SEI::{word} => {value};")
                 del rest[key]
-    return found
+    return budgets

@@ -236,10 +236,10 @@ class ChosenModel:
         if names[0] is not None and (names[0] != names[1] or self._is_decided(item.name, "processor")):
             target = self.components[names[0]].title
             self._set(f"Actual_Processor_Binding => (reference ({target}))", path)
-            told = "Threads that are bound to one processor are synchronous for OSATE: what samples between them is "
-            told += "rounded up to its period instead of adding a whole one."
-            if told not in self.remarks:
-                self.remarks.append(told)
+            comment = "Threads that are bound to one processor are synchronous for OSATE: what samples between them is "
+            comment += "rounded up to its period instead of adding a whole one."
+            if comment not in self.remarks:
+                self.remarks.append(comment)
 
     # --- connections -------------------------------------------------------------------------------------------------
 
@@ -306,7 +306,7 @@ class ChosenModel:
             self._set(value, path)
 
     def _left_out(self) -> None:
-        """What was decided and has no word in AADL."""
+        """The decisions that AADL cannot express."""
         space = self.chosen.space
         for number, item in enumerate(space.decisions):
             option = self.chosen.design[number] if number < len(self.chosen.design) else -1

@@ -43,15 +43,15 @@ class Decided:
 
         Plain data by name. Executors that no thread of the design runs in are left out.
         """
-        found = {}
+        entries = {}
         running = (
             {str(item.get("executor")) for item in self.section("threads").values()} if name == "executors" else ()
         )
         for key, entry in (self.document.get(name) or {}).items():
             fields = self._fields(name, key, dict(entry or {}))
             if fields.get("type") != EMPTY and (name != "executors" or key in running):
-                found[key] = fields
-        return found
+                entries[key] = fields
+        return entries
 
     def type_of(self, section: str, name: str) -> dict[str, Any]:
         """The figures of the type that a slot has.
@@ -59,11 +59,11 @@ class Decided:
         Plain data of the processor or bus type that is chosen for slot `name`, with its own decisions made.
         """
         entry = self.section(section)[name]
-        given = dict((self.document.get(TYPED[section]) or {}).get(entry["type"]) or {})
-        return self._chosen(section, name, given)
+        fields = dict((self.document.get(TYPED[section]) or {}).get(entry["type"]) or {})
+        return self._chosen(section, name, fields)
 
-    def _fields(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
-        chosen = self._chosen(section, name, given) | self._by_parameter(section, name, given)
+    def _fields(self, section: str, name: str, stated: dict[str, Any]) -> dict[str, Any]:
+        chosen = self._chosen(section, name, stated) | self._by_parameter(section, name, stated)
         kind = chosen.get("type")
         if section in ("devices", "threads") and kind is not None:
             types = self.document.get(TYPED[section]) or {}
@@ -77,8 +77,8 @@ class Decided:
 
     @cached_property
     def _left_open(self) -> dict[tuple[str, str], dict[str, Any]]:
-        """What the design has chosen for fields that are ``any``, or that are left open; and cores by first-fit."""
-        found: dict[tuple[str, str], dict[str, Any]] = {}
+        """The values that the design chooses for fields that are ``any`` or left open, and the cores by first-fit."""
+        by_place: dict[tuple[str, str], dict[str, Any]] = {}
         for item, option in zip(self.space.decisions, self.design, strict=False):
             section = next((name for name in USERS if item.component in (self.document.get(name) or {})), None)
             if section is None or item.field not in LEFT_OPEN or option < 0:
@@ -86,20 +86,20 @@ class Decided:
             stated = (self.document[section][item.component] or {}).get(item.field)
             if not isinstance(stated, list):
                 text = item.options[option]
-                found.setdefault((section, item.component), {})[item.field] = int(text) if text.isdigit() else text
+                by_place.setdefault((section, item.component), {})[item.field] = int(text) if text.isdigit() else text
         for thread, core in cores_of(self.space, self.design).items():
             component = self.space.components[thread]
             if at(component.core, self.view) is None:  # as first-fit gives it: a model says where a thread runs
                 name = self.space.core_owner(component, self.view)
                 section = next(item for item in USERS if name in (self.document.get(item) or {}))
-                found.setdefault((section, name), {})["core"] = core
-        return found
+                by_place.setdefault((section, name), {})["core"] = core
+        return by_place
 
-    def _chosen(self, section: str, name: str, given: dict[str, Any]) -> dict[str, Any]:
-        found = {}
-        for key, value in given.items():
-            found[key] = self.value(section, name, key, value)
-        return {key: value for key, value in found.items() if value is not None}
+    def _chosen(self, section: str, name: str, stated: dict[str, Any]) -> dict[str, Any]:
+        chosen = {}
+        for key, value in stated.items():
+            chosen[key] = self.value(section, name, key, value)
+        return {key: value for key, value in chosen.items() if value is not None}
 
     def value(self, section: str, name: str, key: str, value: Any) -> Any:
         """A field's value in the design; None where the design has no use for it.
@@ -129,9 +129,9 @@ class Decided:
         kept = {key: value for key, value in entry.items() if key != "compute_execution_time"}
         return {**kept, "value": self._one(name, kept["value"])} if "value" in kept else kept
 
-    def _by_parameter(self, section: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    def _by_parameter(self, section: str, name: str, stated: Mapping[str, Any]) -> dict[str, Any]:
         """The execution time of a thread for the chosen value of its parameter."""
-        for key, entry in (given.get("parameters") or {}).items():
+        for key, entry in (stated.get("parameters") or {}).items():
             table, reference = (entry or {}).get("compute_execution_time"), self.space.references.get(f"{name}.{key}")
             chosen = None if reference is None else at(reference.tree, self.view)
             row = None if chosen is None else value_in(table or {}, chosen)

@@ -74,13 +74,13 @@ class FlowWriter:
         otherwise.
         """
         steps = self.steps[name]
-        found = placed_flows(entry["path"], steps, self.steps, self.parts)
-        joints = {number for first, (last, _) in found.items() for number in (first - 1, last + 1)}
+        inner_of = placed_flows(entry["path"], steps, self.steps, self.parts)
+        joints = {number for first, (last, _) in inner_of.items() for number in (first - 1, last + 1)}
         joints -= {-1, len(steps)}
         joined = all(steps[n].kind == "connection" and not self.is_inside(self.wires[steps[n].name]) for n in joints)
-        declared = all(self._around(flow) is None for flow in (name, *(flow for _, flow in found.values())))
+        declared = all(self._around(flow) is None for flow in (name, *(flow for _, flow in inner_of.values())))
         if joints and joined and declared:
-            return found
+            return inner_of
         named = (item for item in entry["path"] if isinstance(item, str))
         if self.profile != "dse" and any(item in self.flows and item not in self.parts for item in named):
             text = f"AADL cannot say flow {name}: connections of the system must join the flows it is composed of"
@@ -88,7 +88,7 @@ class FlowWriter:
         return {}
 
     def _elements(self, name: str, entry: Mapping[str, Any], inner: Mapping[int, tuple[int, str]]) -> list[str]:
-        """What each step is called; the components get flow specifications but where another flow has them."""
+        """The name of each step of a flow; components get flow specifications unless another flow has given them."""
         steps, path = self.steps[name], self._whole(entry)
         own_figures = dict(stated_in(path, steps, self.parts))
         elsewhere = {number for first, (last, _) in inner.items() for number in range(first, last + 1)}
@@ -154,8 +154,8 @@ def _block(name: str, entry: Mapping[str, Any]) -> str:
     """The properties of an end-to-end flow: its latency, its name in the problem file."""
     latency = entry.get("latency")
     text = times(latency) if latency is not None else None
-    found = [f"Latency => {text};"] if text is not None else []
-    found.append(f"{OURS}::Name => {quoted(name)};")
+    properties = [f"Latency => {text};"] if text is not None else []
+    properties.append(f"{OURS}::Name => {quoted(name)};")
     if latency is not None and text is None:
-        found.append(f"{OURS}::Extra => {extra([('latency', latency)])};")
-    return f" {{{' '.join(found)}}}"
+        properties.append(f"{OURS}::Extra => {extra([('latency', latency)])};")
+    return f" {{{' '.join(properties)}}}"

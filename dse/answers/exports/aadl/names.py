@@ -45,12 +45,12 @@ def identifier(name: str, taken: set[str]) -> str:
     """
     stem = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "x"
     stem = stem if stem[0].isalpha() else f"x_{stem}"
-    found, number = stem, 0
-    while found.lower() in taken or found.lower() in RESERVED:
+    unique, number = stem, 0
+    while unique.lower() in taken or unique.lower() in RESERVED:
         number += 1
-        found = f"{stem}_{number}"
-    taken.add(found.lower())
-    return found
+        unique = f"{stem}_{number}"
+    taken.add(unique.lower())
+    return unique
 
 
 def quoted(text: str) -> str:
@@ -72,10 +72,10 @@ def times(text: Any, *, as_range: bool = True) -> str | None:
     """
     ends = []
     for part in str(text).split(".."):
-        found = _QUANTITY.fullmatch(part.strip())
-        if found is None or found[2] not in _TIMES:
+        match = _QUANTITY.fullmatch(part.strip())
+        if match is None or match[2] not in _TIMES:
             return None
-        whole = _whole(Fraction(found[1]), _TIMES[found[2]])
+        whole = _whole(Fraction(match[1]), _TIMES[match[2]])
         if whole is None:
             return None
         ends.append(whole)
@@ -87,8 +87,8 @@ def times(text: Any, *, as_range: bool = True) -> str | None:
 def _whole(value: Fraction, unit: str) -> str | None:
     """A time in the greatest unit up to its own in which it is a whole number."""
     in_ps = value * _PS[unit]
-    found = [word for word, size in _PS.items() if size <= _PS[unit] and (in_ps / size).denominator == 1]
-    return f"{in_ps / _PS[found[-1]]} {found[-1]}" if found else None
+    units = [word for word, size in _PS.items() if size <= _PS[unit] and (in_ps / size).denominator == 1]
+    return f"{in_ps / _PS[units[-1]]} {units[-1]}" if units else None
 
 
 def output_rate(hertz: Fraction) -> str | None:

@@ -43,8 +43,8 @@ def section_lines(name: str, lines: Iterable[str]) -> list[str]:
 
     Indented lines below the name of the section, such as ``features``.
     """
-    found = [f"      {line}" for line in lines]
-    return [f"    {name}", *found] if found else []
+    section = [f"      {line}" for line in lines]
+    return [f"    {name}", *section] if section else []
 
 
 def package_text(

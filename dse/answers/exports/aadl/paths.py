@@ -39,12 +39,12 @@ def steps_of(path: list[Any], components: Container[str], wires: Mapping[str, Ma
         flat.insert(0, ("component", wires[flat[0][1]].get("from", "")))
     if flat[-1][0] == "connection":
         flat.append(("component", wires[flat[-1][1]].get("to", "")))
-    found = []
+    steps = []
     for number, (kind, item) in enumerate(flat):
         before = flat[number - 1][1] if number else ""
         after = flat[number + 1][1] if number + 1 < len(flat) else ""
-        found.append(PathStep(kind, item, before, after))
-    return found
+        steps.append(PathStep(kind, item, before, after))
+    return steps
 
 
 def whole_path(
@@ -54,13 +54,13 @@ def whole_path(
 
     Recursive: a flow in a flow may contain further flows. `flows` has the entries of the file by name.
     """
-    found: list[Any] = []
+    elements: list[Any] = []
     for item in path:
         if isinstance(item, str) and item not in components and item not in wires and item in flows:
-            found += whole_path(flows[item]["path"], flows, components, wires)
+            elements += whole_path(flows[item]["path"], flows, components, wires)
         else:
-            found.append(item)
-    return found
+            elements.append(item)
+    return elements
 
 
 def placed_flows(
@@ -70,7 +70,7 @@ def placed_flows(
 
     `steps` are those of the path, `flows` those of each flow; nothing where one of them is not met as it is alone.
     """
-    found, number = {}, 0
+    placed, number = {}, 0
     for item in path:
         name = item["element"] if isinstance(item, dict) else item
         is_flow = not isinstance(item, dict) and name in flows and name not in components
@@ -81,9 +81,9 @@ def placed_flows(
         if is_flow:
             if [(step.kind, step.name) for step in steps[number : number + len(there)]] != there:
                 return {}
-            found[number] = (number + len(there) - 1, str(name))
+            placed[number] = (number + len(there) - 1, str(name))
         number += len(there)
-    return found
+    return placed
 
 
 def stated_in(path: list[Any], steps: list[PathStep], components: Container[str]) -> Iterator[tuple[int, Any]]:
@@ -109,7 +109,7 @@ def entered_times(
     UsageError
         where flows by one port state different ones.
     """
-    found: dict[str, dict[str, str]] = {}
+    times_of: dict[str, dict[str, str]] = {}
     for flow, entry in flows.items():
         path = whole_path(entry["path"], flows, components, wires)
         steps = steps_of(path, components, wires)
@@ -117,11 +117,11 @@ def entered_times(
             texts = {word: times(item[key]) for key, word in PORT_TIMES.items() if key in item}
             known = {word: text for word, text in texts.items() if text is not None}
             before = steps[number].before
-            if known != texts or (texts and not before) or found.get(before, known) != known:
+            if known != texts or (texts and not before) or times_of.get(before, known) != known:
                 raise UsageError(f"AADL cannot say which times {item['element']} has in flow {flow}")
             if known:
-                found[before] = known
-    return found
+                times_of[before] = known
+    return times_of
 
 
 def _between(wires: Mapping[str, Mapping[str, Any]], one: str, other: str) -> str:

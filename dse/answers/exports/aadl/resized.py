@@ -65,8 +65,10 @@ class ResizedPorts:
         if leaf.member.item.classifier is None or leaf.member.item.dimensions:
             return None
         flat = self.model.flattener.resolve(leaf.member.item.classifier, leaf.member.package, leaf.around)
-        found = None if flat is None else flat.classifier
-        return None if found is None or found.is_implementation or found.category != "data" else found
+        classifier = None if flat is None else flat.classifier
+        return (
+            None if classifier is None or classifier.is_implementation or classifier.category != "data" else classifier
+        )
 
     def _sized(self, data: Classifier, size: str) -> str:
         """The implementation of a data type that has a size, which is declared where it is not yet."""

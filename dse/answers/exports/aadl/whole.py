@@ -131,8 +131,8 @@ class WholeModel:
 
     def _bus_type(self, name: str) -> dict[str, Any]:
         figures = dict(self.document["bus_types"][name])
-        found = {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
-        return {key: value for key, value in found.items() if value is not None}
+        values = {key: self.decided.value("buses", name, key, value) for key, value in figures.items()}
+        return {key: value for key, value in values.items() if value is not None}
 
     def _carriers(self, entry: Mapping[str, Any]) -> str:
         """References to what carries a connection or virtual bus, all at once; "" where nothing does."""
@@ -154,9 +154,9 @@ class WholeModel:
 
     def _block(self, name: str, own: str, stated: str | None, key: str = "Extra") -> str:
         """The properties of a declaration: its name in the problem file, and what AADL has no word for."""
-        found = [f"{OURS}::Name => {quoted(name)};"]
-        found += [f"{OURS}::{key} => {stated};"] if stated else []
-        return f" {{{' '.join(found)}}}" if found else ""
+        properties = [f"{OURS}::Name => {quoted(name)};"]
+        properties += [f"{OURS}::{key} => {stated};"] if stated else []
+        return f" {{{' '.join(properties)}}}" if properties else ""
 
     def _type(self, category: str, name: str, called: str, figures: Mapping[str, Any]) -> str:
         """Declare a type of hardware; returns its name."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option
+from dse.cli.common import ExistingPath, all_option, check_writable, console, in_time, json_option, screen_lines
 from dse.cli.grouping import GroupedCommand
 from dse.cli.pages import answer, page_path, report_option, write_page_figures
 from dse.cli.saying import say
@@ -18,13 +18,13 @@ REST = "-o FILE writes the catalogue, with every remark, for problem files to in
 
 def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, str]:
     """``NAME=VALUE``, several times."""
-    found: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for value in values:
         name, separator, rest = (part.strip() for part in value.partition("="))
         if not separator or not name or not rest:
             raise click.BadParameter(f"{value!r}: expected NAME=VALUE", ctx, param)
-        found[name] = rest
-    return found
+        pairs[name] = rest
+    return pairs
 
 
 @click.command("fit", cls=GroupedCommand)
@@ -34,23 +34,29 @@ def _pairs(ctx: click.Context, param: click.Parameter, values: Sequence[str]) ->
     type=click.Choice(["ols", "envelope", "quantile"]),
     default="ols",
     show_default=True,
-    help="Least squares, lines that nothing measured lies beyond, or quantile lines.",
+    help="Least squares, lines that enclose every sample, or quantile lines.",
 )
-@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Of quantile lines.")
-@click.option("--round-trip/--one-way", default=None, help="Whether times are halved; else as a column's name says.")
+@click.option("--quantiles", show_default="1 % .. 99 %", metavar="LOW..HIGH", help="Quantiles, with --method quantile.")
+@click.option(
+    "--round-trip/--one-way",
+    default=None,
+    help="Times are round trips, which count half, or one way; default: by the name of the column.",
+)
 @click.option("--sizes", metavar="LOW..HIGH", help="Use messages of these sizes only, e.g. '0 B .. 3 KB'.")
 @click.option("--without", multiple=True, metavar="LOW..HIGH", help="Leave messages of these sizes out.")
-@click.option("--name", default="", metavar="NAME", help="Of the bus type, where no column names the transport.")
-@click.option("--platform", "platforms", multiple=True, callback=_pairs, metavar="NAME=TYPE", help="A processor type.")
-@click.option("--column", "columns", multiple=True, callback=_pairs, metavar="ROLE=NAME", help="Which column is what.")
+@click.option("--name", default="", metavar="NAME", help="Name of the bus type, where no column names the transport.")
 @click.option(
-    "--unit", "units", multiple=True, callback=_pairs, metavar="ROLE=UNIT", help="Of a column's plain numbers."
+    "--platform", "platforms", multiple=True, callback=_pairs, metavar="NAME=TYPE", help="Processor type of a platform."
+)
+@click.option("--column", "columns", multiple=True, callback=_pairs, metavar="ROLE=NAME", help="Column of a role.")
+@click.option(
+    "--unit", "units", multiple=True, callback=_pairs, metavar="ROLE=UNIT", help="Unit of a column with plain numbers."
 )
 @click.option(
     "--extremes",
     type=click.IntRange(10, 10**12),
     metavar="N",
-    help="Also fit extreme values, up to what one sample in N exceeds; they are extrapolations.",
+    help="Also extrapolate to the value that one sample in N exceeds, by extreme value theory.",
 )
 @click.option("-o", "--output", metavar="PATH", help="Write the catalogue, a file that problem files include.")
 @click.option("--figures", "figures", metavar="DIR", help="Write the plots into this folder, as SVG and PNG.")
@@ -90,7 +96,7 @@ def command(
     from dse.fitting.fitted import samples_table
     from dse.questions.verbs.fit import fit
 
-    found = fit(
+    fitted = fit(
         *files,
         method=method,
         quantiles=quantiles,
@@ -104,19 +110,20 @@ def command(
         platforms=platforms,
     )
     to_file = output is not None and output != "-"
-    has_samples = any(len(item.summary.samples_ns) for item in found.executions)
+    has_samples = any(len(item.summary.samples_ns) for item in fitted.executions)
     samples = _samples_path(output) if to_file and has_samples else None
-    text = found.to_yaml(samples.name if samples is not None else None)
+    text = fitted.to_yaml(samples.name if samples is not None else None)
     from dse.report.content.fit import fit_page
     from dse.report.output import page_text
     from dse.report.page import Section, texts
-    from dse.report.terminal import SCREEN, page_height
+    from dse.report.terminal import page_height
 
-    page = fit_page(found)
+    page = fit_page(fitted)
     beside = None if samples is None else str(samples)
     report_text = report, lambda: page_text(page, report or "")
-    tables = (beside, lambda: samples_table(found)), (output, lambda: text), (json_path, found.to_json), report_text
-    is_below = output is None and (every or page_height(console(), page) + text.count("\n") < SCREEN)
+    tables = (beside, lambda: samples_table(fitted)), (output, lambda: text), (json_path, fitted.to_json), report_text
+    screen = console()
+    is_below = output is None and (every or page_height(screen, page) + text.count("\n") < screen_lines(screen))
     rest = Section("rest", "", () if is_below or output is not None else tuple(texts(REST)))
     answer(replace(page, sections=(*page.sections, rest)), *tables, every=every)
     if is_below and json_path != "-":

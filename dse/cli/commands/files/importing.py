@@ -17,14 +17,13 @@ REPEATED = ("library",)
 
 def _format_options(command: GroupedCommand) -> GroupedCommand:
     """The options of every format, each once."""
-    texts: dict[str, list[str]] = {}
+    texts: dict[str, dict[str, list[str]]] = {}
     for importer in importers():
         for name, text in importer.options.items():
-            texts.setdefault(name, []).append(f"{importer.name}: {text}")
-    command.params += [
-        click.Option([f"--{name}"], metavar="TEXT", help=" ".join(said), multiple=name in REPEATED)
-        for name, said in texts.items()
-    ]
+            texts.setdefault(name, {}).setdefault(text, []).append(importer.name)
+    for name, formats in texts.items():
+        said = " ".join(f"{', '.join(names)}: {text}" for text, names in formats.items())
+        command.params.append(click.Option([f"--{name}"], metavar="TEXT", help=said, multiple=name in REPEATED))
     return command
 
 
@@ -66,20 +65,20 @@ def command(
 ) -> int:
     """A file of another format, or several, as a problem file, or as a file that problem files include.
 
-    Of several files those named first count where they differ, which is told. Each figure says where it comes from
-    (`source`). The command ends with what is to be filled in (field, unit, why), what was guessed and what was not
-    understood, with its place, on standard error; warnings that differ in names alone are counted.
+    Where several files differ, the first one counts, with a remark. Each figure has its place in the file (`source`).
+    Standard error lists the fields to fill in (with unit and reason), guesses, and what was not understood, with its
+    place; warnings that differ only in names are counted.
     """
     check_writable(output, replaces_problems=True)
     from dse.questions.verbs.import_file import import_file
 
     texts = {name: ",".join(value) or None if isinstance(value, tuple) else value for name, value in options.items()}
-    given: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
-    found = import_file(files, form, times, bags, **given)
-    write_text(output, found.text)
+    stated: dict[str, Any] = {name.replace("_", "-"): value for name, value in texts.items()}
+    imported = import_file(files, form, times, bags, **stated)
+    write_text(output, imported.text)
     from dse.report.words.imported import import_block
 
-    for line in import_block(found.document, found.remarks, every=every):
+    for line in import_block(imported.document, imported.remarks, every=every):
         tell(in_a_line(line))
     return 0
 

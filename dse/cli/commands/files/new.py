@@ -36,10 +36,22 @@ RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
 @click.option(
     "--random", "is_random", is_flag=True, help="Draw a problem instead, from published figures of real systems."
 )
-@click.option("--threads", type=click.IntRange(min=1), default=30, show_default=True, help="Of a random problem.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Same seed, same file.")
-@click.option("--objectives", type=click.IntRange(min=1), default=2, show_default=True, help="1 to 5 of them.")
-@click.option("--family", default="robot", show_default=True, metavar="NAME", help="Which kind of random problem.")
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    default=30,
+    show_default=True,
+    help="Number of threads of a random problem.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of a random problem.")
+@click.option(
+    "--objectives",
+    type=click.IntRange(min=1),
+    default=2,
+    show_default=True,
+    help="Number of objectives of a random problem, 1 to 5.",
+)
+@click.option("--family", default="robot", show_default=True, metavar="NAME", help="Family of a random problem.")
 @click.option(
     "--from",
     "model",
@@ -47,9 +59,11 @@ RANDOM_OPTIONS = ("threads", "seed", "objectives", "family")
     metavar="MODEL",
     help="Write a file that decides over this AADL model (or folder) instead: periods, dispatch, classifiers.",
 )
-@click.option("--root", metavar="NAME", help="Of MODEL: the system implementation, package::type.implementation.")
-@click.option("--mode", metavar="MODE", help="Of MODEL: the mode it is in, or PATH.MODE.")
-@click.option("--library", multiple=True, metavar="DIR", help="Of MODEL: a folder with packages that it asks for.")
+@click.option("--root", metavar="NAME", help="With --from: the system implementation, package::type.implementation.")
+@click.option("--mode", metavar="MODE", help="With --from: the mode of the system, or PATH.MODE.")
+@click.option(
+    "--library", multiple=True, metavar="DIR", help="With --from: a folder with packages that the model imports."
+)
 @click.pass_context
 def command(
     ctx: click.Context,

@@ -15,13 +15,13 @@ LENGTH = "expected PATH=NUMBER, such as poses=32 or header.frame_id=8, with at m
 
 def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, int]:
     """``PATH=N``, several times."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for value in values:
         path, _, number = (part.strip() for part in value.partition("="))
         if not path or not (number.isascii() and number.isdecimal()) or len(number) > 12:
             raise click.BadParameter(f"{value!r}: {LENGTH}", ctx, param)
-        found[path] = int(number)
-    return found
+        numbers[path] = int(number)
+    return numbers
 
 
 @click.command("sizes", cls=GroupedCommand)
@@ -31,7 +31,7 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     multiple=True,
     type=ExistingPath(),
     metavar="PATH",
-    help="Definitions (.msg, .srv, .action, .idl), or a folder or workspace of them.",
+    help="Message definitions (.msg, .srv, .action, .idl), or a folder or workspace with them.",
 )
 @click.option(
     "--bag",
@@ -39,17 +39,22 @@ def _lengths(ctx: click.Context, param: click.Parameter, values: Sequence[str]) 
     multiple=True,
     type=ExistingPath(),
     metavar="PATH",
-    help="A bag to measure.",
+    help="Measure the messages of this bag.",
 )
 @click.option(
-    "--length", "lengths", multiple=True, callback=_lengths, metavar="PATH=N", help="How long an array or string is."
+    "--length",
+    "lengths",
+    multiple=True,
+    callback=_lengths,
+    metavar="PATH=N",
+    help="Number of elements of an array or string.",
 )
 @click.option(
     "--distribution",
     default="ros2_humble",
     show_default=True,
     metavar="NAME",
-    help="The distribution whose types are known, and how messages are serialised (ros1_noetic: ROS 1, else CDR).",
+    help="ROS distribution, which decides the known types and the serialisation (ros1_noetic: ROS 1, else CDR).",
 )
 @all_option
 @report_option
@@ -67,15 +72,15 @@ def command(
     json_path: str | None,
     quiet: bool,
 ) -> int:
-    """How large ROS messages are: by the report's rule, and serialised.
+    """Sizes of ROS messages: by the rule of the report, and serialised.
 
     TYPE is such as sensor_msgs/Imu; all types of the definitions (or of the distribution) where none is named.
     """
     check_writable(json_path, page_path(report))
     from dse.questions.verbs.sizes import sizes
 
-    found = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
+    measured = sizes(*names, definitions=definitions, bags=bags, lengths=lengths, distribution=distribution)
     from dse.report.content.sizes import sizes_page
 
-    answer(sizes_page(found), (json_path, found.to_json), report=report, every=every, quiet=quiet)
+    answer(sizes_page(measured), (json_path, measured.to_json), report=report, every=every, quiet=quiet)
     return 0

@@ -73,14 +73,14 @@ class BudgetWriter:
             self.places["memories", self._name(item)] = item.place
         return sheet.result()
 
-    def _size(self, sheet: Sheet, field: str, found: Found | None, name: str) -> None:
-        span = self.model.read(found, size_of, name)
-        sheet.put(field, found, span.text if span is not None and span.high > 0 else None)
+    def _size(self, sheet: Sheet, field: str, value: Found | None, name: str) -> None:
+        span = self.model.read(value, size_of, name)
+        sheet.put(field, value, span.text if span is not None and span.high > 0 else None)
 
     def _entry(
         self, item: Instance, is_listed: bool, memories: dict[str, Any], *, has_memory: bool, has_speed: bool
     ) -> dict[str, Any]:
-        """What a component states of budgets, and what it uses."""
+        """The budgets that a component states, and its own use."""
         sheet = Sheet(self.model, self.places, ("budgets", self._name(item)))
         properties = self.model.properties
         budget = properties.of(item, "MIPSBudget", "SEI")
@@ -126,7 +126,7 @@ class BudgetWriter:
         if data[0] is None and (size := self.model.size_of_data(item.flat, item)):
             sheet.fields["ram_used"] = f"{ceil(size)} B"
         total = sum((size for _, size in (data, *ram)), Fraction(0))
-        place = next((found for found, _ in (data, *ram) if found is not None), None)
+        place = next((value for value, _ in (data, *ram) if value is not None), None)
         if place is not None and total:
             stated = sheet.fields.get("ram_used", "0 B").partition(" ")[0]
             sheet.put("ram_used", place, f"{number_text(Fraction(-(-(total + int(stated)) // 1)))} B")
@@ -136,24 +136,24 @@ class BudgetWriter:
     def _first_size(self, item: Instance, name: str) -> tuple[Found | None, Fraction]:
         """A size in bytes, as stated of the component or of its source text."""
         for one in (name, f"Source_{name}"):
-            found = self.model.properties.of(item, one)
-            span = self.model.read(found, size_of, one)
+            value = self.model.properties.of(item, one)
+            span = self.model.read(value, size_of, one)
             if span is not None:
-                return found, span.high
+                return value, span.high
         return None, Fraction(0)
 
     def _placed(self, item: Instance, is_listed: bool) -> dict[str, Any]:
         """An entry with what it is within, and what a subsystem is bound to."""
         around = self._around(item)
-        found: dict[str, Any] = {} if around is None else {"within": self._name(around)}
+        placed: dict[str, Any] = {} if around is None else {"within": self._name(around)}
         self.places["budgets", self._name(item)] = item.place
         if not is_listed:
             bound = self.model.targets(self.model.properties.of(item, "Actual_Processor_Binding"))
             virtual = next((one for one in bound if one.category == "virtual processor"), None)
             processor = self.model.physical(bound[0]) if bound else None
-            found |= {} if virtual is None else {"partition": self.components.partitions.named(virtual)}
-            found |= {} if processor is None else {"processor": self.model.name(processor)}
-        return found | self.entries[item]
+            placed |= {} if virtual is None else {"partition": self.components.partitions.named(virtual)}
+            placed |= {} if processor is None else {"processor": self.model.name(processor)}
+        return placed | self.entries[item]
 
 
 def _is_hardware(item: Instance) -> bool:

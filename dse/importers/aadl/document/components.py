@@ -73,7 +73,9 @@ class ComponentWriter:
 
     def sections(self, used: list[Instance], flows: list[EndToEnd]) -> dict[str, dict[str, Any]]:
         """The sections ``partitions``, ``device_types``, ``thread_types``, ``devices`` and ``threads``."""
-        found: dict[str, dict[str, Any]] = {name: {} for name in ("device_types", "thread_types", "devices", "threads")}
+        sections: dict[str, dict[str, Any]] = {
+            name: {} for name in ("device_types", "thread_types", "devices", "threads")
+        }
         stops: dict[Instance, list[Stop]] = {}
         for flow in flows:
             for step in flow.steps:
@@ -89,18 +91,18 @@ class ComponentWriter:
             known = {one: flat for one, flat in flats.items() if flat is not None}
             for one, flat in known.items():
                 entry = self._sheet((f"{section[:-1]}_types", one), self.hardware.standing(flat), [])
-                found[f"{section[:-1]}_types"].setdefault(one, _as_type(entry.result()))
+                sections[f"{section[:-1]}_types"].setdefault(one, _as_type(entry.result()))
             if known:
                 for field, base in sheet.bases.items():
                     if base is component:
                         sheet.fields.pop(field, None)
-            found[section][name] = sheet.result()
-        return {"partitions": self.partitions.entries, **found}
+            sections[section][name] = sheet.result()
+        return {"partitions": self.partitions.entries, **sections}
 
     def _position(self, component: Instance) -> int:
         """The place of a component among all, where an export states it."""
-        found = self.model.properties.of(component, "Position", OURS)
-        value = self.model.read(found, whole, "Position")
+        position = self.model.properties.of(component, "Position", OURS)
+        value = self.model.read(position, whole, "Position")
         return value if isinstance(value, int) else 0
 
     def _sheet(self, key: Key, component: Instance, stops: list[Stop]) -> Sheet:
@@ -131,21 +133,21 @@ class ComponentWriter:
 
     def _parameters(self, sheet: Sheet, thread: Instance) -> None:
         """Data of a thread with a range or an initial value (AADL's Data_Model): its parameters."""
-        found: dict[str, Any] = {}
+        parameters: dict[str, Any] = {}
         for data in (item for item in thread.below() if item.category == "data"):
             stated = {key: self.model.properties.of(data, key, "Data_Model") for key in OF_PARAMETERS}
             places = [item.place for item in stated.values() if item is not None]
             entry = self._parameter(stated)
             if entry:
                 name = data.name
-                if name.lower() in TAKEN or name in found:
+                if name.lower() in TAKEN or name in parameters:
                     name = "_".join(data.path[-2:])
-                found[name] = {**entry, "source": shown_place(places[0])}
+                parameters[name] = {**entry, "source": shown_place(places[0])}
             elif places:
                 text = "{} is no parameter here: it has no range of numbers, and no number as its value"
                 self.model.library.remark(text, places[0], about=data.title)
-        if found:
-            sheet.fields["parameters"] = found
+        if parameters:
+            sheet.fields["parameters"] = parameters
 
     def _parameter(self, stated: Mapping[str, Found | None]) -> dict[str, str]:
         """The range and the value of a parameter, as far as both are numbers and the value is within the range."""
@@ -155,11 +157,11 @@ class ComponentWriter:
         entry: dict[str, str] = {}
         for key in ("Integer_Range", "Real_Range"):
             ends = self.model.read(stated[key], plain_range, key)
-            found = stated["Initial_Value"]
+            initial = stated["Initial_Value"]
             if ends is not None:
                 entry["range"] = " .. ".join(f"{number_text(end)} {unit}".strip() for end in ends)
-            if ends is not None and value is not None and found is not None and not ends[0] <= value <= ends[1]:
-                self.model.library.remark("an Initial_Value beyond its range: it is left out", found.place)
+            if ends is not None and value is not None and initial is not None and not ends[0] <= value <= ends[1]:
+                self.model.library.remark("an Initial_Value beyond its range: it is left out", initial.place)
                 value = None
         if value is not None:
             entry["value"] = f"{number_text(value)} {unit}".strip()
@@ -168,8 +170,8 @@ class ComponentWriter:
     def _dispatch(self, sheet: Sheet, component: Instance) -> None:
         """Period and dispatch protocol, as OSATE looks at them."""
         properties, category = self.model.properties, component.category
-        found = properties.of(component, "Period") if category in PERIODIC else None
-        period = self.model.read(found, time_range, "Period")
+        stated_period = properties.of(component, "Period") if category in PERIODIC else None
+        period = self.model.read(stated_period, time_range, "Period")
         has_period = period is not None and period.high > 0
         stated = properties.of(component, "Dispatch_Protocol") if category in DISPATCHED else None
         protocol = self.model.read(stated, word, "Dispatch_Protocol")
@@ -184,44 +186,44 @@ class ComponentWriter:
         if protocol is not None and stated is not None and known is not None:
             sheet.put("dispatch_protocol", stated, known)
         if has_period and period is not None:
-            sheet.put("period", found, period.text)
+            sheet.put("period", stated_period, period.text)
         if category == "thread":
             self._offset(sheet, component, is_timed=has_period and known in (None, "periodic", "hybrid"))
 
     def _offset(self, sheet: Sheet, component: Instance, *, is_timed: bool) -> None:
         """When it is first released, on the clock of its processor."""
-        found = self.model.properties.of(component, "Dispatch_Offset")
-        offset = self.model.read(found, time_range, "Dispatch_Offset")
-        if found is None or offset is None:
+        stated = self.model.properties.of(component, "Dispatch_Offset")
+        offset = self.model.read(stated, time_range, "Dispatch_Offset")
+        if stated is None or offset is None:
             return
         if is_timed and "processor" in sheet.fields:
-            sheet.put("offset", found, offset.text)
+            sheet.put("offset", stated, offset.text)
             return
         name = component.title or component.name
         why = "is bound to no processor, whose clock it would be on" if is_timed else "is released by no timer"
-        self.model.library.remark(f"Dispatch_Offset of {{}}, which {why}: not looked at", found.place, about=name)
+        self.model.library.remark(f"Dispatch_Offset of {{}}, which {why}: not looked at", stated.place, about=name)
 
     def _processor(self, sheet: Sheet, component: Instance) -> Instance | None:
         """The processor that it runs on; through a virtual one where it is bound to that."""
-        found = self.model.properties.of(component, "Actual_Processor_Binding")
-        bound = self.model.targets(found)
-        if not bound or found is None:
+        binding = self.model.properties.of(component, "Actual_Processor_Binding")
+        bound = self.model.targets(binding)
+        if not bound or binding is None:
             return None
         virtual = next((item for item in bound if item.category == "virtual processor"), None)
         if virtual is not None:
-            sheet.put("partition", found, self.partitions.named(virtual))
+            sheet.put("partition", binding, self.partitions.named(virtual))
         is_device = component.category == "device"  # it runs on itself: a processor scales its times and no more
         if len(bound) > 1 and not is_device:
-            self.model.library.remark("bound to several processors: only the first is looked at", found.place)
+            self.model.library.remark("bound to several processors: only the first is looked at", binding.place)
         processor = self.model.physical(bound[0])
         if processor is None:
             if not is_device:
-                self.model.library.remark("{} runs on no processor", found.place, about=bound[0].title)
+                self.model.library.remark("{} runs on no processor", binding.place, about=bound[0].title)
             return None
         self._runs_on[component] = processor
         if is_device:
             return None
-        sheet.put("processor", found, self.model.name(processor))
+        sheet.put("processor", binding, self.model.name(processor))
         return processor
 
     def _executing(self, sheet: Sheet, component: Instance, processor: Instance | None) -> None:
@@ -231,17 +233,17 @@ class ComponentWriter:
             *TIMES,
             ("callback_execution_time", "Callback_Execution_Time", OURS),
         ):
-            found = properties.of(component, name, group)
-            span = self.model.read(found, time_range, name)
+            time = properties.of(component, name, group)
+            span = self.model.read(time, time_range, name)
             by_type = self._by_type(component, name, group, processor)
             if len(set(by_type.values())) > 1 and len(self.hardware.types["processor_types"]) > 1:
-                first = next(iter(self._stated(component, name, group)), found)
+                first = next(iter(self._stated(component, name, group)), time)
                 sheet.put(field, first, by_type)
             elif by_type and processor is not None:
                 mine = by_type.get(self._type_name(processor)) or next(iter(by_type.values()))
-                sheet.put(field, next(iter(self._stated(component, name, group)), found), mine)
+                sheet.put(field, next(iter(self._stated(component, name, group)), time), mine)
             elif span is not None and span.high > 0:
-                sheet.put(field, found, self._of_device(component, span) if is_device else span.text)
+                sheet.put(field, time, self._of_device(component, span) if is_device else span.text)
 
     def _of_device(self, component: Instance, span: Span) -> str:
         """A time of a device, scaled to the processor that it is bound to, if any."""
@@ -258,8 +260,8 @@ class ComponentWriter:
     def _stated(self, component: Instance, name: str, group: str) -> list[Found]:
         """The values on the processor types of the problem."""
         flats = self.hardware.type_flats.values()
-        found = [self.model.properties.of(component, name, group, flat) for flat in flats]
-        return [item for item in found if item is not None]
+        values = [self.model.properties.of(component, name, group, flat) for flat in flats]
+        return [item for item in values if item is not None]
 
     def _type_name(self, processor: Instance) -> str:
         name: str = self.hardware.slots["processors"][self.model.name(processor)]["type"]
@@ -269,15 +271,15 @@ class ComponentWriter:
         """A time on each processor type: stated ``in binding``, or scaled from the reference processor's speed."""
         if processor is None:
             return {}
-        found: dict[str, str] = {}
+        by_type: dict[str, str] = {}
         for type_name in self.hardware.types["processor_types"]:
             flat = self.hardware.type_flats.get(type_name)
             value = self.model.properties.of(component, name, group, flat)
             span = self.model.read(value, time_range, name)
             if span is None or span.high <= 0:
                 continue
-            found[type_name] = self._scaled(span, component, type_name, flat)
-        return found
+            by_type[type_name] = self._scaled(span, component, type_name, flat)
+        return by_type
 
     def _scaled(self, span: Span, component: Instance, type_name: str, flat: Flat | None) -> str:
         """By (MIPS of the reference processor) / (MIPS of the type), in whole ns, pessimistically rounded."""
@@ -297,21 +299,21 @@ class ComponentWriter:
     def _latency(self, sheet: Sheet, component: Instance, stops: list[Stop]) -> None:
         """The specified latency of the first flow specification that leads through it, else its own."""
         for stop in stops:
-            found, span = self._specified(stop)
+            latency, span = self._specified(stop)
             if span is not None:
-                sheet.put("latency", found, span.text)
+                sheet.put("latency", latency, span.text)
                 self._latencies[component] = span.text
                 return
 
     def _specified(self, stop: Stop) -> tuple[Found | None, Span | None]:
         """The Latency of the flow specification of a stop, else of the component."""
-        properties, found = self.model.properties, None
+        properties, latency = self.model.properties, None
         if stop.spec is not None:
-            found = properties.of_member(stop.component, stop.spec, "Latency")
+            latency = properties.of_member(stop.component, stop.spec, "Latency")
         elif stop.component.category in LATENT:
-            found = properties.of(stop.component, "Latency")
-        span = self.model.read(found, time_range, "Latency")
-        return found, span if span is not None and span.high > 0 else None
+            latency = properties.of(stop.component, "Latency")
+        span = self.model.read(latency, time_range, "Latency")
+        return latency, span if span is not None and span.high > 0 else None
 
     def element(self, stop: Stop) -> str | dict[str, Any]:
         """A component on a flow: its name, with what it has in this flow alone."""
@@ -332,15 +334,15 @@ class ComponentWriter:
             return {}
         processor = self._runs_on.get(component)
         type_name = None if processor is None else self._type_name(processor)
-        found = {}
+        times_of = {}
         for field, name, group in TIMES:
             value = self.model.properties.of_feature(component, port, name, group)
             span = self.model.read(value, time_range, name)
             if span is None or span.high <= 0:
                 continue
             flat = self.hardware.type_flats.get(type_name) if type_name is not None else None
-            found[field] = span.text if type_name is None else self._scaled(span, component, type_name, flat)
-        return found
+            times_of[field] = span.text if type_name is None else self._scaled(span, component, type_name, flat)
+        return times_of
 
 
 def _as_type(entry: dict[str, Any]) -> dict[str, Any]:

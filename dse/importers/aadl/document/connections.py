@@ -74,8 +74,8 @@ class ConnectionWriter:
             return leaf is not None and leaf.direction == "provides"
         rights = []
         for component, path in ((item.source, item.source_path), (item.target, item.target_path)):
-            found = self.model.properties.of_feature(component or self.model.root, path, "Access_Right")
-            rights.append(self.model.read(found, word, "Access_Right") if path else None)
+            right = self.model.properties.of_feature(component or self.model.root, path, "Access_Right")
+            rights.append(self.model.read(right, word, "Access_Right") if path else None)
         return rights in ([None, "read_only"], ["write_only", None], ["write_only", "read_only"])
 
     def _tell_accesses(self, counted: set[ConnectionInstance]) -> None:
@@ -89,7 +89,7 @@ class ConnectionWriter:
             if item not in counted and kind in ACCESSES:
                 text = f"{kind} connections are not looked at where no flow leads over them"
                 text += " and no Access_Right says who reads" if kind == "data access" else ""
-                text += ": what they share makes nobody wait, and starts nobody"
+                text += ": data that they share cause no waiting, and dispatch no thread"
                 for wire in item.wires:
                     if wire in looked_at:
                         continue
@@ -101,9 +101,9 @@ class ConnectionWriter:
             if item in counted or item.source is None or item.target is None:
                 continue
             ends = ((item.source, item.source_path, "requires"), (item.target, item.target_path, "provides"))
-            features = [(self.model.features.leaf(end, path), given) for end, path, given in ends]
+            features = [(self.model.features.leaf(end, path), is_given) for end, path, is_given in ends]
             is_access = item.wires[0].member.item.kind == "subprogram access"
-            if is_access and all(leaf is not None and leaf.direction == given for leaf, given in features):
+            if is_access and all(leaf is not None and leaf.direction == is_given for leaf, is_given in features):
                 text = f"{{}} calls {item.target.title}: nothing is made of that, as in OSATE; in a file that decides, "
                 text += "under profile dse, it is a connection with `from`, `to` and `reply`"
                 self.model.library.remark(text, item.wires[0].member.item.place, about=item.source.title)
@@ -111,12 +111,12 @@ class ConnectionWriter:
 
     def _tell_lock(self, data: Instance) -> None:
         """A remark where those that share data lock it: their waiting for each other is blocking, which is stated."""
-        found = self.model.properties.of(data, "Concurrency_Control_Protocol")
-        protocol = self.model.read(found, word, "Concurrency_Control_Protocol")
-        if found is not None and protocol not in (None, "none_specified"):
+        stated = self.model.properties.of(data, "Concurrency_Control_Protocol")
+        protocol = self.model.read(stated, word, "Concurrency_Control_Protocol")
+        if stated is not None and protocol not in (None, "none_specified"):
             text = f"{{}} is shared under {protocol}: that one thread waits while another one has it is not counted, "
             text += "unless the threads state how long they have it as `non_preemptive`"
-            self.model.library.remark(text, found.place, about=data.title)
+            self.model.library.remark(text, stated.place, about=data.title)
 
     def name(self, item: ConnectionInstance) -> str:
         """The name of a connection in the problem file, after the feature that it leaves."""
@@ -131,22 +131,22 @@ class ConnectionWriter:
         for item in items:
             start = self._spelled(item.source, item.source_path)
             leaving[start] = leaving.get(start, 0) + 1
-        found: dict[str, Any] = {}
+        connections: dict[str, Any] = {}
         taken = {self.model.name(component) for component in (*used, *self.model.root.below())}
         for item in items:
             start, end = self._spelled(item.source, item.source_path), self._spelled(item.target, item.target_path)
             stated = self.model.read(self._property(item, "Name", OURS), text_of, "Name")
             if stated is not None:
                 self.names[item] = stated
-                found[stated] = self._entry(stated, item)
+                connections[stated] = self._entry(stated, item)
                 continue
             name = start if leaving[start] == 1 and start not in taken else f"{start} -> {end}"
             again = 2
-            while name in found or name in taken:
+            while name in connections or name in taken:
                 name, again = f"{start} -> {end} ({again})", again + 1
             self.names[item] = name
-            found[name] = self._entry(name, item)
-        return found
+            connections[name] = self._entry(name, item)
+        return connections
 
     def _spelled(self, component: Instance | None, path: Path) -> str:
         """A feature in text, with the capitals of its declaration."""
@@ -217,13 +217,13 @@ class ConnectionWriter:
     def _property(self, item: ConnectionInstance, name: str, group: str = "") -> Found | None:
         """A property of the declared connections that it is made of: as in OSATE, of the one nearest to the source."""
         stated = (self.model.properties.of_member(wire.context, wire.member, name, group) for wire in item.wires)
-        found = [one for one in stated if one is not None]
-        if any(not self._is_same(found[0], other) for other in found[1:]):
-            places = ", ".join(dict.fromkeys(shown_place(one.place) for one in found))
-            first = shown_place(found[0].place)
+        values = [one for one in stated if one is not None]
+        if any(not self._is_same(values[0], other) for other in values[1:]):
+            places = ", ".join(dict.fromkeys(shown_place(one.place) for one in values))
+            first = shown_place(values[0].place)
             text = f"Value for property {name} not consistent along connection ({places}): that of {first} counts"
-            self.model.library.remark(text, found[0].place)
-        return found[0] if found else None
+            self.model.library.remark(text, values[0].place)
+        return values[0] if values else None
 
     def _is_same(self, one: Found, other: Found) -> bool:
         if paths_in(one.value) and paths_in(other.value):
@@ -231,13 +231,13 @@ class ConnectionWriter:
         return without_places(one.value) == without_places(other.value)
 
     def _bus(self, sheet: Sheet, item: ConnectionInstance) -> Instance | None:
-        """What carries it, all at once, and the protocols that its messages are wrapped in without being bound."""
+        """The buses that carry a connection, and the protocols that wrap its messages without a binding."""
         required = self._property(item, "Required_Virtual_Bus_Class")
         sheet.put("protocols", required, self.hardware.protocols(required) or None)
-        found = self._property(item, "Actual_Connection_Binding")
-        bound = [one for one in self.model.targets(found) if one.category in MEDIA]
+        binding = self._property(item, "Actual_Connection_Binding")
+        bound = [one for one in self.model.targets(binding) if one.category in MEDIA]
         for name, value in self.hardware.bound_to(bound).items():
-            sheet.put(name, found, value)
+            sheet.put(name, binding, value)
         if any(self.hardware.broadcasts(one) for one in bound):
             sheet.fields["from_port"] = ".".join(item.source_path)
         return bound[0] if bound else None
@@ -287,24 +287,24 @@ class ConnectionWriter:
         elif messages is None:
             self._output_rate(sheet, source, of("Output_Rate"))
 
-    def _output_rate(self, sheet: Sheet, source: Instance, found: Found | None) -> None:
+    def _output_rate(self, sheet: Sheet, source: Instance, rate: Found | None) -> None:
         """The largest Output_Rate, in a second or for each dispatch; one message for each dispatch is the default."""
-        if found is None or not isinstance(found.value, Record):
+        if rate is None or not isinstance(rate.value, Record):
             return
-        values, unit = found.value.get("value_range"), found.value.get("rate_unit")
+        values, unit = rate.value.get("value_range"), rate.value.get("rate_unit")
         high = values.high if isinstance(values, Range) else values
         if not isinstance(high, Number) or high.value <= 0:
             return
         if isinstance(unit, Word) and unit.name.lower() == "persecond":
-            sheet.put("rate", found, f"{number_text(high.value)} Hz")
+            sheet.put("rate", rate, f"{number_text(high.value)} Hz")
         elif high.value != 1:
             period = self.model.read(self.model.properties.of(source, "Period"), time_range, "Period")
             if period is None or period.high <= 0:
                 message = "{} has no Period: its Output_Rate for each dispatch counts as sending nothing"
-                self.model.library.remark(message, found.place, about=source.title)
-                sheet.put("data_rate", found, NO_DATA)
+                self.model.library.remark(message, rate.place, about=source.title)
+                sheet.put("data_rate", rate, NO_DATA)
                 return
-            sheet.put("rate", found, f"{number_text(high.value * 10**9 / period.high)} Hz")
+            sheet.put("rate", rate, f"{number_text(high.value * 10**9 / period.high)} Hz")
 
 
 def _index(name: str) -> str:

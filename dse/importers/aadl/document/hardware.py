@@ -49,37 +49,37 @@ class Sheet:
         self.sources: list[str] = []
         self.bases: dict[str, Instance] = {}
 
-    def put(self, name: str, found: Found | None, value: Any) -> None:
+    def put(self, name: str, stated: Found | None, value: Any) -> None:
         """A field, where there is a value."""
-        if found is None or value is None:
+        if stated is None or value is None:
             return
         self.fields[name] = value
-        self.places[*self.key, name] = found.place
-        self.sources.append(f"{name} {told(found)}")
-        self.bases[name] = found.base
+        self.places[*self.key, name] = stated.place
+        self.sources.append(f"{name} {told(stated)}")
+        self.bases[name] = stated.base
 
-    def read(self, name: str, found: Found | None, reader: Callable[[Any], Any], what: str) -> Any:
+    def read(self, name: str, stated: Found | None, reader: Callable[[Any], Any], what: str) -> Any:
         """A field by its reader; a `Span` gives its text."""
-        value = self.model.read(found, reader, what)
-        self.put(name, found, value.text if isinstance(value, Span) else value)
+        value = self.model.read(stated, reader, what)
+        self.put(name, stated, value.text if isinstance(value, Span) else value)
         return value
 
-    def extra(self, found: Found | None) -> None:
+    def extra(self, association: Found | None) -> None:
         """Further fields of ours, ``key: value``, each a text of a list."""
-        if found is None:
+        if association is None:
             return
-        items = found.value.items if isinstance(found.value, Listed) else (found.value,)
+        items = association.value.items if isinstance(association.value, Listed) else (association.value,)
         for item in items:
             try:
                 stated = yaml.safe_load(item.text) if isinstance(item, Text) else None
             except yaml.YAMLError:
                 stated = None
             if not isinstance(stated, dict):
-                self.model.library.fail('Extra: expected a list of texts "key: value"', found.place)
+                self.model.library.fail('Extra: expected a list of texts "key: value"', association.place)
                 return
             self.fields |= {str(key): value for key, value in stated.items()}
             for key in stated:
-                self.places[*self.key, str(key)] = found.place
+                self.places[*self.key, str(key)] = association.place
 
     def result(self) -> dict[str, Any]:
         """The fields, and ``source``."""
@@ -122,16 +122,16 @@ class HardwareWriter:
     def _stated_speed(self, component: Instance, *names: tuple[str, str]) -> tuple[Found | None, Any]:
         """The first of these properties that gives a speed, and that in MIPS."""
         for name, group in names:
-            found = self.model.properties.of(component, name, group)
-            value = self.model.read(found, speed_mips, name)
+            speed = self.model.properties.of(component, name, group)
+            value = self.model.read(speed, speed_mips, name)
             if value:
-                return found, value
+                return speed, value
         return None, None
 
     def put_speed(self, sheet: Sheet, component: Instance, *names: tuple[str, str]) -> None:
         """``speed``, by the first of these properties."""
-        found, value = self._stated_speed(component, *names)
-        sheet.put("speed", found, f"{number_text(value)} MIPS" if value else None)
+        speed, value = self._stated_speed(component, *names)
+        sheet.put("speed", speed, f"{number_text(value)} MIPS" if value else None)
 
     def standing(self, flat: Flat) -> Instance:
         """A component of a classifier that stands by itself: for what the classifier alone says."""
@@ -143,12 +143,12 @@ class HardwareWriter:
         package, _, own = name.rpartition("::")
         place = self.model.root.place
         packages = [package] if package else [item.name for item in self.model.library.packages.values()]
-        found = [
+        classifiers = [
             item for one in packages
             if (item := self.model.library.find(Reference(one, own, place), one)) is not None
             and item.category in categories
         ]  # fmt: skip
-        unique = list(dict.fromkeys(found))
+        unique = list(dict.fromkeys(classifiers))
         return self.model.flattener.flat(unique[0]) if len(unique) == 1 else None
 
     def _slot(self, section: str, component: Instance) -> None:
@@ -179,8 +179,8 @@ class HardwareWriter:
     def bound_to(self, carriers: list[Instance]) -> dict[str, Any]:
         """``bus``, and ``further_buses`` where it is bound to several at once."""
         names = [self.medium(item) for item in carriers]
-        found: dict[str, Any] = {"bus": names[0]} if names else {}
-        return found | ({"further_buses": names[1:]} if names[1:] else {})
+        bound: dict[str, Any] = {"bus": names[0]} if names else {}
+        return bound | ({"further_buses": names[1:]} if names[1:] else {})
 
     def medium(self, component: Instance) -> str:
         """The name of the bus that a component is; one of another category is written as one that carries messages."""
@@ -196,17 +196,17 @@ class HardwareWriter:
     def carriers(self, component: Instance) -> list[Instance]:
         """The components that a virtual bus is bound to, or the bus that contains it."""
         bound = self.model.targets(self.model.properties.of(component, "Actual_Connection_Binding"))
-        found = [item for item in bound if item.category in MEDIA and item is not component]
+        media = [item for item in bound if item.category in MEDIA and item is not component]
         around = component.parent
-        if not found and around is not None and around.category in CARRIERS:
-            found = [around]
-        return found
+        if not media and around is not None and around.category in CARRIERS:
+            media = [around]
+        return media
 
-    def protocols(self, found: Found | None) -> list[str]:
+    def protocols(self, value: Found | None) -> list[str]:
         """The names of the types of virtual buses that a Required_Virtual_Bus_Class lists."""
         names = []
-        for reference in [] if found is None else references_in(found.value):
-            classifier = self.model.library.find(reference, found.package) if found is not None else None
+        for reference in [] if value is None else references_in(value.value):
+            classifier = self.model.library.find(reference, value.package) if value is not None else None
             if classifier is None or classifier.category != "virtual bus":
                 text = f"Required_Virtual_Bus_Class: {reference.name} is no virtual bus that is known: not looked at"
                 self.model.library.remark(text, reference.place)
@@ -264,11 +264,11 @@ class HardwareWriter:
 
     def clocked(self, sheet: Sheet, component: Instance) -> None:
         """The clock that a processor or device runs by: what its Reference_Time refers to."""
-        found = self.model.properties.of(component, "Reference_Time")
-        for target in self.model.targets(found)[:1]:
+        clock = self.model.properties.of(component, "Reference_Time")
+        for target in self.model.targets(clock)[:1]:
             name = self.model.name(target) or self.model.root.name
             self.clocks.setdefault(name, {})
-            sheet.put("clock", found, name)
+            sheet.put("clock", clock, name)
 
     def priced(self, sheet: Sheet, component: Instance) -> None:
         """Price and power: ours, or SEI's budget."""
@@ -313,40 +313,40 @@ class HardwareWriter:
 
     def broadcasts(self, component: Instance) -> bool:
         """Whether a bus or virtual bus carries what leaves one port once for all receivers."""
-        found = self.model.properties.of(component, "Broadcast_Protocol", "SEI")
-        return component.category in CARRIERS and found is not None and is_true(found.value)
+        protocol = self.model.properties.of(component, "Broadcast_Protocol", "SEI")
+        return component.category in CARRIERS and protocol is not None and is_true(protocol.value)
 
-    def _transmission(self, sheet: Sheet, found: Found | None) -> None:
+    def _transmission(self, sheet: Sheet, time: Found | None) -> None:
         """``[Fixed => …; PerByte => …;]``; a time of 0 or less is none for OSATE."""
-        if found is None:
+        if time is None:
             return
-        if not isinstance(found.value, Record):
-            self.model.library.fail("Transmission_Time: expected [Fixed => …; PerByte => …;]", found.place)
+        if not isinstance(time.value, Record):
+            self.model.library.fail("Transmission_Time: expected [Fixed => …; PerByte => …;]", time.place)
             return
         parts = {}
         for name, field in (("fixed", "fixed"), ("per_byte", "perbyte")):
-            value = found.value.get(field)
+            value = time.value.get(field)
             if value is None:
                 continue
-            inner = Found(value, found.place, found.base, found.package, found.via)
+            inner = Found(value, time.place, time.base, time.package, time.via)
             span = self.model.read(inner, time_range, f"Transmission_Time, {field}")
             if span is None:
                 continue
             if span.low < 0:
-                self.model.library.remark("a negative transmission time is read as 0", found.place)
+                self.model.library.remark("a negative transmission time is read as 0", time.place)
                 continue
             if span.high > 0:
                 parts[name] = span.text
         if parts:
-            sheet.put("transmission_time", found, parts)
+            sheet.put("transmission_time", time, parts)
 
     def budgets(self) -> list[str]:
         """A requirement for each bus whose bandwidth has a budget."""
-        found = []
+        budgets = []
         for item in self.model.root.below():
             if item.category in CARRIERS:
                 budget = self.model.properties.of(item, "BandWidthBudget", "SEI")
                 span = self.model.read(budget, data_rate, "BandWidthBudget")
                 if span is not None and span.low > 0:
-                    found.append(f'load of "{self.model.name(item)}" <= {span.text}')
-        return found
+                    budgets.append(f'load of "{self.model.name(item)}" <= {span.text}')
+        return budgets

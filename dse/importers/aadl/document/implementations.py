@@ -61,7 +61,7 @@ class DifferError(Exception):
 def subsystems(model: InstanceModel, choices: Mapping[str, Mapping[str, Sequence[str]]]) -> list[Subsystem]:
     """The components with a structure of their own for which a file beside the model lists implementations."""
     by_name = {model.name(item): item for item in model.root.below()}
-    found = []
+    parts = []
     for section in ("threads", "devices"):
         for name, listed in choices.get(section, {}).items():
             component = by_name.get(name)
@@ -69,8 +69,8 @@ def subsystems(model: InstanceModel, choices: Mapping[str, Mapping[str, Sequence
                 continue
             known = tuple(one for one in dict.fromkeys(listed) if replacement(model.library, component, one))
             if any(_is_structure(model, component, one) for one in known):
-                found.append(Subsystem((section, name), component, known))
-    return found
+                parts.append(Subsystem((section, name), component, known))
+    return parts
 
 
 def _is_structure(model: InstanceModel, component: Instance, name: str) -> bool:
@@ -84,8 +84,8 @@ def replacement(library: Library, component: Instance, name: str) -> Any:
     package, _, own = name.rpartition("::")
     place = component.place
     packages = [package] if package else [item.name for item in library.packages.values()]
-    found = [library.find(Reference(one, own, place), one) for one in packages]
-    fitting = [item for item in found if item is not None and item.category in (component.category, "abstract")]
+    classifiers = [library.find(Reference(one, own, place), one) for one in packages]
+    fitting = [item for item in classifiers if item is not None and item.category in (component.category, "abstract")]
     unique = list(dict.fromkeys(fitting))
     return unique[0] if len(unique) == 1 else None
 
@@ -105,7 +105,7 @@ def with_implementations(
 
 
 def conflict(chosen: Sequence[Subsystem]) -> str:
-    """Why subsystems cannot be chosen beside each other; "" where they can."""
+    """The reason why subsystems cannot be chosen independently; "" where they can."""
     for one in chosen:
         for other in chosen:
             if one is not other and one.component in other.component.around():
@@ -145,23 +145,23 @@ def merged(
 
 def _apart(title: str, document: Document, base: Document) -> Document:
     """A document whose types of buses have names of their own where they are not those of `base`."""
-    found = deepcopy(document)
+    copied = deepcopy(document)
     for name, entry in document.get("bus_types", {}).items():
         there = base.get("bus_types", {}).get(name)
         if there is None or _plain(there) == _plain(entry):
             continue
         other = f"{name} in {title}"
-        found["bus_types"][other] = found["bus_types"].pop(name)
+        copied["bus_types"][other] = copied["bus_types"].pop(name)
         for user in (
-            *found.get("buses", {}).values(),
-            *found["bus_types"].values(),
-            *found.get("connections", {}).values(),
+            *copied.get("buses", {}).values(),
+            *copied["bus_types"].values(),
+            *copied.get("connections", {}).values(),
         ):
             if user.get("type") == name:
                 user["type"] = other
             if name in user.get("protocols", ()):
                 user["protocols"] = [other if one == name else one for one in user["protocols"]]
-    return found
+    return copied
 
 
 def _plain(entry: Any) -> Any:

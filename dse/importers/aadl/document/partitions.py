@@ -43,24 +43,24 @@ class PartitionWriter:
             stated.insert(0, (module, "Module_Major_Frame", "ARINC653"))
         frame: Span | None = None
         for component, name, group in stated:
-            found = self.model.properties.of(component, name, group)
-            frame = self.model.read(found, time_range, name)
+            value = self.model.properties.of(component, name, group)
+            frame = self.model.read(value, time_range, name)
             if frame is not None and frame.high > 0:
-                sheet.put("period", found, frame.text)
+                sheet.put("period", value, frame.text)
                 break
         schedule = None if module is None else self.model.properties.of(module, "Module_Schedule", "ARINC653")
         windows = self._windows(schedule)
         if schedule is None or not windows:
-            found = self.model.properties.of(partition, "Execution_Time")
-            span = self.model.read(found, time_range, "Execution_Time")
-            sheet.put("duration", found, _positive(None if span is None else span.high))
+            value = self.model.properties.of(partition, "Execution_Time")
+            span = self.model.read(value, time_range, "Execution_Time")
+            sheet.put("duration", value, _positive(None if span is None else span.high))
         else:
             self._scheduled(sheet, partition, schedule, windows)
         self.hardware.put_speed(sheet, partition, *OF_PARTITIONS)
         return sheet.result()
 
     def _module(self, partition: Instance) -> Instance | None:
-        """What a partition is bound to first, else what it is within; no virtual processor."""
+        """The first processor that a partition is bound to, else the one around it; no virtual processor."""
         bound = self.model.targets(self.model.properties.of(partition, "Actual_Processor_Binding"))
         module = next((item for item in bound if item is not partition), partition.parent)
         return module if module is not None and module.category in MODULES else None
@@ -70,7 +70,7 @@ class PartitionWriter:
         if schedule is None:
             return []
         records = schedule.value.items if isinstance(schedule.value, Listed) else (schedule.value,)
-        found = []
+        windows = []
         for record in records:
             partition = record.get("partition") if isinstance(record, Record) else None
             if not isinstance(record, Record) or partition is None:
@@ -79,8 +79,8 @@ class PartitionWriter:
             read = [] if length is None else [self._inner(schedule, length)]
             spans = [self.model.read(item, time_range, "Module_Schedule, Duration") for item in read]
             targets = self.model.targets(self._inner(schedule, partition))
-            found.append((targets, sum((span.high for span in spans if span is not None), Fraction(0))))
-        return found
+            windows.append((targets, sum((span.high for span in spans if span is not None), Fraction(0))))
+        return windows
 
     def _inner(self, schedule: Found, value: Any) -> Found:
         return Found(value, schedule.place, schedule.base, schedule.package, schedule.via)

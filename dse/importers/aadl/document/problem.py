@@ -52,7 +52,7 @@ class Writer:
         base = self.path if self.path.is_dir() else self.path.parent
         if folders := [_from(base, folder) for folder in libraries(self.options)]:
             imported["library"] = folders
-        found: dict[str, Any] = {
+        document: dict[str, Any] = {
             "dse": 1,
             "name": title,
             "source": f"{file}, {title}",
@@ -73,15 +73,15 @@ class Writer:
             wires[name]["data_rate"] = NO_DATA
             message = "{} closes a cycle of components without a Period: it counts as sending nothing"
             self.model.library.remark(message, self.places["connections", name], about=name)
-        found |= {name: entries for name, entries in self.hardware.sections().items() if entries}
-        found |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
-        found |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
+        document |= {name: entries for name, entries in self.hardware.sections().items() if entries}
+        document |= {name: entries for name, entries in (*sections.items(), *resources.items()) if entries}
+        document |= {name: entries for name, entries in (("connections", wires), ("flows", flows)) if entries}
         if self.model.unread:
-            found["unread"] = dict(self._unread(item) for item in self.model.unread)
+            document["unread"] = dict(self._unread(item) for item in self.model.unread)
         settings = Sheet(self.model, self.places, ())
         settings.extra(self.model.properties.of(root, "Extra", OURS))
         if requirements:
-            found["requirements"] = requirements
+            document["requirements"] = requirements
         stated = settings.fields.get("budgets")
         if isinstance(stated, dict):  # what AADL has no word for, of the same components
             there = resources["budgets"]
@@ -90,8 +90,8 @@ class Writer:
                 for name, entry in stated.items()
             }
             settings.fields["budgets"] = {**both, **{name: there[name] for name in there if name not in both}}
-        found |= settings.fields
-        return found
+        document |= settings.fields
+        return document
 
     def _used(self) -> list[Instance]:
         """The components that work: threads, devices, and whatever a flow or a connection begins or ends at."""
@@ -122,14 +122,14 @@ class Writer:
 
     def _unread(self, flow: UnreadFlow) -> tuple[str, dict[str, Any]]:
         """A flow that could not be followed: its name, why, and the latency that it was to keep."""
-        found: dict[str, Any] = {"reason": flow.reason}
+        entry: dict[str, Any] = {"reason": flow.reason}
         latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
         span = self.model.read(latency, time_range, "Latency")
         if span is not None:
-            found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
-        found["source"] = shown_place(flow.member.item.place)
+            entry["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
+        entry["source"] = shown_place(flow.member.item.place)
         self.places["unread", flow.name] = flow.member.item.place
-        return flow.name, found
+        return flow.name, entry
 
     def _flow(self, flow: EndToEnd, flows: Mapping[str, Sequence[EndToEnd]]) -> tuple[str, dict[str, Any]]:
         """A flow: its name, and its path and required latency."""
@@ -139,20 +139,20 @@ class Writer:
             for step in grouped(flow, flows)
             if not (isinstance(step, Stop) and self.model.is_boundary(step.component))
         ]
-        found: dict[str, Any] = {"path": names}
+        entry: dict[str, Any] = {"path": names}
         self.places["flows", name] = flow.member.item.place
         latency = self.model.properties.of_member(flow.context, flow.member, "Latency")
         span = self.model.read(latency, time_range, "Latency")
         sources = [f"path {shown_place(flow.member.item.place)}"]
         if latency is not None and span is not None:
-            found["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
+            entry["latency"] = span.text if " .. " in span.text else f"0 ms .. {span.text}"
             self.places["flows", name, "latency"] = latency.place
             sources.append(f"latency {shown_place(latency.place)}")
         sheet = Sheet(self.model, self.places, ("flows", name))
         sheet.extra(self.model.properties.of_member(flow.context, flow.member, "Extra", OURS))
-        found |= sheet.fields
-        found["source"] = ", ".join(sources)
-        return name, found
+        entry |= sheet.fields
+        entry["source"] = ", ".join(sources)
+        return name, entry
 
 
 def _from(base: FilePath, folder: FilePath) -> str:

@@ -169,9 +169,9 @@ def shown_place(place: Place) -> str:
     return f"{place.file.rpartition('/')[2]}:{place.line}"
 
 
-def told(found: Found) -> str:
-    """Where a value is from, in words."""
-    return shown_place(found.place) + (" (inherited)" if found.via == "inherited" else "")
+def told(value: Found) -> str:
+    """The origin of a value, in words."""
+    return shown_place(value.place) + (" (inherited)" if value.via == "inherited" else "")
 
 
 def plain_range(value: Value) -> tuple[Fraction, Fraction]:

@@ -196,15 +196,15 @@ class Wiring:
         if key[:1] == ("processor",):
             self.library.remark("a connection to the processor is not followed", member.item.place)
             return []
-        found = []
+        ends = []
         for component in context.named(key[0]) if key else []:
             if len(key) == 1 or self._has(component, key[1]):
-                found.append((component, key[1:]))
+                ends.append((component, key[1:]))
             elif component.flat is not None:
                 message = f"{component.base or component.name} has no feature {key[1]}"
                 self.library.fail(message, member.item.place)
-        if found or not key:
-            return found
+        if ends or not key:
+            return ends
         if self._has(context, key[0]):
             return [(context, key)]
         inactive = context.flat is not None and key[0].partition("[")[0] in context.flat.subcomponents
@@ -222,11 +222,11 @@ class Wiring:
         """Which elements of arrays are connected: by Connection_Set and Connection_Pattern, else one to one."""
         least, most = sorted((len(sources), len(targets)))
         stated = self.properties.of_member(wire.context, wire.member, "Connection_Set") if least and most > 1 else None
-        found = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if least > 1 else None
+        pattern = self.properties.of_member(wire.context, wire.member, "Connection_Pattern") if least > 1 else None
         listed = list(self._listed(wire, stated, sources, targets)) if stated is not None else []
         yield from listed
-        if stated is None or found is not None:
-            yield from (pair for pair in self._patterned(wire, found, sources, targets) if pair not in listed)
+        if stated is None or pattern is not None:
+            yield from (pair for pair in self._patterned(wire, pattern, sources, targets) if pair not in listed)
 
     def _listed(
         self, wire: Wire, stated: Found, sources: list[Node], targets: list[Node]
@@ -246,14 +246,14 @@ class Wiring:
                 yield ends[0], ends[1]
 
     def _patterned(
-        self, wire: Wire, found: Found | None, sources: list[Node], targets: list[Node]
+        self, wire: Wire, stated: Found | None, sources: list[Node], targets: list[Node]
     ) -> Iterator[tuple[Node, Node]]:
         if len(sources) == 1 or len(targets) == 1:
             yield from ((one, other) for one in sources for other in targets)
             return
         pattern = "one_to_one"
-        if found is not None:
-            value = found.value
+        if stated is not None:
+            value = stated.value
             while isinstance(value, Listed) and value.items:
                 value = value.items[0]
             pattern = value.name.lower() if isinstance(value, Word) else pattern
@@ -334,12 +334,12 @@ class Wiring:
             context = component.parent or component
             if not self._is_source(node, context):
                 continue
-            for found in self._traced(root, node, context):
+            for traced in self._traced(root, node, context):
                 count += 1
                 if count > MAX_INSTANCES:
                     self.library.fail(f"more than {MAX_INSTANCES} connections", root.place)
                     return
-                yield found
+                yield traced
 
     def _is_source(self, node: Node, context: Instance) -> bool:
         """Whether something begins here: it leaves, and nothing within the component leads to it."""

@@ -124,7 +124,7 @@ class Flows:
             self._by_source[item.source].append(item)
 
     def of(self, root: Instance) -> Iterator[EndToEnd]:
-        """All flows of a tree; what cannot be followed is told and left out.
+        """All flows of a tree; those that cannot be followed are left out with a remark.
 
         `EndToEnd` objects; several ways through arrays get the suffixes ``_1``, ``_2`` and so on.
         """
@@ -137,20 +137,20 @@ class Flows:
         ]
         taken = {_title(context, member) for context, member in declared}
         for context, member in declared:
-            title, found = _title(context, member), self._followed(context, member)
-            for number, steps in enumerate(found, 1):
-                suffix = f"_{number}" if len(found) > 1 else ""
+            title, paths = _title(context, member), self._followed(context, member)
+            for number, steps in enumerate(paths, 1):
+                suffix = f"_{number}" if len(paths) > 1 else ""
                 while suffix and title + suffix in taken:
                     suffix += "_"
                 yield EndToEnd(title, suffix, context, member, steps)
 
     def _followed(self, context: Instance, member: Member[Flow]) -> list[Steps]:
         """Every way that a declared flow takes."""
-        found: list[Steps] = []
+        paths: list[Steps] = []
         self._reasons.clear()
         try:
             for elements in self._elements(context, member, 0):
-                found += self._joined(context, elements)
+                paths += self._joined(context, elements)
         except _Broken as error:
             self._reasons.append(str(error))
         except _Inactive as error:
@@ -161,7 +161,7 @@ class Flows:
             reason = f"Cannot create end to end flow '{title}' because {reasons}"
             self.unread.append(UnreadFlow(title, context, member, reason))
             self.library.remark(reason, member.item.place)
-        return found
+        return paths
 
     # --- elements: components that work, and declared connections --------------------------------------------------
 
@@ -178,7 +178,7 @@ class Flows:
     def _of_element(
         self, context: Instance, member: Member[Flow], number: int, path: Path, depth: int
     ) -> Iterator[tuple[Element, ...]]:
-        """What one element of a flow stands for: elements, once for each choice of flow implementations."""
+        """The elements that one element of a flow stands for, for each choice of flow implementations."""
         spend(1 + depth)
         assert context.flat is not None
         key = tuple(name.lower() for name in path)
@@ -251,7 +251,7 @@ class Flows:
     def _implemented(
         self, component: Instance, flow: Member[Flow], stop: Stop, depth: int
     ) -> Iterator[tuple[Element, ...]]:
-        """What a flow implementation leads through: the component itself where it passes through that."""
+        """The elements that a flow implementation leads through; the component itself where it has none."""
         if not _inside(flow.item):  # perhaps by one feature of a group
             ends, kind = flow.item.elements, flow.item.kind
             entry = ends[0] if ends and kind != "source" else ()
@@ -319,10 +319,10 @@ class Flows:
 
     def _from(self, stop: Stop) -> list[ConnectionInstance]:
         """The connections that leave a component; of one that is named without a flow, those from within it, too."""
-        found = self._by_source.get(stop.component, [])
+        connections = self._by_source.get(stop.component, [])
         if stop.spec is not None or not stop.component.children:
-            return found
-        return [*found, *(item for one in stop.component.below() for item in self._by_source.get(one, ()))]
+            return connections
+        return [*connections, *(item for one in stop.component.below() for item in self._by_source.get(one, ()))]
 
     def _between(self, one: Stop, other: Stop | _Through, wires: Sequence[Wire]) -> list[ConnectionInstance]:
         """The connections over some declared ones that continue a flow, by the features that it names."""
@@ -349,13 +349,13 @@ class Flows:
         raise _Broken(f"{names} does not lead from {'.'.join((*one.component.path, *one.exit))} to {ends}")
 
     def _from_outside(self, stop: Stop, wires: Sequence[Wire]) -> list[ConnectionInstance]:
-        found = [
+        connections = [
             item for item in self._by_source.get(None, ())
             if item.target is stop.component and _runs(item, wires) and _leads(stop.entry, item.target_path)
         ]  # fmt: skip
-        if not found:
+        if not connections:
             raise _Broken(f"{wires[0].member.item.name} does not lead to {stop.component.title}")
-        return found
+        return connections
 
 
 def _title(context: Instance, member: Member[Flow]) -> str:

@@ -103,24 +103,24 @@ class Flattener:
         for item in reversed(chain):
             bound |= self.bindings(item.bindings, item.package, environment or {})
         bound |= environment or {}
-        found = Flat(classifier, tuple(chain), bound)
+        flat = Flat(classifier, tuple(chain), bound)
         for item in reversed(chain):
-            self._merge(found, item)
-        found.properties = [Owned(one, item.package) for item in chain for one in item.properties]
+            self._merge(flat, item)
+        flat.properties = [Owned(one, item.package) for item in chain for one in item.properties]
         packages = dict.fromkeys(item.package for item in chain)
         for name in packages:
             package = self.library.packages.get(name.lower())
-            found.properties += [Owned(one, name) for one in (package.properties if package else ())]
+            flat.properties += [Owned(one, name) for one in (package.properties if package else ())]
         if not environment:
-            self._done[id(classifier)] = found
-        return found
+            self._done[id(classifier)] = flat
+        return flat
 
-    def bindings(self, given: tuple[Binding, ...], package: str, environment: Environment) -> dict[str, Actual]:
+    def bindings(self, actuals: tuple[Binding, ...], package: str, environment: Environment) -> dict[str, Actual]:
         """The bindings of prototypes in a place, by key."""
-        return {item.name.lower(): Actual(item.classifier, package, environment, item.inner) for item in given}
+        return {item.name.lower(): Actual(item.classifier, package, environment, item.inner) for item in actuals}
 
     def resolve(
-        self, reference: Reference, package: str, around: Flat | None, given: tuple[Binding, ...] = ()
+        self, reference: Reference, package: str, around: Flat | None, actuals: tuple[Binding, ...] = ()
     ) -> Flat | None:
         """Resolve a reference in the classifier `around` it to a prototype of that classifier, or to a classifier.
 
@@ -144,10 +144,10 @@ class Flattener:
         if classifier is None:
             self.library.fail_absent(reference, package)
             return None
-        return self.flat(classifier, self.bindings(given, package, around.environment if around else {}))
+        return self.flat(classifier, self.bindings(actuals, package, around.environment if around else {}))
 
     def _bound(self, actual: Actual, wanted: Reference) -> Flat | None:
-        """What is bound to a prototype, which may be a prototype of the classifier around."""
+        """The actual of a prototype, which may be a prototype of the classifier around."""
         reference = actual.reference
         if reference is None:
             self.library.fail(f"what is bound to the prototype {wanted.name} is not followed", wanted.place)
@@ -192,22 +192,22 @@ class Flattener:
         """Add the members of one classifier to those of its ancestors."""
         for name in ("features", "specs", "subcomponents", "connections", "flows"):
             members: dict[str, Member[Any]] = getattr(into, name)
-            for given in getattr(item, name):
-                if name == "flows" and given.kind != "end to end":
+            for stated in getattr(item, name):
+                if name == "flows" and stated.kind != "end to end":
                     continue
-                properties = [Owned(one, item.package) for one in given.properties]
-                key = given.name.lower() or f" {given.place.line}:{given.place.column}"
+                properties = [Owned(one, item.package) for one in stated.properties]
+                key = stated.name.lower() or f" {stated.place.line}:{stated.place.column}"
                 before = members.get(key)
                 if before is None:
-                    if given.refined:
-                        self.library.fail(f"there is no {given.name} to refine", given.place)
-                    members[key] = Member(given, item.package, properties)
+                    if stated.refined:
+                        self.library.fail(f"there is no {stated.name} to refine", stated.place)
+                    members[key] = Member(stated, item.package, properties)
                 else:
-                    if not given.refined and name not in ("flows",):
+                    if not stated.refined and name not in ("flows",):
                         line = f"{before.item.place.file}:{before.item.place.line}"
-                        self.library.fail(f'"{given.name}" is declared twice, first in {line}', given.place)
-                    merged = _refined(before.item, given)
-                    package = item.package if getattr(given, "classifier", None) else before.package
+                        self.library.fail(f'"{stated.name}" is declared twice, first in {line}', stated.place)
+                    merged = _refined(before.item, stated)
+                    package = item.package if getattr(stated, "classifier", None) else before.package
                     members[key] = Member(merged, package, [*properties, *before.properties])
         _add_implementations(into, item)
         for mode in item.modes:
@@ -217,31 +217,31 @@ class Flattener:
 def _add_implementations(into: Flat, item: Classifier) -> None:
     """Add the flow implementations of a classifier before those of its ancestors, as OSATE numbers them."""
     own: dict[str, list[Member[Flow]]] = {}
-    for given in item.flows:
-        if given.kind == "end to end":
+    for stated in item.flows:
+        if stated.kind == "end to end":
             continue
-        key, properties = given.name.lower(), [Owned(one, item.package) for one in given.properties]
-        if not given.refined:
-            own.setdefault(key, []).append(Member(given, item.package, properties))
+        key, properties = stated.name.lower(), [Owned(one, item.package) for one in stated.properties]
+        if not stated.refined:
+            own.setdefault(key, []).append(Member(stated, item.package, properties))
             continue
         there = into.implementations.get(key, [])  # a refinement is of all that have its name
         there[:] = [
-            Member(_refined(one.item, given), item.package, [*properties, *one.properties]) for one in there
+            Member(_refined(one.item, stated), item.package, [*properties, *one.properties]) for one in there
         ]  # fmt: skip
     for key, members in own.items():
         into.implementations[key] = [*members, *into.implementations.get(key, [])]
 
 
-def _refined(before: Any, given: Any) -> Any:
+def _refined(before: Any, stated: Any) -> Any:
     """A declaration with what its refinement states anew."""
     changes: dict[str, Any] = {}
     for name in ("direction", "classifier", "dimensions", "entry", "exit", "source", "target", "elements", "bindings"):
-        if hasattr(given, name):
-            changes[name] = getattr(given, name) or getattr(before, name)
-    if hasattr(given, "modes"):
-        changes["modes"] = given.modes if given.modes is not None else before.modes
-    if hasattr(given, "inverse") and given.classifier is None:
+        if hasattr(stated, name):
+            changes[name] = getattr(stated, name) or getattr(before, name)
+    if hasattr(stated, "modes"):
+        changes["modes"] = stated.modes if stated.modes is not None else before.modes
+    if hasattr(stated, "inverse") and stated.classifier is None:
         changes["inverse"] = before.inverse
-    if hasattr(given, "both_ways") and not given.source:
+    if hasattr(stated, "both_ways") and not stated.source:
         changes["both_ways"] = before.both_ways
-    return replace(given, **changes)
+    return replace(stated, **changes)

@@ -77,13 +77,13 @@ class Instance:
 
         Pairs of a component and the rest of the path; several where the path names elements of an array.
         """
-        found: list[tuple[Instance, Path]] = [(self, path)]
+        reached: list[tuple[Instance, Path]] = [(self, path)]
         done: list[tuple[Instance, Path]] = []
-        while found:
-            component, rest = found.pop(0)
+        while reached:
+            component, rest = reached.pop(0)
             inner = component.named(rest[0]) if rest else []
             if inner:
-                found += [(child, rest[1:]) for child in inner]
+                reached += [(child, rest[1:]) for child in inner]
             else:
                 done.append((component, rest))
         return done
@@ -91,13 +91,13 @@ class Instance:
 
 def _modes_of(root: Instance) -> str:
     """The modes that a tree has, as `--mode` takes them: the first ten."""
-    found = [
+    modes = [
         f"{one.title}.{mode.name}" if one is not root else mode.name
         for one in (root, *root.below())
         if one.flat is not None
         for mode in one.flat.modes.values()
     ]
-    return f"there are {', '.join(found[:10])}{' ...' if len(found) > 10 else ''}" if found else "there are no modes"
+    return f"there are {', '.join(modes[:10])}{' ...' if len(modes) > 10 else ''}" if modes else "there are no modes"
 
 
 def _is_within(index: tuple[int, ...], parts: Sequence[str]) -> bool:
@@ -179,23 +179,23 @@ class Instantiator:
     def _classifier(self, member: Member[Subcomponent], around: Flat) -> Flat | None:
         if member.item.classifier is None:
             return None
-        found = self.flattener.resolve(member.item.classifier, member.package, around, member.item.bindings)
-        if found is None:
+        flat = self.flattener.resolve(member.item.classifier, member.package, around, member.item.bindings)
+        if flat is None:
             return None
-        category = found.classifier.category
+        category = flat.classifier.category
         if category != member.item.category and "abstract" not in (category, member.item.category):
-            message = f"{found.classifier.name} is a {category}, no {member.item.category}"
+            message = f"{flat.classifier.name} is a {category}, no {member.item.category}"
             self.library.fail(message, member.item.classifier.place)
-        return found
+        return flat
 
     def _sizes(self, member: Member[Subcomponent]) -> list[int]:
-        found = []
+        sizes = []
         for value in member.item.dimensions:
             size = size_of_dimension(self.library, value)
             if size is None:
                 self.library.remark(f"the size of array {member.item.name} is not known: read as 1", member.item.place)
-            found.append(1 if size is None else size)
-        return found
+            sizes.append(1 if size is None else size)
+        return sizes
 
     def _mode(self, component: Instance, flat: Flat) -> str:
         """The mode of a component: as chosen, as that around it where it has one of that name, else the initial one."""
@@ -219,8 +219,8 @@ def size_of_dimension(library: Library, value: Value | None, steps: int = 0) -> 
     if isinstance(value, Number) and value.value.denominator == 1 and 0 <= value.value <= MAX_INSTANCES:
         return int(value.value)
     if isinstance(value, Word) and value.package and steps < MAX_DEPTH:
-        found = library.sets.get(value.package.lower())
-        definition = found.definitions.get(value.name.lower()) if found else None
+        property_set = library.sets.get(value.package.lower())
+        definition = property_set.definitions.get(value.name.lower()) if property_set else None
         return size_of_dimension(library, definition.value, steps + 1) if definition and definition.value else None
     return None
 

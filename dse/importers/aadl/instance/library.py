@@ -50,8 +50,8 @@ class Library:
                 self.findings.append(
                     finding(f"package {package.name} is declared twice, first in {first}", package.place)
                 )
-        for found in parsed.unit.sets:
-            self.sets.setdefault(found.name.lower(), found)
+        for property_set in parsed.unit.sets:
+            self.sets.setdefault(property_set.name.lower(), property_set)
         return [name for package in parsed.unit.packages for name in _asked(package)]
 
     def remark(self, message: str, place: Place, hint: str = "", *, about: str = "") -> None:
@@ -63,9 +63,9 @@ class Library:
 
         Warnings; equal remarks about several names are one.
         """
-        found = []
-        for (message, hint), told in self._doubts.items():
-            names, places = dict.fromkeys(name for name, _ in told if name), {place for _, place in told}
+        remarks = []
+        for (message, hint), doubt in self._doubts.items():
+            names, places = dict.fromkeys(name for name, _ in doubt if name), {place for _, place in doubt}
             first, *more = names or [""]
             text = message.replace("{}", first) if first else message
             if more:
@@ -73,12 +73,12 @@ class Library:
                 text += f" (and {len(more)} more: {listed})"
             elif len(places) > 1:
                 text += f" (at {len(places)} places, first here)"
-            place = told[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
-            found.append(finding(text, place, hint, warning=True))
-        return sorted(found, key=lambda item: (item.file, item.line, item.column))
+            place = doubt[0][1] if names else min(places, key=lambda item: (item.file, item.line, item.column))
+            remarks.append(finding(text, place, hint, warning=True))
+        return sorted(remarks, key=lambda item: (item.file, item.line, item.column))
 
     def fail(self, message: str, place: Place, hint: str = "") -> None:
-        """A mistake, told once."""
+        """Report a mistake, once."""
         if (str(place), message) not in self._told:
             self._told.add((str(place), message))
             self.findings.append(finding(message, place, hint))
@@ -97,7 +97,7 @@ class Library:
             return None
         if key in here.classifiers:
             return here.classifiers[key]
-        return next((found for found in self._renamed(here, key) if found is not None), None)
+        return next((classifier for classifier in self._renamed(here, key) if classifier is not None), None)
 
     def _package(self, name: str, here: Package | None) -> Package | None:
         aliases = [item for item in (here.renames if here else ()) if not item.name]
@@ -189,7 +189,7 @@ def _around(path: Path) -> list[Path]:
 
 def _declared(files: Iterable[Path]) -> dict[str, Path]:
     """Which of some files declares which package or property set, the first first; that makes them no inputs."""
-    found: dict[str, Path] = {}
+    declared: dict[str, Path] = {}
     for file in files:
         try:
             text = _decoded(beginning(file, MAX_BYTES))
@@ -197,18 +197,18 @@ def _declared(files: Iterable[Path]) -> dict[str, Path]:
             raise ProblemError([Diagnostic(error.reason, file=str(file))]) from None
         for names in _DECLARES.findall(text):
             for name in filter(None, names):
-                found.setdefault(name.lower(), file)
-    return found
+                declared.setdefault(name.lower(), file)
+    return declared
 
 
 def _files(folder: Path) -> list[Path]:
-    found = []
+    files = []
     for file in found_below(folder, f"*{SUFFIX}"):
         if file.is_file():
-            found.append(file)
-        if len(found) > MAX_FILES:
+            files.append(file)
+        if len(files) > MAX_FILES:
             raise ProblemError([Diagnostic(f"more than {MAX_FILES} files *{SUFFIX} in it", file=str(folder))])
-    return sorted(found)
+    return sorted(files)
 
 
 def _texts(files: Iterable[Path]) -> dict[Path, str]:

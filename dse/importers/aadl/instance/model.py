@@ -43,17 +43,17 @@ class InstanceModel:
     unread: list[UnreadFlow]
     _names: dict[Instance, str] = field(default_factory=dict)
 
-    def read(self, found: Found | None, reader: Callable[..., T], name: str) -> T | None:
+    def read(self, value: Found | None, reader: Callable[..., T], name: str) -> T | None:
         """A value of its kind; None where there is none, or, with a finding, where it is of another kind.
 
         `reader` converts a value; its `WrongKindError` becomes a located mistake.
         """
-        if found is None:
+        if value is None:
             return None
         try:
-            return reader(found.value)
+            return reader(value.value)
         except WrongKindError as error:
-            self.library.fail(f"{name}: expected {error.expected}", found.place)
+            self.library.fail(f"{name}: expected {error.expected}", value.place)
             return None
 
     def name(self, component: Instance) -> str:
@@ -79,22 +79,22 @@ class InstanceModel:
 
     def is_marked(self, component: Instance, name: str) -> bool:
         """Whether a property of ours says yes of a component."""
-        found = self.properties.of(component, name, OURS)
-        return found is not None and is_true(found.value)
+        value = self.properties.of(component, name, OURS)
+        return value is not None and is_true(value.value)
 
-    def targets(self, found: Found | None) -> list[Instance]:
-        """The components that a binding refers to; what it does not find is told.
+    def targets(self, value: Found | None) -> list[Instance]:
+        """The components that a binding refers to; a reference that leads nowhere is a remark.
 
         Each once, in the order of the property; used for bindings to processors, buses and memories.
         """
-        if found is None:
+        if value is None:
             return []
         result: list[Instance] = []
-        for path in paths_in(found.value):
-            for component, rest in found.base.descend(path):
+        for path in paths_in(value.value):
+            for component, rest in value.base.descend(path):
                 if rest:
                     message = f"reference ({'.'.join(path)}) leads to no component"
-                    self.library.remark(message, found.place)
+                    self.library.remark(message, value.place)
                 elif component not in result:
                     result.append(component)
         return result
@@ -119,8 +119,8 @@ class InstanceModel:
             return None
         self.properties.data_types[id(flat)] = flat
         for name in SIZES:
-            found = self.properties.of_classifier(flat.properties, component, name)
-            size = self.read(found, size_of, name)
+            value = self.properties.of_classifier(flat.properties, component, name)
+            size = self.read(value, size_of, name)
             if size is not None:
                 return size.low
         total: Fraction | None = None
@@ -190,11 +190,11 @@ def libraries(options: Mapping[str, Any]) -> list[FilePath]:
     """
     stated = options.get("library") or ()
     listed = [part.strip() for part in stated.split(",")] if isinstance(stated, str) else stated
-    found = [FilePath(item) for item in listed if item]
-    for folder in found:
+    folders = [FilePath(item) for item in listed if item]
+    for folder in folders:
         if not folder.is_dir():
             raise UsageError(f"--library {folder}: is no folder")
-    return found
+    return folders
 
 
 def instantiated(
@@ -227,11 +227,11 @@ def _stop(library: Library) -> None:
 
 def _modes(text: str) -> dict[str, str]:
     """``m1, sw.m2``: the mode of the root, and of components by their path."""
-    found = {}
+    modes = {}
     for part in filter(None, (item.strip() for item in text.split(","))):
         path, _, mode = part.rpartition(".")
-        found[path.lower()] = mode
-    return found
+        modes[path.lower()] = mode
+    return modes
 
 
 def _root(library: Library, wanted: str | None, path: FilePath) -> Classifier:
@@ -240,15 +240,15 @@ def _root(library: Library, wanted: str | None, path: FilePath) -> Classifier:
     place = Place(str(path), 0, 0)
     if wanted:
         package, _, name = wanted.rpartition("::")
-        found = [
+        classifiers = [
             item for item in everything
             if item.name.lower() == name.lower() and package.lower() in ("", item.package.lower())
         ]  # fmt: skip
-        if len(found) == 1 and found[0].is_implementation:
-            return found[0]
+        if len(classifiers) == 1 and classifiers[0].is_implementation:
+            return classifiers[0]
         known = _listed(item for item in everything if item.is_implementation and item.category == "system")
-        what = "is no implementation" if found else f"there is no implementation {wanted}"
-        what = f"there are several {wanted}: say of which package" if len(found) > 1 else what
+        what = "is no implementation" if classifiers else f"there is no implementation {wanted}"
+        what = f"there are several {wanted}: say of which package" if len(classifiers) > 1 else what
         raise ProblemError([finding(f"--root: {what}", place, f"there are {known}" if known else "")])
     main = [item for package in library.main for item in package.classifiers.values()]
     systems = [item for item in main if item.category == "system" and item.is_implementation]
@@ -268,7 +268,7 @@ def _used(library: Library, everything: list[Classifier]) -> set[int]:
     for item in everything:
         references: list[Reference] = [one.classifier for one in item.subcomponents if one.classifier is not None]
         references += [item.extends] if item.extends is not None else []
-        used |= {id(found) for one in references if (found := library.find(one, item.package)) is not None}
+        used |= {id(classifier) for one in references if (classifier := library.find(one, item.package)) is not None}
     return used
 
 

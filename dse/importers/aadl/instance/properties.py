@@ -133,9 +133,9 @@ class Properties:
                     yield owned, component
 
     def _outer(self, target: tuple[Instance, Path], name: str, group: str) -> Iterator[tuple[Owned, Instance]]:
-        """What enclosing components say with ``applies to``, the outermost first."""
-        given = [item for item in self._contained.get(target, ()) if _is(item[0], name, group)]
-        yield from sorted(given, key=lambda item: len(item[1].path))
+        """The associations of enclosing components by ``applies to``, the outermost first."""
+        associations = [item for item in self._contained.get(target, ()) if _is(item[0], name, group)]
+        yield from sorted(associations, key=lambda item: len(item[1].path))
 
     def of_feature(self, component: Instance, path: Path, name: str, group: str = "") -> Found | None:
         """The property of a feature; `path` leads through feature groups.
@@ -145,12 +145,12 @@ class Properties:
         self._ask(FEATURE, name, group)
         key = tuple(item.lower() for item in path)
         plain = tuple(item.partition("[")[0] for item in key)
-        found = list(self._outer((component, key), name.lower(), group.lower()))
-        found += list(self._outer((component, plain), name.lower(), group.lower())) if plain != key else []
+        associations = list(self._outer((component, key), name.lower(), group.lower()))
+        associations += list(self._outer((component, plain), name.lower(), group.lower())) if plain != key else []
         if component.flat is not None and len(path) == 1 and plain[0] in component.flat.features:
             member = component.flat.features[plain[0]]
-            found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
-        return self._first(((*item, "own") for item in found), component)
+            associations += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
+        return self._first(((*item, "own") for item in associations), component)
 
     def of_member(
         self,
@@ -165,9 +165,9 @@ class Properties:
         """
         self._ask(MEMBER, name, group)
         key = (member.item.name.lower(),)
-        found = list(self._outer((component, key), name.lower(), group.lower()))
-        found += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
-        own = self._first(((*item, "own") for item in found), component)
+        associations = list(self._outer((component, key), name.lower(), group.lower()))
+        associations += [(item, component) for item in member.properties if _is(item, name.lower(), group.lower())]
+        own = self._first(((*item, "own") for item in associations), component)
         if own is None and isinstance(member.item, Connection) and self._is_inherited(name.lower(), group.lower()):
             around = self.of(component, name, group)
             return None if around is None else replace(around, via="inherited")
@@ -181,13 +181,13 @@ class Properties:
     # --- which value --------------------------------------------------------------------------------------------
 
     def _first(
-        self, found: Iterable[tuple[Owned, Instance, str]], component: Instance, bound: Flat | None = None
+        self, associations: Iterable[tuple[Owned, Instance, str]], component: Instance, bound: Flat | None = None
     ) -> Found | None:
         """The value that goes first, with what it is appended to."""
         appended: list[Found] = []
         last: Found | None = None
         spend()
-        for owned, base, via in found:
+        for owned, base, via in associations:
             if owned.association.binding and not self._is_in_binding(owned, bound):
                 continue
             value = self._in_mode(owned, base)
@@ -242,17 +242,17 @@ class Properties:
             for members in (flat.specs.values(), flat.connections.values(), flat.flows.values(), implementations):
                 for member in members:
                     yield from (Stated(MEMBER, one) for one in member.properties if not one.association.applies)
-        for (target, key), given in self._contained.items():
+        for (target, key), associations in self._contained.items():
             is_feature = bool(key) and target.flat is not None and key[0].partition("[")[0] in target.flat.features
             holder = (FEATURE if is_feature else MEMBER) if key else target.category
-            yield from (Stated(holder, one) for one, _ in given)
+            yield from (Stated(holder, one) for one, _ in associations)
         for flat in self.data_types.values():  # those that messages have
             yield from (Stated(DATA_TYPE, one) for one in flat.properties if not one.association.applies)
 
     def is_asked(self, stated: Stated) -> bool:
         """Whether something looked it up.
 
-        What nobody asked for is remarked as not understood.
+        Properties that are never looked up are remarked as not understood.
         """
         if stated.holder == DATA_TYPE:
             return stated.property[0] in ("data_size", "source_data_size", "concurrency_control_protocol")
@@ -263,26 +263,26 @@ class Properties:
         return name in INHERITED or self._inherits(name, group)
 
     def _inherits(self, name: str, group: str) -> bool:
-        found = self.library.sets.get(group)
-        return bool(found and name in found.definitions and found.definitions[name].inherit)
+        property_set = self.library.sets.get(group)
+        return bool(property_set and name in property_set.definitions and property_set.definitions[name].inherit)
 
-    def evaluated(self, found: Found, component: Instance, steps: int = 0) -> Found:
+    def evaluated(self, value: Found, component: Instance, steps: int = 0) -> Found:
         """The value with the constants and properties that it names."""
-        return replace(found, value=self._evaluated(found.value, found, component, steps))
+        return replace(value, value=self._evaluated(value.value, value, component, steps))
 
-    def _evaluated(self, value: Value, found: Found, component: Instance, steps: int) -> Value:
+    def _evaluated(self, value: Value, association: Found, component: Instance, steps: int) -> Value:
         def again(inner: Value) -> Value:
-            return self._evaluated(inner, found, component, steps + 1)
+            return self._evaluated(inner, association, component, steps + 1)
 
         spend()
         if steps > MAX_STEPS:
-            self.library.fail("this value leads back to itself", found.place)
-            return Computed("a cycle", found.place)
+            self.library.fail("this value leads back to itself", association.place)
+            return Computed("a cycle", association.place)
         match value:
             case Word(package="", name=("true" | "false")):
                 return value
             case Word():
-                return self._named(value, found, component, steps)
+                return self._named(value, association, component, steps)
             case Range(low, high, place):
                 return Range(again(low), again(high), place)
             case Record(fields, place):
@@ -291,24 +291,24 @@ class Properties:
                 return Listed(tuple(again(inner) for inner in items), place)
         return value
 
-    def _named(self, word: Word, found: Found, component: Instance, steps: int) -> Value:
+    def _named(self, word: Word, association: Found, component: Instance, steps: int) -> Value:
         """A constant of a property set, another property of the component, or the word itself: a literal."""
         key = word.name.lower()
         group = self.library.sets.get(word.package.lower()) if word.package else None
         definition = group.definitions.get(key) if group else None
         value: Value | None = None
         if definition is not None and definition.kind == "constant" and definition.value is not None:
-            value = self._evaluated(definition.value, found, component, steps + 1)
+            value = self._evaluated(definition.value, association, component, steps + 1)
         elif definition is not None and definition.kind == "property":
             other = self.of(component, word.name, word.package) if steps < MAX_STEPS else None
             value = other.value if other else definition.value
-            value = None if value is None else self._evaluated(value, found, component, steps + 1)
+            value = None if value is None else self._evaluated(value, association, component, steps + 1)
         elif not word.package and key in SET_OF:
             other = self.of(component, word.name) if steps < MAX_STEPS else None
             value = other.value if other else None
         elif word.package and definition is None:
             message = f"{word.package}::{word.name} is no constant that is known"
-            self.library.remark(message, word.place if word.place.line else found.place)
+            self.library.remark(message, word.place if word.place.line else association.place)
         if value is None:
             return word
         if word.negative and isinstance(value, Number):
@@ -346,9 +346,9 @@ def reference_in(value: Value) -> Reference | None:
 def references_in(value: Value) -> list[Reference]:
     """The classifiers that a value names, one or a list."""
     if isinstance(value, Listed):
-        return [found for item in value.items for found in references_in(item)]
-    found = reference_in(value)
-    return [] if found is None else [found]
+        return [references for item in value.items for references in references_in(item)]
+    references = reference_in(value)
+    return [] if references is None else [references]
 
 
 def paths_in(value: Value | None) -> list[Path]:

@@ -31,13 +31,13 @@ def tell(model: InstanceModel) -> None:
     """
     standard: dict[tuple[str, str], list[Stated]] = {}
     others: dict[str, list[Stated]] = {}
-    asked = {(name, group) for _, name, group in model.properties.asked}
+    read = {(name, group) for _, name, group in model.properties.asked}
     for item in model.properties.stated():
         association = item.owned.association
         if model.properties.is_asked(item) or association.package.lower() == OURS or _is_silent(item):
             continue
         if association.key in STANDARD:
-            of = item.holder if item.property in asked else ""
+            of = item.holder if item.property in read else ""
             standard.setdefault((association.key, of), []).append(item)
         else:
             others.setdefault(association.package, []).append(item)

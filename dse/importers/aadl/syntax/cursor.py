@@ -52,10 +52,10 @@ class Cursor:
 
     def accept(self, *keys: str) -> bool:
         """Take these tokens if they come next."""
-        found = self.sees(*keys)
-        if found:
+        is_next = self.sees(*keys)
+        if is_next:
             self.at += len(keys)
-        return found
+        return is_next
 
     def fail(self, expected: str, hint: str = "") -> NoReturn:
         """Raise: something else was expected here."""
@@ -118,11 +118,11 @@ class Cursor:
     def names(self, what: str) -> tuple[str, ...]:
         """``(a, b)``."""
         self.expect("(")
-        found = [self.name(what)]
+        names = [self.name(what)]
         while self.accept(","):
-            found.append(self.name(what))
+            names.append(self.name(what))
         self.expect(")", 'a comma or ")"')
-        return tuple(found)
+        return tuple(names)
 
     def skip(self, *ends: str) -> None:
         """Move on to one of these tokens, past what is in brackets; fails where there is none.

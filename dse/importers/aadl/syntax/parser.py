@@ -120,11 +120,11 @@ class _Parser:
         cursor.expect("end")
         if cursor.token.kind == "name":
             start = cursor.place
-            found = "::".join(cursor.qualified("a name"))
+            end_name = "::".join(cursor.qualified("a name"))
             if cursor.accept("."):
-                found += f".{cursor.name()}"
-            if found.lower() != name.lower():
-                cursor.remark(f'expected "end {name};", got "end {found};"', start)
+                end_name += f".{cursor.name()}"
+            if end_name.lower() != name.lower():
+                cursor.remark(f'expected "end {name};", got "end {end_name};"', start)
         else:
             cursor.fail(f'"{name}"')
         cursor.expect(";")
@@ -155,16 +155,16 @@ class _Parser:
         """One classifier; behind a mistake in it reading goes on with the next."""
         start = self.cursor.at
         try:
-            found = self._read_classifier(package)
+            classifier = self._read_classifier(package)
         except ProblemError as error:
             self.findings += error.diagnostics
             if not self._recover(start):
                 raise _Again from None
             return
-        other = package.classifiers.setdefault(found.name.lower(), found)
-        if other is not found:
-            message = f'"{found.name}" is declared twice in {package.name}, first in line {other.place.line}'
-            self.findings.append(finding(message, found.place))
+        other = package.classifiers.setdefault(classifier.name.lower(), classifier)
+        if other is not classifier:
+            message = f'"{classifier.name}" is declared twice in {package.name}, first in line {other.place.line}'
+            self.findings.append(finding(message, classifier.place))
 
     def _recover(self, start: int) -> bool:
         """Move behind the ``end name;`` of the classifier that begins at `start`."""
@@ -190,41 +190,41 @@ class _Parser:
         if implementation:
             cursor.expect(".", '"." and the name of the implementation')
             name = f"{name}.{cursor.name('the name of the implementation')}"
-        found = Classifier(category, name, place, package.name)
-        found.bindings = read_bindings(cursor)
+        classifier = Classifier(category, name, place, package.name)
+        classifier.bindings = read_bindings(cursor)
         if cursor.accept("extends"):
-            found.extends = cursor.reference()
-            found.bindings = (*found.bindings, *read_bindings(cursor))
+            classifier.extends = cursor.reference()
+            classifier.bindings = (*classifier.bindings, *read_bindings(cursor))
         allowed = _sections(category, implementation)
         while not cursor.sees("end"):
             if cursor.sees("annex"):
                 _skip_annex(cursor)
             elif category == "feature group" and cursor.accept("inverse"):
                 cursor.expect("of")
-                found.inverse_of = cursor.reference()
+                classifier.inverse_of = cursor.reference()
             elif section := accept_words(cursor, allowed):
-                read_section(cursor, section, found)
+                read_section(cursor, section, classifier)
             else:
                 shown = [item for item in allowed if item not in ("requires modes", "prototypes", "calls")]
                 shown = [item for item in shown if item == "features" or "feature" not in item]
                 cursor.fail(f'{", ".join(shown)} or "end"')
         self._end(name)
-        return found
+        return classifier
 
     def _property_set(self) -> None:
         cursor = self.cursor
         cursor.at += 2
         place = cursor.place
-        found = PropertySet(cursor.name("the name of the property set"), place)
-        self.unit.sets.append(found)
+        property_set = PropertySet(cursor.name("the name of the property set"), place)
+        self.unit.sets.append(property_set)
         cursor.expect("is")
         while cursor.accept("with"):
             cursor.skip(";")
             cursor.expect(";")
         while not cursor.sees("end") or cursor.ahead().key == ":":
             definition = self._definition()
-            found.definitions[definition.name.lower()] = definition
-        self._end(found.name)
+            property_set.definitions[definition.name.lower()] = definition
+        self._end(property_set.name)
 
     def _definition(self) -> Definition:
         cursor = self.cursor

@@ -96,9 +96,9 @@ def _in_modes(cursor: Cursor) -> tuple[str, ...] | None:
     if not cursor.accept("in", "modes"):
         return None
     cursor.expect("(")
-    found = []
+    modes = []
     while True:
-        found.append(cursor.name("the name of a mode"))
+        modes.append(cursor.name("the name of a mode"))
         if cursor.accept("->"):
             cursor.name("the name of a mode")
         if cursor.accept("=>"):
@@ -106,7 +106,7 @@ def _in_modes(cursor: Cursor) -> tuple[str, ...] | None:
         if not cursor.accept(","):
             break
     cursor.expect(")", 'a comma or ")"')
-    return None if [item.lower() for item in found] == ["all"] else tuple(found)
+    return None if [item.lower() for item in modes] == ["all"] else tuple(modes)
 
 
 def read_bindings(cursor: Cursor) -> tuple[Binding, ...]:
@@ -117,7 +117,7 @@ def read_bindings(cursor: Cursor) -> tuple[Binding, ...]:
     if not (cursor.sees("(") and cursor.ahead().kind == "name" and cursor.ahead(2).key == "=>"):
         return ()
     cursor.expect("(")
-    found = []
+    bindings = []
     while True:
         place = cursor.place
         name = cursor.name("the name of a prototype")
@@ -135,24 +135,24 @@ def read_bindings(cursor: Cursor) -> tuple[Binding, ...]:
             cursor.skip(")")
             cursor.expect(")")
             reference = None
-        found.append(Binding(name, reference, place, inner))
+        bindings.append(Binding(name, reference, place, inner))
         if not cursor.accept(","):
             break
     cursor.expect(")", 'a comma or ")"')
-    return tuple(found)
+    return tuple(bindings)
 
 
 def _dimensions(cursor: Cursor) -> tuple[Value | None, ...]:
     """``[2][N]``; None for ``[]``."""
-    found: list[Value | None] = []
+    dimensions: list[Value | None] = []
     while cursor.accept("["):
-        found.append(None if cursor.sees("]") else read_value(cursor))
+        dimensions.append(None if cursor.sees("]") else read_value(cursor))
         cursor.expect("]")
-    if found and cursor.sees("("):  # a classifier for each element
+    if dimensions and cursor.sees("("):  # a classifier for each element
         cursor.remark("classifiers for each element of an array are not followed", cursor.place)
         cursor.skip(")")
         cursor.expect(")")
-    return tuple(found)
+    return tuple(dimensions)
 
 
 def _prototype(cursor: Cursor) -> Prototype:
@@ -280,10 +280,10 @@ def _offset(cursor: Cursor, place: object) -> int:
 def _elements(cursor: Cursor, refined: bool) -> tuple[Path, ...]:
     if refined and (cursor.token.key in ("{", ";") or cursor.sees("in", "modes")):
         return ()
-    found = [cursor.path("an element of the flow")]
+    elements = [cursor.path("an element of the flow")]
     while cursor.accept("->"):
-        found.append(cursor.path("an element of the flow"))
-    return tuple(found)
+        elements.append(cursor.path("an element of the flow"))
+    return tuple(elements)
 
 
 def _mode(cursor: Cursor, into: Classifier) -> None:
@@ -316,6 +316,6 @@ def _transition(cursor: Cursor) -> None:
 
 
 def _say_unread(cursor: Cursor, of: str) -> None:
-    """Read the properties of a mode or of a transition: no figure here hangs on them."""
+    """Read the properties of a mode or of a transition: no figure here depends on them."""
     for association in read_block(cursor):
         cursor.remark(f"{association.name} of a {of} is not looked at", association.place)

@@ -68,16 +68,16 @@ class Text:
         """
         at, size = 0, len(self.text)
         while at < size:
-            found = _TOKEN.match(self.text, at)
-            if found is None:
+            match = _TOKEN.match(self.text, at)
+            if match is None:
                 self._fail_at(at)
-            kind = found.lastgroup
+            kind = match.lastgroup
             assert kind is not None
             if kind != "blank":
                 spend(PIECES)
-                text = found.group()
+                text = match.group()
                 yield Token(kind, text, text.lower() if kind == "name" else text, at)
-            at = found.end()
+            at = match.end()
         yield Token("end", END, "", size)
 
     def _fail_at(self, at: int) -> NoReturn:

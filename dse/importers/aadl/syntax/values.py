@@ -32,17 +32,17 @@ MOST_DIGITS = 60
 
 def _text_within(quoted: str) -> str:
     """What is between quotes: a quote is doubled, as the standard has it, or behind a backslash, as OSATE has it."""
-    return _ESCAPED.sub(lambda found: _MEANT.get(found[1], found[1]) if found[1] else '"', quoted)
+    return _ESCAPED.sub(lambda text: _MEANT.get(text[1], text[1]) if text[1] else '"', quoted)
 
 
 def read_block(cursor: Cursor) -> Properties:
     """``{a => b; c => d;}``, or nothing."""
     if not cursor.accept("{"):
         return ()
-    found = []
+    properties = []
     while not cursor.accept("}"):
-        found.append(read_association(cursor, 'a property or "}"'))
-    return tuple(found)
+        properties.append(read_association(cursor, 'a property or "}"'))
+    return tuple(properties)
 
 
 def read_association(cursor: Cursor, what: str = "a property") -> Association:
@@ -76,15 +76,15 @@ def read_association(cursor: Cursor, what: str = "a property") -> Association:
 
 def _paths(cursor: Cursor) -> list[Path]:
     """Paths with commas; one that is missing between two lines is remarked on."""
-    found = [cursor.path("the path of a component, connection or flow")]
+    paths = [cursor.path("the path of a component, connection or flow")]
     while True:
         if cursor.accept(","):
-            found.append(cursor.path("the path of a component, connection or flow"))
+            paths.append(cursor.path("the path of a component, connection or flow"))
         elif cursor.token.kind == "name" and cursor.token.key != "in":
             cursor.remark("expected a comma before this path: read as if there were one", cursor.place)
-            found.append(cursor.path())
+            paths.append(cursor.path())
         else:
-            return found
+            return paths
 
 
 def _modal_value(cursor: Cursor) -> ModalValue:
@@ -175,18 +175,18 @@ def _record(cursor: Cursor) -> Record:
 def _called(cursor: Cursor) -> Value:
     place, word = cursor.place, cursor.take().key
     cursor.expect("(")
-    found: Value
+    value: Value
     if word == "reference":
-        found = Referred(cursor.path("the path of what is referred to"), place)
+        value = Referred(cursor.path("the path of what is referred to"), place)
         cursor.skip(")")  # an annex subclause within
     elif word == "classifier":
-        found = Classified(cursor.reference(), place)
+        value = Classified(cursor.reference(), place)
     elif word == "value":
-        found = _word(cursor, negative=False)
+        value = _word(cursor, negative=False)
     else:
-        found = Computed(f"compute ({cursor.name('the name of a function')})", place)
+        value = Computed(f"compute ({cursor.name('the name of a function')})", place)
     cursor.expect(")")
-    return found
+    return value
 
 
 def _number(cursor: Cursor) -> Value:

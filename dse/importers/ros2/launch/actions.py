@@ -71,34 +71,34 @@ def _word(value: Any) -> str:
     return f'"{text}"' if not text or any(char.isspace() for char in text.split("$(")[0]) else text
 
 
-def _get(given: Given, named: Named, number: int, *names: str) -> Any:
+def _get(values: Given, named: Named, number: int, *names: str) -> Any:
     for name in names:
         if name in named:
             return named[name]
-    return given[number] if 0 <= number < len(given) else None
+    return values[number] if 0 <= number < len(values) else None
 
 
 def _entity(kind: str, line: int, named: Named, **texts: Any) -> Entity:
     """A part with the texts that are there, and its condition."""
-    found = Entity(kind, line, {key: as_text(value) for key, value in texts.items() if value is not None})
+    entity = Entity(kind, line, {key: as_text(value) for key, value in texts.items() if value is not None})
     condition = named.get("condition")
     if isinstance(condition, Lazy):
-        found.texts["if" if condition.is_wanted else "unless"] = condition.text
+        entity.texts["if" if condition.is_wanted else "unless"] = condition.text
     elif condition is not None:
-        found.texts["if"] = as_text(condition)
-    return found
+        entity.texts["if"] = as_text(condition)
+    return entity
 
 
 def _parameters(values: Any, line: int) -> list[Entity]:
-    found: list[Entity] = []
+    parameters: list[Entity] = []
     for item in values if isinstance(values, list | tuple) else [] if values is None else [values]:
         if isinstance(item, Entity):
-            found.append(item)
+            parameters.append(item)
         elif isinstance(item, dict):
-            found += [part for key, value in item.items() for part in _parameter(key, value, line)]
+            parameters += [part for key, value in item.items() for part in _parameter(key, value, line)]
         else:
-            found.append(Entity("param", line, {"from": as_text(item)}))
-    return found
+            parameters.append(Entity("param", line, {"from": as_text(item)}))
+    return parameters
 
 
 def _parameter(name: str, value: Any, line: int) -> list[Entity]:
@@ -120,138 +120,138 @@ def _remaps(values: Any, line: int) -> list[Entity]:
 
 
 def _node(kind: str) -> Callable[[Given, Named, int], Entity]:
-    def made(given: Given, named: Named, line: int) -> Entity:
+    def made(values: Given, named: Named, line: int) -> Entity:
         texts = {
             "pkg": named.get("package"), "exec": named.get("executable", named.get("node_executable")),
             "plugin": named.get("plugin", named.get("node_plugin")), "name": named.get("name", named.get("node_name")),
             "namespace": named.get("namespace", named.get("node_namespace")),
         }  # fmt: skip
-        found = _entity(kind, line, named, **texts)
+        entity = _entity(kind, line, named, **texts)
         words = named.get("arguments") or named.get("ros_arguments")
         if isinstance(words, list | tuple):
-            found.texts["args"] = " ".join(as_text(item) for item in words)
-        found.children += _parameters(named.get("parameters"), line)
-        found.children += _remaps(named.get("remappings"), line)
-        found.children += _actions(named.get("composable_node_descriptions"), line)
-        return found
+            entity.texts["args"] = " ".join(as_text(item) for item in words)
+        entity.children += _parameters(named.get("parameters"), line)
+        entity.children += _remaps(named.get("remappings"), line)
+        entity.children += _actions(named.get("composable_node_descriptions"), line)
+        return entity
 
     return made
 
 
 def _actions(values: Any, line: int) -> list[Entity]:
-    """The parts of a list; what is none that is known is a part that is told."""
+    """The parts of a list; what is none that is known is a part with a remark."""
     items = values if isinstance(values, list | tuple) else [] if values is None else [values]
-    found: list[Entity] = []
+    actions: list[Entity] = []
     for item in items:
         spend()
         if isinstance(item, list | tuple):
-            found += _actions(item, line)
+            actions += _actions(item, line)
         elif isinstance(item, Entity):
-            found.append(item)
+            actions.append(item)
         elif isinstance(item, Unknown):
-            found.append(Entity("unknown", line, {"name": str(item)}))
-    return found
+            actions.append(Entity("unknown", line, {"name": str(item)}))
+    return actions
 
 
-def _load(given: Given, named: Named, line: int) -> Entity:
-    target = _get(given, named, -1, "target_container")
+def _load(values: Given, named: Named, line: int) -> Entity:
+    target = _get(values, named, -1, "target_container")
     if isinstance(target, Entity):
         target = f"{target.text('namespace')}/{target.text('name')}" if target.text("namespace") else target
-    found = _entity("load_composable_node", line, named, target=target)
-    found.children += _actions(_get(given, named, 0, "composable_node_descriptions"), line)
-    return found
+    entity = _entity("load_composable_node", line, named, target=target)
+    entity.children += _actions(_get(values, named, 0, "composable_node_descriptions"), line)
+    return entity
 
 
-def _include(given: Given, named: Named, line: int) -> Entity:
-    found = _entity("include", line, named, file=_get(given, named, 0, "launch_description_source"))
+def _include(values: Given, named: Named, line: int) -> Entity:
+    entity = _entity("include", line, named, file=_get(values, named, 0, "launch_description_source"))
     pairs = named.get("launch_arguments") or []
     if isinstance(pairs, dict):
         pairs = [[key, value] for key, value in pairs.items()]
     for pair in pairs if isinstance(pairs, list | tuple) else []:
         if isinstance(pair, list | tuple) and len(pair) == 2:
-            found.children.append(Entity("arg", line, {"name": as_text(pair[0]), "value": as_text(pair[1])}))
-    return found
+            entity.children.append(Entity("arg", line, {"name": as_text(pair[0]), "value": as_text(pair[1])}))
+    return entity
 
 
-def _group(given: Given, named: Named, line: int) -> Entity:
-    found = _entity("group", line, named, scoped=named.get("scoped"))
+def _group(values: Given, named: Named, line: int) -> Entity:
+    entity = _entity("group", line, named, scoped=named.get("scoped"))
     configurations = named.get("launch_configurations")
     for name, value in configurations.items() if isinstance(configurations, dict) else ():
-        found.children.append(Entity("let", line, {"name": name, "value": as_text(value)}))
-    found.children += _actions(_get(given, named, 0, "actions"), line)
-    return found
+        entity.children.append(Entity("let", line, {"name": name, "value": as_text(value)}))
+    entity.children += _actions(_get(values, named, 0, "actions"), line)
+    return entity
 
 
-def _later(given: Given, named: Named, line: int) -> Entity:
-    found = _entity("timer", line, named)
-    found.children += _actions(_get(given, named, 1, "actions"), line)
-    return found
+def _later(values: Given, named: Named, line: int) -> Entity:
+    entity = _entity("timer", line, named)
+    entity.children += _actions(_get(values, named, 1, "actions"), line)
+    return entity
 
 
 def _handled(*names: str) -> Callable[[Given, Named, int], Entity]:
-    """What is started when something else ends or begins: it runs sooner or later."""
+    """An action that runs when another one ends or begins: it counts as running."""
 
-    def made(given: Given, named: Named, line: int) -> Entity:
-        found = _entity("timer", line, named)
+    def made(values: Given, named: Named, line: int) -> Entity:
+        entity = _entity("timer", line, named)
         for name in names:
-            found.children += _actions(named.get(name), line)
-        return found
+            entity.children += _actions(named.get(name), line)
+        return entity
 
     return made
 
 
-def _handler(given: Given, named: Named, line: int) -> Any:
-    return _get(given, named, 0, "event_handler")
+def _handler(values: Given, named: Named, line: int) -> Any:
+    return _get(values, named, 0, "event_handler")
 
 
-def _description(given: Given, named: Named, line: int) -> Entity:
-    return Entity("launch", line, {}, _actions(_get(given, named, 0, "initial_entities"), line))
+def _description(values: Given, named: Named, line: int) -> Entity:
+    return Entity("launch", line, {}, _actions(_get(values, named, 0, "initial_entities"), line))
 
 
 def _made(kind: str, **places: tuple[int, str, str]) -> Callable[[Given, Named, int], Entity]:
     """An action of texts alone: for each its position and its names in Python."""
 
-    def made(given: Given, named: Named, line: int) -> Entity:
-        texts = {text: _get(given, named, number, *names) for text, (number, *names) in places.items()}
+    def made(values: Given, named: Named, line: int) -> Entity:
+        texts = {text: _get(values, named, number, *names) for text, (number, *names) in places.items()}
         return _entity(kind, line, named, **texts)
 
     return made
 
 
-def _joined(given: Given, named: Named, line: int) -> str:
-    parts = _get(given, named, 0, "substitutions")
+def _joined(values: Given, named: Named, line: int) -> str:
+    parts = _get(values, named, 0, "substitutions")
     return "/".join(as_text(item) for item in parts) if isinstance(parts, list | tuple) else as_text(parts)
 
 
 def _with_default(kind: str, *names: str) -> Callable[[Given, Named, int], str]:
-    def made(given: Given, named: Named, line: int) -> str:
-        default = _get(given, named, 1, "default", "default_value")
-        words = [_word(_get(given, named, 0, *names)), *([] if default is None else [_word(default)])]
+    def made(values: Given, named: Named, line: int) -> str:
+        default = _get(values, named, 1, "default", "default_value")
+        words = [_word(_get(values, named, 0, *names)), *([] if default is None else [_word(default)])]
         return f"$({kind} {' '.join(words)})"
 
     return made
 
 
 def _words(kind: str) -> Callable[[Given, Named, int], str]:
-    def made(given: Given, named: Named, line: int) -> str:
-        return f"$({kind} {' '.join(_word(item) for item in (*given, *named.values()))})"
+    def made(values: Given, named: Named, line: int) -> str:
+        return f"$({kind} {' '.join(_word(item) for item in (*values, *named.values()))})"
 
     return made
 
 
-def _first(given: Given, named: Named, line: int) -> Any:
-    """What is only wrapped: a source of a launch description, a value with a type."""
-    return _get(given, named, 0, *(name for name in named if name not in ("value_type", "convert_types")))
+def _first(values: Given, named: Named, line: int) -> Any:
+    """The wrapped value: of a source of a launch description, or of a value with a type."""
+    return _get(values, named, 0, *(name for name in named if name not in ("value_type", "convert_types")))
 
 
-def _rewritten(given: Given, named: Named, line: int) -> Entity:
+def _rewritten(values: Given, named: Named, line: int) -> Entity:
     """A parameter file that is written anew with other values; those of nav2_common may name a namespace."""
-    texts = {"from": _get(given, named, 0, "source_file"), "root": named.get("root_key")}
+    texts = {"from": _get(values, named, 0, "source_file"), "root": named.get("root_key")}
     return Entity("param", line, {key: as_text(value) for key, value in texts.items() if value is not None})
 
 
-def _file(given: Given, named: Named, line: int) -> Entity:
-    inner = _get(given, named, 0, "param_file")
+def _file(values: Given, named: Named, line: int) -> Entity:
+    inner = _get(values, named, 0, "param_file")
     return inner if isinstance(inner, Entity) else Entity("param", line, {"from": as_text(inner)})
 
 
@@ -260,19 +260,19 @@ def _condition(is_wanted: bool) -> Callable[[Given, Named, int], Lazy]:
 
 
 def _is_argument(is_wanted: bool) -> Callable[[Given, Named, int], Lazy]:
-    def made(given: Given, named: Named, line: int) -> Lazy:
-        name = as_text(_get(given, named, 0, "launch_configuration_name"))
-        return Lazy(f"$(equals $(var {name}) {_word(_get(given, named, 1, 'expected_value'))})", is_wanted)
+    def made(values: Given, named: Named, line: int) -> Lazy:
+        name = as_text(_get(values, named, 0, "launch_configuration_name"))
+        return Lazy(f"$(equals $(var {name}) {_word(_get(values, named, 1, 'expected_value'))})", is_wanted)
 
     return made
 
 
-def _nothing(given: Given, named: Named, line: int) -> Entity:
+def _nothing(values: Given, named: Named, line: int) -> Entity:
     return Entity("log", line)
 
 
-def _expression(given: Given, named: Named, line: int) -> str:
-    return f"$(eval {as_text(_get(given, named, 0, 'expression'))})"
+def _expression(values: Given, named: Named, line: int) -> str:
+    return f"$(eval {as_text(_get(values, named, 0, 'expression'))})"
 
 
 SHARE = _words("find-pkg-share")

@@ -11,12 +11,12 @@ from dse.importers.ros2.launch.operations import counted, is_open
 MOST_DIGITS = 40
 
 
-def _number(given: list[Any], kind: type[int] | type[float]) -> Any:
+def _number(values: list[Any], kind: type[int] | type[float]) -> Any:
     """``int(x)`` or ``float(x)``; NotImplemented where that is not known."""
-    if not given:
+    if not values:
         return kind()
-    value = given[0]
-    if len(given) != 1 or is_open(value) or not isinstance(value, str | int | float):
+    value = values[0]
+    if len(values) != 1 or is_open(value) or not isinstance(value, str | int | float):
         return NotImplemented
     try:
         return kind(value) if not isinstance(value, str) or len(value) < MOST_DIGITS else NotImplemented
@@ -24,43 +24,43 @@ def _number(given: list[Any], kind: type[int] | type[float]) -> Any:
         return NotImplemented
 
 
-def _range(given: list[Any]) -> Any:
-    if not 1 <= len(given) <= 3 or not all(isinstance(item, int) for item in given):
+def _range(arguments: list[Any]) -> Any:
+    if not 1 <= len(arguments) <= 3 or not all(isinstance(item, int) for item in arguments):
         return NotImplemented
     try:
-        values = range(*given)
+        values = range(*arguments)
         return list(counted(values))
     except (ValueError, OverflowError):
         return NotImplemented
 
 
-def _list(given: list[Any]) -> Any:
-    if not given:
+def _list(values: list[Any]) -> Any:
+    if not values:
         return []
-    [value, *_] = given
+    [value, *_] = values
     return list(counted(value)) if isinstance(value, list | tuple | dict) else value
 
 
-def _of_lists(given: list[Any], act: Callable[..., Any]) -> Any:
-    """What a function makes of lists, which are counted; NotImplemented where one is none."""
-    if not given or not all(isinstance(item, list | tuple) for item in given):
+def _of_lists(values: list[Any], act: Callable[..., Any]) -> Any:
+    """The result of a function of lists, whose lengths are counted; NotImplemented where an argument is no list."""
+    if not values or not all(isinstance(item, list | tuple) for item in values):
         return NotImplemented
-    return [list(item) for item in act(*map(counted, given))]
+    return [list(item) for item in act(*map(counted, values))]
 
 
-def _length(given: list[Any]) -> Any:
-    is_one = len(given) == 1 and isinstance(given[0], str | list | tuple | dict)
-    return len(given[0]) if is_one and not is_open(given[0]) else NotImplemented
+def _length(values: list[Any]) -> Any:
+    is_one = len(values) == 1 and isinstance(values[0], str | list | tuple | dict)
+    return len(values[0]) if is_one and not is_open(values[0]) else NotImplemented
 
 
-def _decided(given: list[Any], decides: bool) -> Any:
+def _decided(values: list[Any], decides: bool) -> Any:
     """``any([...])`` or ``all([...])``."""
-    if len(given) != 1 or not isinstance(given[0], list | tuple):
+    if len(values) != 1 or not isinstance(values[0], list | tuple):
         return NotImplemented
-    known = [bool(item) for item in counted(given[0]) if not is_open(item)]
+    known = [bool(item) for item in counted(values[0]) if not is_open(item)]
     if decides in known:
         return decides
-    return not decides if len(known) == len(given[0]) else NotImplemented
+    return not decides if len(known) == len(values[0]) else NotImplemented
 
 
 FUNCTIONS: Mapping[str, Callable[[list[Any]], Any]] = {

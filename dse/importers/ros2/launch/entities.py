@@ -131,22 +131,22 @@ def _actions(item: LocatedValue) -> Iterator[Entity]:
 
 
 def _entity(kind: str, body: LocatedValue) -> Entity:
-    found = Entity(kind, body.line)
+    entity = Entity(kind, body.line)
     if isinstance(body.data, list):
-        found.children = [part for item in body for part in _actions(item)]
-        return found
+        entity.children = [part for item in body for part in _actions(item)]
+        return entity
     if isinstance(body.data, str):
-        found.texts["value"] = body.data
-        return found
+        entity.texts["value"] = body.data
+        return entity
     for key, value in (body.data or {}).items():
         if isinstance(value.data, str):
-            found.texts[key] = value.data
+            entity.texts[key] = value.data
         elif isinstance(value.data, dict):
-            found.children.append(_entity(key, value))
+            entity.children.append(_entity(key, value))
         elif isinstance(value.data, list) and all(isinstance(part.data, str) for part in value):
-            found.texts[key] = f"[{', '.join(part.text for part in value)}]"
+            entity.texts[key] = f"[{', '.join(part.text for part in value)}]"
         elif isinstance(value.data, list) and key in ("children", "actions"):
-            found.children += [part for item in value for part in _actions(item)]
+            entity.children += [part for item in value for part in _actions(item)]
         elif isinstance(value.data, list):
-            found.children += [_entity(key, item) for item in value]
-    return found
+            entity.children += [_entity(key, item) for item in value]
+    return entity

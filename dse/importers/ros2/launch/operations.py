@@ -72,25 +72,25 @@ def reckoned(kind: type[ast.operator], left: Any, right: Any) -> Any:
 
 def _total(left: float, right: float, act: Callable[[Any, Any], Any] = operator.add) -> Any:
     try:
-        found = act(left, right)
+        total = act(left, right)
     except OverflowError:
         raise TooMuchError("a sum beyond all numbers") from None
     except (ZeroDivisionError, ValueError):
         return NotImplemented
-    if isinstance(found, int) and found.bit_length() > MOST_BITS:
+    if isinstance(total, int) and total.bit_length() > MOST_BITS:
         raise TooMuchError("a number of too many digits")
-    return found
+    return total
 
 
 def assigned(body: Sequence[ast.stmt]) -> list[str]:
     """The names that statements may change."""
-    found = []
+    names = []
     for part in body:
         for item in ast.walk(part):
             spend()
             if isinstance(item, ast.Name) and _is_stored(item):
-                found.append(item.id)
-    return found
+                names.append(item.id)
+    return names
 
 
 def leaves(body: Sequence[ast.stmt]) -> bool:
@@ -138,8 +138,8 @@ def compared(kind: type[ast.cmpop], left: Any, right: Any) -> Any:
     if kind in (ast.Is, ast.IsNot) and (left is None or right is None):
         return (left is right) is (kind is ast.Is)
     if kind in (ast.In, ast.NotIn):
-        found = _is_in(left, right)
-        return found if found is NotImplemented else found is (kind is ast.In)
+        result = _is_in(left, right)
+        return result if result is NotImplemented else result is (kind is ast.In)
     if kind in ORDERS and all(isinstance(item, int | float) for item in (left, right)):
         return ORDERS[kind](left, right)
     return NotImplemented
@@ -189,42 +189,42 @@ def part_of(owner: Any, first: Any, last: Any) -> Any:
     return spend_text(owner[first:last]) if isinstance(owner, str) else counted(owner[first:last])
 
 
-def _add(owner: Any, given: list[Any]) -> Any:
+def _add(owner: Any, values: list[Any]) -> Any:
     """An action more for a launch description, or an item for a list; unknown of anything else."""
     if isinstance(owner, list):
-        owner += given
+        owner += values
         return None
     if not isinstance(owner, Entity):
         return NotImplemented
-    for item in given:
+    for item in values:
         more = counted(item) if isinstance(item, list | tuple) else [item]
         owner.children += [one for one in more if isinstance(one, Entity)]
     return None
 
 
-def _extend(owner: Any, given: list[Any]) -> Any:
-    if isinstance(owner, list) and given and isinstance(given[0], list | tuple):
-        owner += counted(given[0])
+def _extend(owner: Any, values: list[Any]) -> Any:
+    if isinstance(owner, list) and values and isinstance(values[0], list | tuple):
+        owner += counted(values[0])
 
 
-def _items(owner: Any, given: list[Any]) -> Any:
+def _items(owner: Any, values: list[Any]) -> Any:
     return [[key, value] for key, value in counted(owner).items()] if isinstance(owner, dict) else owner
 
 
-def _get(owner: Any, given: list[Any]) -> Any:
-    if not isinstance(owner, dict) or not 1 <= len(given) <= 2 or not isinstance(given[0], str) or is_open(given[0]):
+def _get(owner: Any, values: list[Any]) -> Any:
+    if not isinstance(owner, dict) or not 1 <= len(values) <= 2 or not isinstance(values[0], str) or is_open(values[0]):
         return NotImplemented
-    return owner.get(given[0], given[1] if len(given) > 1 else None)
+    return owner.get(values[0], values[1] if len(values) > 1 else None)
 
 
-def _update(owner: Any, given: list[Any]) -> Any:
-    if not isinstance(owner, dict) or len(given) != 1 or not isinstance(given[0], dict):
+def _update(owner: Any, values: list[Any]) -> Any:
+    if not isinstance(owner, dict) or len(values) != 1 or not isinstance(values[0], dict):
         return NotImplemented
-    owner |= counted(given[0])
+    owner |= counted(values[0])
     return None
 
 
-def _entries(owner: Any, given: list[Any], pick: Callable[[dict[str, Any]], Any]) -> Any:
+def _entries(owner: Any, values: list[Any], pick: Callable[[dict[str, Any]], Any]) -> Any:
     return list(pick(counted(owner))) if isinstance(owner, dict) else NotImplemented
 
 

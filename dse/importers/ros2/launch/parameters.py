@@ -94,7 +94,7 @@ def stated_timers(text: str | None) -> list[Stated] | str:
     >>> stated_timers("a [km]")
     "'a [km]': expected the name of a parameter, with its node before it (/cam:fps) and its unit after it (fps [Hz])"
     """
-    found = []
+    timers = []
     for part in (text or "").split(","):
         if not part.strip():
             continue
@@ -103,8 +103,8 @@ def stated_timers(text: str | None) -> list[Stated] | str:
             words = "expected the name of a parameter, with its node before it (/cam:fps) and its unit after it"
             return f"{part.strip()!r}: {words} (fps [Hz])"
         unit = match["unit"] or KNOWN.get(match["name"]) or _unit_of(match["name"])
-        found.append(Stated(match["node"] or "", match["name"], unit))
-    return found
+        timers.append(Stated(match["node"] or "", match["name"], unit))
+    return timers
 
 
 def _unit_of(name: str) -> str:
@@ -161,15 +161,15 @@ class ParameterFile:
 
         In the order of the file; wildcard entries count as well.
         """
-        found: dict[str, Parameter] = {}
+        parameters: dict[str, Parameter] = {}
         spend(1 + len(self._with_stars))
         with_stars = [number for number in self._with_stars if is_named(node, self.entries[number][0])]
         named = [] if "*" in node else self._by_name.get(node, [])
         for number in sorted([*with_stars, *named]):
             for parameter in self._flat(self.entries[number][1], ""):
                 spend()
-                found[parameter.name] = parameter
-        return list(found.values())
+                parameters[parameter.name] = parameter
+        return list(parameters.values())
 
     def _flat(self, place: LocatedValue, prefix: str) -> Iterator[Parameter]:
         for key, value in (place.data or {}).items():
@@ -223,25 +223,25 @@ def is_like(text: str, pattern: str, least: int = 0) -> bool:
 
 
 def timers_of(node: str, parameters: Sequence[Parameter], stated: Sequence[Stated]) -> tuple[list[Timer], list[str]]:
-    """The parameters of a node that are those of timers, and what is to be told of the others.
+    """The parameters of a node that are those of timers, and remarks on the others.
 
     Parameters are recognised by their last name (`KNOWN`), unless `stated` has the user's own mapping.
     """
-    timers, told = [], []
+    timers, remarks = [], []
     for parameter in parameters:
         last = parameter.name.rpartition(".")[2]
-        asked = next((item.unit for item in stated if _is_meant(item, node, parameter.name)), None)
-        unit = asked if stated else KNOWN.get(last)
+        stated_unit = next((item.unit for item in stated if _is_meant(item, node, parameter.name)), None)
+        unit = stated_unit if stated else KNOWN.get(last)
         if unit is None:
             if LOOKS.search(last) and _period_ns(parameter.text, "Hz") is not None:
-                told.append(parameter.name)
+                remarks.append(parameter.name)
             continue
         period_ns = _period_ns(parameter.text, unit)
         if period_ns is not None:
             timers.append(Timer(parameter, unit, period_ns, bool(stated)))
-        elif asked is not None:
-            told.append(f"{parameter.name} ({parameter.text[:40]!r} is no {'rate' if unit in RATES else 'period'})")
-    return timers, told
+        elif stated_unit is not None:
+            remarks.append(f"{parameter.name} ({parameter.text[:40]!r} is no {'rate' if unit in RATES else 'period'})")
+    return timers, remarks
 
 
 def _is_meant(item: Stated, node: str, name: str) -> bool:

@@ -60,11 +60,11 @@ def read_python(path: Path) -> Entity:
         raise problem(path, f"not Python: {' '.join(str(error).split())[:200]}") from None
     reader = _Reader(path, tree)
     with at(path, 1):
-        found = reader.start()
-    if not isinstance(found, Entity):
+        entity = reader.start()
+    if not isinstance(entity, Entity):
         hint = "it returns LaunchDescription([...])"
         raise problem(path, f"{START} returns no launch description that can be read", reader.line, hint=hint)
-    return found
+    return entity
 
 
 class _Returned(Exception):
@@ -94,7 +94,7 @@ class _Reader:
         self.line = 1
 
     def start(self) -> Any:
-        """What the function returns that launch calls."""
+        """The result of the function that launch calls."""
         names: dict[str, Any] = {"__file__": FILE, "__name__": "launch"}
         with suppress(_Left, _Returned):  # outside of loops and functions they are mistakes
             self._run(self.tree.body, names)
@@ -102,18 +102,18 @@ class _Reader:
         if function is None:
             raise problem(self.path, f"it has no function {START}", hint="launch files in Python have one")
         self.line = function.lineno
-        found = self.call(function, [], {})
-        if isinstance(found, Entity):
-            found.children += self._left_open()
-        return found
+        description = self.call(function, [], {})
+        if isinstance(description, Entity):
+            description.children += self._left_open()
+        return description
 
     def _left_open(self) -> list[Entity]:
-        """Branches and loops that were not followed, as actions that are told."""
-        found, self.open = self.open, []
-        return found
+        """Branches and loops that were not followed, as actions with a remark."""
+        entities, self.open = self.open, []
+        return entities
 
-    def call(self, function: ast.FunctionDef, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
-        """What a function of the file returns."""
+    def call(self, function: ast.FunctionDef, values: Sequence[Any], named: Mapping[str, Any]) -> Any:
+        """The result of a function of the file."""
         if self.depth > DEEPEST:
             return Unknown(f"{function.name}")
         arguments = function.args
@@ -123,11 +123,11 @@ class _Reader:
             names[item] = self.value(default, names)
         for keyword, preset in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=False):
             names[keyword.arg] = self.value(preset, names) if preset is not None else Unknown(keyword.arg)
-        names |= dict(zip(places, given, strict=False))
+        names |= dict(zip(places, values, strict=False))
         own = {*places, *(item.arg for item in arguments.kwonlyargs)}
         names |= {key: value for key, value in named.items() if key in own}
         if arguments.vararg is not None:
-            names[arguments.vararg.arg] = list(given[len(places) :])
+            names[arguments.vararg.arg] = list(values[len(places) :])
         if arguments.kwarg is not None:
             names[arguments.kwarg.arg] = {key: value for key, value in named.items() if key not in own}
         for item in places:
@@ -159,14 +159,14 @@ class _Reader:
             case ast.ImportFrom(names=aliases):
                 self.aliases |= {one.asname: one.name for one in aliases if one.asname}
             case ast.Assign(targets=targets, value=value):
-                found = self.value(value, names)
+                result = self.value(value, names)
                 for target in targets:
-                    self._assign(target, found, names)
+                    self._assign(target, result, names)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._assign(target, self.value(value, names), names)
             case ast.AugAssign(target=ast.Name(id=name), op=op, value=value):
-                found = self._operated(op, names.get(name, Unknown(name)), self.value(value, names))
-                names[name] = Unknown(name) if found is NotImplemented else found
+                result = self._operated(op, names.get(name, Unknown(name)), self.value(value, names))
+                names[name] = Unknown(name) if result is NotImplemented else result
             case ast.With(body=body) | ast.Try(body=body):
                 self._run(body, names)
             case _:
@@ -211,7 +211,7 @@ class _Reader:
         self._skip(item, item.iter, names)
 
     def _assume(self, item: ast.If, names: dict[str, Any]) -> None:
-        """Follow a branch whose condition is not known: its nodes count, which is told; values that it sets do not."""
+        """Follow a branch whose condition is not known: its nodes count, with a remark; values that it sets do not."""
         self.open.append(Entity("assumed", item.lineno, {"name": str(Unknown(self._words(item.test)))}))
         self._run(item.body, names)
         for name in assigned([item]):
@@ -242,8 +242,8 @@ class _Reader:
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         """The value of an expression, as far as it is known."""
         spend()
-        found = self._value(node, names)
-        return Unknown(self._words(node)) if found is NotImplemented else found
+        result = self._value(node, names)
+        return Unknown(self._words(node)) if result is NotImplemented else result
 
     def _value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         match node:
@@ -263,8 +263,8 @@ class _Reader:
                 return self._operated(op, self.value(left, names), self.value(right, names))
             case ast.Call():
                 return self._call(node, names)
-        found = self._part_of(node, names)
-        return self._logic(node, names) if found is NotImplemented else found
+        part = self._part_of(node, names)
+        return self._logic(node, names) if part is NotImplemented else part
 
     def _part_of(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
         """An entry, a slice or an attribute of something."""
@@ -296,8 +296,8 @@ class _Reader:
             case ast.BoolOp(op=op, values=items):
                 return self._first(items, isinstance(op, ast.Or), names)
             case ast.IfExp(test=test, body=body, orelse=other):
-                found = self.truth(test, names)
-                return found if found is NotImplemented else self.value(body if found else other, names)
+                truth = self.truth(test, names)
+                return truth if truth is NotImplemented else self.value(body if truth else other, names)
             case ast.ListComp(elt=element, generators=[one]) | ast.GeneratorExp(elt=element, generators=[one]):
                 return self._rounds(one, names, lambda inner: self.value(element, inner))
             case ast.DictComp(key=key, value=value, generators=[one]):
@@ -306,11 +306,11 @@ class _Reader:
         return NotImplemented
 
     def _rounds(self, one: ast.comprehension, names: Mapping[str, Any], act: Callable[[Any], Any]) -> Any:
-        """What each round of a comprehension gives; NotImplemented where that is not known."""
+        """The values of a comprehension; NotImplemented where that is not known."""
         items = self.value(one.iter, names)
         if not isinstance(items, list | tuple):
             return NotImplemented
-        found = []
+        values = []
         for item in items:
             inner = copied(names)
             self._assign(one.target, item, inner)
@@ -318,8 +318,8 @@ class _Reader:
             if NotImplemented in tests:
                 return NotImplemented
             if all(tests):
-                found.append(act(inner))
-        return found
+                values.append(act(inner))
+        return values
 
     def _first(self, items: Sequence[ast.expr], is_or: bool, names: Mapping[str, Any]) -> Any:
         """``a or b``, ``a and b``: the value that decides; what comes after it is not looked at."""
@@ -338,14 +338,14 @@ class _Reader:
             case ast.BoolOp(op=op, values=items):
                 is_or, is_known = isinstance(op, ast.Or), True
                 for item in items:
-                    found = self.truth(item, names)
-                    if found is is_or:
-                        return found
-                    is_known = is_known and found is not NotImplemented
+                    is_true = self.truth(item, names)
+                    if is_true is is_or:
+                        return is_true
+                    is_known = is_known and is_true is not NotImplemented
                 return (not is_or) if is_known else NotImplemented
             case ast.UnaryOp(op=ast.Not(), operand=item):
-                found = self.truth(item, names)
-                return found if found is NotImplemented else not found
+                is_true = self.truth(item, names)
+                return is_true if is_true is NotImplemented else not is_true
         value = self.value(node, names)
         return NotImplemented if is_open(value) else bool(value)
 
@@ -354,17 +354,17 @@ class _Reader:
             return sum_of(left, right)
         if isinstance(op, ast.Mod) and isinstance(left, str):
             return by_percent(left, right)
-        found = reckoned(type(op), left, right)
-        if found is NotImplemented and isinstance(op, ast.Div):
+        result = reckoned(type(op), left, right)
+        if result is NotImplemented and isinstance(op, ast.Div):
             return path_of([left, right])
-        return found
+        return result
 
     def _compared(self, ops: Sequence[ast.cmpop], items: Sequence[ast.expr], names: Mapping[str, Any]) -> Any:
         values = [self.value(item, names) for item in items]
-        found = [compared(type(op), left, right) for op, left, right in zip(ops, values, values[1:], strict=False)]
-        if False in found:
+        results = [compared(type(op), left, right) for op, left, right in zip(ops, values, values[1:], strict=False)]
+        if False in results:
             return False
-        return NotImplemented if NotImplemented in found else True
+        return NotImplemented if NotImplemented in results else True
 
     def _parents(self, path: Any, number: Any) -> Any:
         if not isinstance(path, str) or not isinstance(number, int) or not 0 <= number < DEEPEST:
@@ -374,26 +374,26 @@ class _Reader:
         return path
 
     def _items(self, items: Sequence[ast.expr], names: Mapping[str, Any]) -> list[Any]:
-        found: list[Any] = []
+        listed: list[Any] = []
         for item in items:
             if isinstance(item, ast.Starred):
                 more = self.value(item.value, names)
-                found += counted(more) if isinstance(more, list | tuple) else [more]
+                listed += counted(more) if isinstance(more, list | tuple) else [more]
             else:
-                found.append(self.value(item, names))
-        return found
+                listed.append(self.value(item, names))
+        return listed
 
     def _dictionary(
         self, keys: Sequence[ast.expr | None], values: Sequence[ast.expr], names: Mapping[str, Any]
     ) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        entries: dict[str, Any] = {}
         for key, item in zip(keys, values, strict=True):
             value = self.value(item, names)
             if key is not None:
-                found[as_text(self.value(key, names))] = value
+                entries[as_text(self.value(key, names))] = value
             elif isinstance(value, dict):
-                found |= counted(value)
-        return found
+                entries |= counted(value)
+        return entries
 
     def _words(self, node: ast.expr) -> str:
         """The beginning of an expression."""
@@ -407,13 +407,13 @@ class _Reader:
         if not isinstance(item, ast.FormattedValue):
             return self.value(item, names)
         form = "" if item.format_spec is None else as_text(self.value(item.format_spec, names))
-        found = with_format(self.value(item.value, names), item.conversion, form)
-        return Unknown(self._words(item.value)) if found is NotImplemented else found
+        text = with_format(self.value(item.value, names), item.conversion, form)
+        return Unknown(self._words(item.value)) if text is NotImplemented else text
 
     # --- calls
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
-        given = self._items(node.args, names)
+        values = self._items(node.args, names)
         named: dict[str, Any] = {}
         for item in node.keywords:
             value = self.value(item.value, names)
@@ -424,44 +424,44 @@ class _Reader:
             else:
                 self.open.append(Entity("unknown", node.lineno, {"name": str(Unknown(self._words(item.value)))}))
         if isinstance(node.func, ast.Name):
-            return self._named_call(self.aliases.get(node.func.id, node.func.id), node, given, named)
+            return self._named_call(self.aliases.get(node.func.id, node.func.id), node, values, named)
         if isinstance(node.func, ast.Attribute):
-            return self._method(node.func, node, given, named, names)
+            return self._method(node.func, node, values, named, names)
         return NotImplemented
 
-    def _named_call(self, name: str, node: ast.Call, given: list[Any], named: Mapping[str, Any]) -> Any:
+    def _named_call(self, name: str, node: ast.Call, values: list[Any], named: Mapping[str, Any]) -> Any:
         if name in self.functions:
-            return self.call(self.functions[name], given, named)
+            return self.call(self.functions[name], values, named)
         if name == "OpaqueFunction":
-            return self._opaque(node, given, named)
+            return self._opaque(node, values, named)
         if name in ("Path", "PurePath", "PosixPath"):
-            return path_of(given)
-        if name == "dict" and not given:
+            return path_of(values)
+        if name == "dict" and not values:
             return dict(named)
         if name in FUNCTIONS and not named:
-            return FUNCTIONS[name](given)
+            return FUNCTIONS[name](values)
         act = ACTIONS.get(name)
-        return act(given, named, node.lineno) if act is not None else NotImplemented
+        return act(values, named, node.lineno) if act is not None else NotImplemented
 
     def _method(
-        self, func: ast.Attribute, node: ast.Call, given: list[Any], named: Mapping[str, Any], names: Mapping[str, Any]
+        self, func: ast.Attribute, node: ast.Call, values: list[Any], named: Mapping[str, Any], names: Mapping[str, Any]
     ) -> Any:
         owner = self.value(func.value, names)
         act = METHODS.get(func.attr)
         if func.attr == "perform" and isinstance(owner, str):
             return self._performed(owner)
         if isinstance(owner, str):
-            return method_of_text(func.attr, owner, given, named)
+            return method_of_text(func.attr, owner, values, named)
         if act is not None and not isinstance(owner, Unknown):
-            return act(owner, given)
+            return act(owner, values)
         if func.attr in OF_PATHS and self._words(func.value) in ("os.path", "path", "osp"):
-            return OF_PATHS[func.attr](given)
+            return OF_PATHS[func.attr](values)
         if func.attr == "get" and self._words(func.value).endswith(".launch_configurations"):
-            return self._performed(f"$(var {' '.join(quoted(item) for item in given)})")
+            return self._performed(f"$(var {' '.join(quoted(item) for item in values)})")
         if func.attr in ("get", "getenv") and self._words(func.value) in ("os.environ", "environ", "os"):
-            return f"$(env {' '.join(quoted(item) for item in given)})"
+            return f"$(env {' '.join(quoted(item) for item in values)})"
         if isinstance(owner, Unknown):
-            return self._named_call(func.attr, node, given, named)
+            return self._named_call(func.attr, node, values, named)
         return NotImplemented
 
     def _performed(self, text: str) -> Any:
@@ -473,7 +473,7 @@ class _Reader:
         except NotStaticError as error:
             return Unknown(text, error)
 
-    def _opaque(self, node: ast.Call, given: list[Any], named: Mapping[str, Any]) -> Any:
+    def _opaque(self, node: ast.Call, values: list[Any], named: Mapping[str, Any]) -> Any:
         """A function that launch calls when it comes to it."""
         named_function = next((item.value for item in node.keywords if item.arg == "function"), None)
         function = named_function or (node.args[0] if node.args else None)
@@ -488,10 +488,10 @@ class _Reader:
             self.context = context
             try:
                 with at(self.path, node.lineno):
-                    found = self.call(target, [Unknown("context"), *counted(more)], words)
+                    entities = self.call(target, [Unknown("context"), *counted(more)], words)
             finally:
                 self.context = None
-            items = found if isinstance(found, list | tuple) else []
+            items = entities if isinstance(entities, list | tuple) else []
             return [*(item for item in items if isinstance(item, Entity)), *self._left_open()]
 
         return Entity("opaque", node.lineno, {"name": function.id}, [], later)

@@ -48,21 +48,21 @@ def _read(path: Path, options: Mapping[str, Any]) -> Imported:
     launch = Launch(Packages(path, options.get("workspace")))
     launch.run(real(path), _arguments(options.get("arguments")))
     file = LocatedFile(path, "a launch file", LocatedValue({}, 0, 0))
-    found = _system(launch, file, _stated(options), options.get(PUBLISHERS, {}))
-    if not found.groups:
-        file.wrong(LocatedValue({}, 1, 0), "it starts no node that can be told without launching it")
+    system = _system(launch, file, _stated(options), options.get(PUBLISHERS, {}))
+    if not system.groups:
+        file.wrong(LocatedValue({}, 1, 0), "it starts no node that is known without launching it")
         file.mistakes += list(launch.told)[:MOST_TOLD]
         file.check()
-    writer = Writer(file, found, options, "launch file")
+    writer = Writer(file, system, options, "launch file")
     document = writer.document()
-    if found.wires:
+    if system.wires:
         document["assumptions"].append(BY_NAMES)
-    told = [*launch.told, *file.remarks]
-    missing = [item for item in told if LEFT_OUT in item.message]
+    remarks = [*launch.told, *file.remarks]
+    missing = [item for item in remarks if LEFT_OUT in item.message]
     if missing:
         words = "; ".join(f"{Path(item.file).name}:{item.line}: {item.message}" for item in missing)
         document["assumptions"].append(f"MISSING: what only the launch decides: {words}"[:900])
-    return Imported(document, tuple(told), writer.places, writer.entities())
+    return Imported(document, tuple(remarks), writer.places, writer.entities())
 
 
 def read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
@@ -96,26 +96,26 @@ def _read_parameters(path: Path, options: Mapping[str, Any]) -> Imported:
 
 
 def _stated(options: Mapping[str, Any]) -> list[Stated]:
-    found = stated_timers(options.get("timers"))
-    if isinstance(found, str):
-        raise UsageError(f"--timers {found}")
-    return found
+    timers = stated_timers(options.get("timers"))
+    if isinstance(timers, str):
+        raise UsageError(f"--timers {timers}")
+    return timers
 
 
 def _arguments(text: str | None) -> dict[str, str]:
     """The launch arguments that the user gives, as ``ros2 launch`` takes them."""
-    found = {}
+    arguments = {}
     for part in (text or "").split(","):
         name, sign, value = part.strip().partition(":=")
         if part.strip() and (not sign or not name.strip()):
             raise UsageError(f"--arguments {part.strip()}: expected name:=value, several with commas")
         if sign:
-            found[name.strip()] = value.strip()
-    return found
+            arguments[name.strip()] = value.strip()
+    return arguments
 
 
 def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], publishers: Seen) -> System:
-    found = System()
+    system = System()
     outputs: dict[str, list[tuple[Started, list[Callback]]]] = {}
     of_containers: dict[str, list[tuple[Started, Group]]] = {}
     seen: set[str] = set()
@@ -125,17 +125,17 @@ def _system(launch: Launch, file: LocatedFile, stated: Sequence[Stated], publish
         seen.add(node.name)
         callbacks = _callbacks(node, file, stated)
         group = Group(f"{node.name}/group", callbacks, callbacks[0].place)
-        found.groups.append(group)
+        system.groups.append(group)
         if node.container:
             of_containers.setdefault(node.container, []).append((node, group))
         else:
-            found.executors.append((group.name, [group]))
+            system.executors.append((group.name, [group]))
         for topic in _topics(node, OUTPUTS):
             outputs.setdefault(topic, []).append((node, callbacks))
     for name, members in of_containers.items():
-        _container(name, launch.containers.get(name), members, found, file)
-    _wires(found, outputs, file, publishers)
-    return found
+        _container(name, launch.containers.get(name), members, system, file)
+    _wires(system, outputs, file, publishers)
+    return system
 
 
 def _place() -> LocatedValue:
@@ -148,16 +148,16 @@ def _tell(file: LocatedFile, node: Started, message: str, hint: str = "") -> Non
 
 def _callbacks(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[Callback]:
     """The timers of a node that its parameters state, and what it runs for its inputs; else one that is open."""
-    found = _timers(node, file, stated)
+    callbacks = _timers(node, file, stated)
     for topic in _topics(node, INPUTS):
-        found.append(Callback(f"{node.name}/on{topic}", node.name, _place(), topic=topic))
-    if not found:
-        found = [Callback(node.name, node.name, _place(), is_open=True)]
-    spend(PIECES * len(found))
-    for one in found:
+        callbacks.append(Callback(f"{node.name}/on{topic}", node.name, _place(), topic=topic))
+    if not callbacks:
+        callbacks = [Callback(node.name, node.name, _place(), is_open=True)]
+    spend(PIECES * len(callbacks))
+    for one in callbacks:
         one.process = node.container
         one.words = "; ".join(text for text in (one.words, _described(node, one.topic)) if text)
-    return found
+    return callbacks
 
 
 def _described(node: Started, topic: str) -> str:
@@ -172,11 +172,11 @@ def _described(node: Started, topic: str) -> str:
 
 def _timers(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[Callback]:
     last = {item.name: item for item in node.parameters}
-    timers, told = timers_of(node.name, list(last.values()), stated)
-    if told:
-        words = f"{node.name}: these may be rates or periods of timers, and are not counted: {', '.join(told)}"
+    timers, remarks = timers_of(node.name, list(last.values()), stated)
+    if remarks:
+        words = f"{node.name}: these may be rates or periods of timers, and are not counted: {', '.join(remarks)}"
         _tell(file, node, words[:500], "--timers 'NAME [Hz], NODE:NAME [ms]' counts those that it names")
-    found = []
+    callbacks = []
     for item in timers:
         name = f"{node.name}/timer{'/' + item.parameter.name if len(timers) > 1 else ''}"
         why = f"{item.parameter.name} = {item.parameter.text} {item.unit}, {Path(item.parameter.file).name}"
@@ -190,18 +190,18 @@ def _timers(node: Started, file: LocatedFile, stated: Sequence[Stated]) -> list[
                 words, "", item.parameter.file, item.parameter.line, 0, "--timers says otherwise", severity="warning"
             )
             file.tell(told_at)
-        found.append(one)
-    return found
+        callbacks.append(one)
+    return callbacks
 
 
 def _topics(node: Started, words: Sequence[str]) -> list[str]:
     """The topics to which inputs (or outputs) are remapped, by the names of what is remapped."""
-    found = [
+    topics = [
         _topic(node, target)
         for source, target in node.remaps
         if any(part in words for part in source.strip("~/").split("/")[:1])
     ]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(topics))
 
 
 def _topic(node: Started, name: str) -> str:
@@ -220,7 +220,7 @@ def _kind(container: Started | None) -> str:
 
 
 def _container(
-    name: str, container: Started | None, members: Sequence[tuple[Started, Group]], found: System, file: LocatedFile
+    name: str, container: Started | None, members: Sequence[tuple[Started, Group]], system: System, file: LocatedFile
 ) -> None:
     """Which threads run the nodes of a container: by the kind of its executable, as rclcpp_components has them."""
     kind = _kind(container)
@@ -234,18 +234,18 @@ def _container(
         _tell(file, node, words, "the callback groups of a node may run at once: a trace or CARET's file has them")
     groups = [group for _, group in members]
     if kind == SINGLE:
-        found.executors.append((f"{name}/executor", groups))
+        system.executors.append((f"{name}/executor", groups))
         return
     for group in groups:
         group.is_isolated = kind == ISOLATED
-        found.executors.append((group.name, [group]))
+        system.executors.append((group.name, [group]))
 
 
 def _wires(
-    found: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile, publishers: Seen
+    system: System, outputs: Mapping[str, list[tuple[Started, list[Callback]]]], file: LocatedFile, publishers: Seen
 ) -> None:
     """A connection from what publishes a topic to each callback that it runs, by the names of remappings."""
-    targets = [one for group in found.groups for one in group.callbacks if one.topic]
+    targets = [one for group in system.groups for one in group.callbacks if one.topic]
     readers = Counter(one.topic for one in targets)
     for target in targets:
         spend(sum(1 + len(own) for _, own in outputs.get(target.topic, [])))
@@ -259,7 +259,7 @@ def _wires(
         for source in known or [None]:
             ends = f"{source.node if source is not None else ''}{target.node}" if several else ""
             words = f"topic {target.topic}, by the names of what is remapped"
-            found.wires.append(Wire(f"{target.topic}{ends}", target.place, source, target, words=words))
+            system.wires.append(Wire(f"{target.topic}{ends}", target.place, source, target, words=words))
 
 
 def _publisher(node: Started, own: Sequence[Callback], target: Callback, file: LocatedFile) -> list[Callback]:

@@ -56,7 +56,7 @@ class Started:
 
 @dataclass(frozen=True)
 class Scope:
-    """Where an action stands: its namespace, and what was set for all nodes so far."""
+    """The scope of an action: its namespace, and what was set for all nodes before it."""
 
     namespace: str = "/"
     remaps: tuple[tuple[str, str], ...] = ()
@@ -101,11 +101,11 @@ class Launch:
     def tell(self, context: Context, line: int, message: str, hint: str = "") -> None:
         """Note what is left out, once.
 
-        A warning with file and line; equal remarks are told once.
+        A warning with file and line; equal remarks count once.
         """
         message = _PYTHON.sub(r"\1", message).translate(SHOWN)
-        found = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
-        self.told.setdefault(found)
+        remark = Diagnostic(message, "", str(context.file), line, 0, hint, severity="warning")
+        self.told.setdefault(remark)
 
     def _file(self, file: Path, context: Context, scope: Scope) -> Scope:
         self.opened += 1
@@ -222,7 +222,7 @@ class Launch:
         return self._actions(items, context, scope)
 
     def _leave_out(self, action: Entity, context: Context, scope: Scope) -> None:
-        """What is no node."""
+        """Leave out an action that is no node."""
         words = resolve(action.text("cmd", "name", "value"), context)[:80]
         self.tell(context, action.line, f"left out: {action.kind} {words}: nothing says how often it runs")
 
@@ -231,7 +231,7 @@ class Launch:
         resolve(action.text("name"), context)
 
     def assumed(self, action: Entity, context: Context, scope: Scope) -> None:
-        """A branch of a Python file that is followed although its condition is not known: that is told."""
+        """A branch of a Python file that is followed although its condition is not known: with a remark."""
         try:
             resolve(action.text("name"), context)
         except NotStaticError as error:
@@ -246,8 +246,8 @@ class Launch:
 
         A missing file is a remark; a file that includes itself raises `ProblemError`.
         """
-        for given in action.of("arg", "let"):
-            self.assign(given, context, scope)
+        for argument in action.of("arg", "let"):
+            self.assign(argument, context, scope)
         file = real(resolve(action.text("file"), context))
         if file in self.including:
             raise problem(context.file, f"{file.name} includes itself", action.line)
@@ -264,9 +264,9 @@ class Launch:
 
     def container(self, action: Entity, context: Context, scope: Scope) -> None:
         """A process for several nodes."""
-        found = self._started(action, context, scope)
-        self.containers[found.name] = found
-        self._composed(action, context, scope, found.name)
+        started = self._started(action, context, scope)
+        self.containers[started.name] = started
+        self._composed(action, context, scope, started.name)
 
     def load(self, action: Entity, context: Context, scope: Scope) -> None:
         """Nodes for a container that is started elsewhere.
@@ -282,9 +282,9 @@ class Launch:
                 if item.kind == "unknown":
                     self.unknown(item, context, scope)
                 elif self._starts(item, context):
-                    found = self._started(item, context, scope)
-                    found.container = container
-                    self._start(found)
+                    started = self._started(item, context, scope)
+                    started.container = container
+                    self._start(started)
             except NotStaticError as error:
                 words = f"{REFUSED}: composable_node {item.text('name', 'plugin')[:80]}: {error}"
                 self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
@@ -320,7 +320,7 @@ class Launch:
         )
 
     def _known(self, action: Entity, context: Context, what: str, *names: str) -> str:
-        """A text without which a node is still one; "" where it is not static, which is told."""
+        """A text without which a node is still one; "" where it is not static, with a remark."""
         try:
             return resolve(action.text(*names), context)
         except NotStaticError as error:
@@ -330,15 +330,15 @@ class Launch:
 
     def _parameters(self, items: Sequence[Entity], context: Context, node: str, prefix: str = "") -> list[Parameter]:
         """Parameters in the order in which they count; those of files as far as they concern the node."""
-        found: list[Parameter] = []
+        parameters: list[Parameter] = []
         for item in items:
             try:
-                found += self._parameter(item, context, node, prefix)
+                parameters += self._parameter(item, context, node, prefix)
             except NotStaticError as error:
                 what = item.text("name", "from")[:80]
                 words = f"{REFUSED}: parameter {what} of {node or 'all nodes'}: {error}"
                 self.tell(context, item.line, words, HINTS.get(_reason(error), ""))
-        return found
+        return parameters
 
     def _parameter(self, item: Entity, context: Context, node: str, prefix: str) -> list[Parameter]:
         if not self._holds(item, context):
@@ -421,8 +421,8 @@ def joined(namespace: str, name: str) -> str:
     >>> joined("/front", "cam"), joined("/front", "/cam"), joined("/", ""), joined("/a", "b/")
     ('/front/cam', '/cam', '/', '/a/b')
     """
-    found = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
-    return "/" + "/".join(part for part in found.split("/") if part)
+    whole = name if name.startswith("/") else f"{namespace.rstrip('/')}/{name}"
+    return "/" + "/".join(part for part in whole.split("/") if part)
 
 
 def _read_launch(path: Path) -> Entity:

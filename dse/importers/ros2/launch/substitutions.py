@@ -52,12 +52,12 @@ class Context:
             when it has none that is known.
         """
         self.asked.add(name)
-        found = self.arguments.get(name)
-        if found is None:
+        value = self.arguments.get(name)
+        if value is None:
             raise NotStaticError(f"the launch argument {name} is not given")
-        if isinstance(found, NotStaticError):
-            raise found
-        return found
+        if isinstance(value, NotStaticError):
+            raise value
+        return value
 
 
 def resolve(text: str, context: Context) -> str:
@@ -73,14 +73,14 @@ def resolve(text: str, context: Context) -> str:
     >>> resolve("$(var a)/x", Context(Path("f"), {"a": "/cam"}, lambda name: None))
     '/cam/x'
     """
-    found, position = "", 0
+    done, position = "", 0
     while (begin := text.find("$(", position)) >= 0:
         end = _end(text, begin)
-        found += text[position:begin] + _substituted(text[begin + 2 : end], context)
+        done += text[position:begin] + _substituted(text[begin + 2 : end], context)
         position = end + 1
-        if len(found) > MOST_TEXT:
+        if len(done) > MOST_TEXT:
             raise NotStaticError("the text is too long")
-    return spend_text(found + text[position:])
+    return spend_text(done + text[position:])
 
 
 def utf8(text: str) -> str:
@@ -107,19 +107,19 @@ def _end(text: str, begin: int) -> int:
 
 def _words(text: str) -> list[str]:
     """The arguments of a substitution: at blanks outside of parentheses and quotes."""
-    found, word, depth, quote = [], "", 0, ""
+    words, word, depth, quote = [], "", 0, ""
     for char in text:
         if not quote and depth == 0 and char in "\"'":
             quote = char
         elif quote and char == quote:
             quote = ""
         elif char.isspace() and depth == 0 and not quote:
-            found.append(word)
+            words.append(word)
             word = ""
         else:
             depth += {"(": 1, ")": -1}.get(char, 0)
             word += char
-    return [item for item in [*found, word] if item]
+    return [item for item in [*words, word] if item]
 
 
 def _substituted(inside: str, context: Context) -> str:
@@ -164,10 +164,10 @@ def _env(words: list[str], context: Context) -> str:
 
 def _share(words: list[str], context: Context) -> str:
     name = words[0] if words else ""
-    found = context.package(name)
-    if found is None:
+    folder = context.package(name)
+    if folder is None:
         raise NotStaticError(f"the package {name} is not found")
-    return str(found)
+    return str(folder)
 
 
 def _is_true(text: str) -> bool:

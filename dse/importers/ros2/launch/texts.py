@@ -29,7 +29,7 @@ _FIELD = re.compile(r"\{\{|\}\}|\{(\w*)\}|[{}]")
 _PERCENT = re.compile(r"%%|%[sd]|%")
 
 
-def method_of_text(name: str, owner: str, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
+def method_of_text(name: str, owner: str, values: Sequence[Any], named: Mapping[str, Any]) -> Any:
     """The result of a method of a text or path; NotImplemented where it is not known.
 
     Examples
@@ -42,87 +42,87 @@ def method_of_text(name: str, owner: str, given: Sequence[Any], named: Mapping[s
     if name in SAME:
         return owner
     if name == "joinpath" and not named:
-        return path_of([owner, *given])
+        return path_of([owner, *values])
     if is_open(owner) and name not in ("join", "format"):
         return NotImplemented
     if name == "format":
-        return _formatted(owner, given, named)
+        return _formatted(owner, values, named)
     if named:
         return NotImplemented
     if name == "join":
-        return _joined(owner, given)
-    if any(map(is_open, given)):
+        return _joined(owner, values)
+    if any(map(is_open, values)):
         return NotImplemented
     if name == "replace":
-        return _replaced(owner, given)
-    return _safe(name, owner, given) if name in SAFE else NotImplemented
+        return _replaced(owner, values)
+    return _safe(name, owner, values) if name in SAFE else NotImplemented
 
 
-def _safe(name: str, owner: str, given: Sequence[Any]) -> Any:
+def _safe(name: str, owner: str, values: Sequence[Any]) -> Any:
     spend(1 + len(owner) // 32)
     try:
-        found = getattr(owner, name)(*(tuple(item) if isinstance(item, list) else item for item in given))
+        result = getattr(owner, name)(*(tuple(item) if isinstance(item, list) else item for item in values))
     except (TypeError, ValueError):
         return NotImplemented
-    if isinstance(found, list | tuple):
-        return list(counted(found))
-    return spend_text(found) if isinstance(found, str) else found
+    if isinstance(result, list | tuple):
+        return list(counted(result))
+    return spend_text(result) if isinstance(result, str) else result
 
 
-def _joined(owner: str, given: Sequence[Any]) -> Any:
-    if len(given) != 1 or not isinstance(given[0], list | tuple):
+def _joined(owner: str, values: Sequence[Any]) -> Any:
+    if len(values) != 1 or not isinstance(values[0], list | tuple):
         return NotImplemented
-    texts = [as_text(item) for item in counted(given[0])]
+    texts = [as_text(item) for item in counted(values[0])]
     if sum(map(len, texts)) + len(owner) * len(texts) > MOST_TEXT:
         raise TooMuchError(f"a text of more than {MOST_TEXT:,} characters")
     return spend_text(owner.join(texts))
 
 
-def _replaced(owner: str, given: Sequence[Any]) -> Any:
-    if len(given) != 2 or not all(isinstance(item, str) for item in given):
+def _replaced(owner: str, values: Sequence[Any]) -> Any:
+    if len(values) != 2 or not all(isinstance(item, str) for item in values):
         return NotImplemented
-    old, new = given
+    old, new = values
     if len(owner) + owner.count(old) * len(new) > MOST_TEXT:
         raise TooMuchError(f"a text of more than {MOST_TEXT:,} characters")
     return spend_text(owner.replace(old, new))
 
 
-def _formatted(owner: str, given: Sequence[Any], named: Mapping[str, Any]) -> Any:
+def _formatted(owner: str, values: Sequence[Any], named: Mapping[str, Any]) -> Any:
     """``"{} {0} {name}".format(...)``, without formats of numbers."""
-    found, end, number = [], 0, 0
+    pieces, end, number = [], 0, 0
     for item in _FIELD.finditer(owner):
-        found.append(owner[end : item.start()])
+        pieces.append(owner[end : item.start()])
         end = item.end()
         if item[0] in ("{{", "}}"):
-            found.append(item[0][0])
+            pieces.append(item[0][0])
             continue
         if item[1] is None:
             return NotImplemented
         key = item[1] or str(number)
         number += not item[1]
-        if key.isdecimal() and len(key) < 4 and int(key) < len(given):
-            found.append(as_text(given[int(key)]))
+        if key.isdecimal() and len(key) < 4 and int(key) < len(values):
+            pieces.append(as_text(values[int(key)]))
         elif key in named:
-            found.append(as_text(named[key]))
+            pieces.append(as_text(named[key]))
         else:
             return NotImplemented
-    return _together([*found, owner[end:]])
+    return _together([*pieces, owner[end:]])
 
 
 def by_percent(owner: str, value: Any) -> Any:
     """``"%s/%d" % (a, b)``; NotImplemented of other formats."""
     values = list(value) if isinstance(value, list | tuple) else [value]
-    found, end = [], 0
+    pieces, end = [], 0
     for item in _PERCENT.finditer(owner):
-        found.append(owner[end : item.start()])
+        pieces.append(owner[end : item.start()])
         end = item.end()
         if item[0] == "%%":
-            found.append("%")
+            pieces.append("%")
         elif item[0] == "%" or not values:
             return NotImplemented
         else:
-            found.append(as_text(values.pop(0)))
-    return NotImplemented if values else _together([*found, owner[end:]])
+            pieces.append(as_text(values.pop(0)))
+    return NotImplemented if values else _together([*pieces, owner[end:]])
 
 
 def with_format(value: Any, conversion: int, form: str) -> Any:
@@ -157,24 +157,24 @@ def path_of(parts: Sequence[Any]) -> str:
     >>> path_of(["$(find-pkg-share p)", "config", "a.yaml"]), path_of(["a", "/b"]), path_of([])
     ('$(find-pkg-share p)/config/a.yaml', '/b', '.')
     """
-    found = ""
+    path = ""
     for part in map(as_text, parts):
         if part.startswith("/") or part.startswith("$(find-pkg-share "):
-            found = part
+            path = part
         elif part:
-            found = f"{found.rstrip('/')}/{part}" if found else part
-    return spend_text(found or ".")
+            path = f"{path.rstrip('/')}/{part}" if path else part
+    return spend_text(path or ".")
 
 
-def _put_together(given: Sequence[Any]) -> str:
+def _put_together(values: Sequence[Any]) -> str:
     """``os.path.join``, which keeps a slash at the end.
 
     >>> _put_together(["a", "", "b", ""]), _put_together(["a", "/b"])
     ('a/b/', '/b')
     """
-    parts = [as_text(item) for item in given]
-    found = path_of(parts) if any(parts) else ""
-    return f"{found}/" if found and len(parts) > 1 and not parts[-1] and not found.endswith("/") else found
+    parts = [as_text(item) for item in values]
+    path = path_of(parts) if any(parts) else ""
+    return f"{path}/" if path and len(parts) > 1 and not parts[-1] and not path.endswith("/") else path
 
 
 def _parent_of(path: str) -> Any:

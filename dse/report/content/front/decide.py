@@ -93,13 +93,13 @@ def _exact_direction(result: Result, name: str) -> str:
 
 def _decisions(result: Result) -> list[dict[str, Any]]:
     """The open decisions, with the options that points of the front have."""
-    found = []
+    decisions = []
     for decision in result.space.decisions:
         there = {point.decisions.get(decision.name) for point in result.front}
         options = [option for option in decision.options if option in there]
         if decision.is_open and len(options) > 1:
-            found.append({"name": decision.name, "options": options})
-    return found
+            decisions.append({"name": decision.name, "options": options})
+    return decisions
 
 
 def _insist_data(result: Result) -> dict[str, Any]:
@@ -126,13 +126,13 @@ def _insist_data(result: Result) -> dict[str, Any]:
 
 def _figures(infos: Sequence[ObjectiveInfo], values: Mapping[str, int], result: Result) -> dict[str, Any]:
     """Readable values and texts by objective, as `dse.report.plots.front.front_records` has them."""
-    found: dict[str, Any] = {}
+    figures: dict[str, Any] = {}
     for axis, info in enumerate(infos):
         value = values[info.name]
         factor, _ = display_unit(info.unit, result.space.currency)
-        found[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
-        found[f"t{axis}"] = counted(value, info.unit, result.space.currency)
-    return found
+        figures[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
+        figures[f"t{axis}"] = counted(value, info.unit, result.space.currency)
+    return figures
 
 
 def insist_choices(result: Result) -> list[tuple[str, list[tuple[int, str, str]]]]:
@@ -140,11 +140,11 @@ def insist_choices(result: Result) -> list[tuple[str, list[tuple[int, str, str]]
 
     Pairs of a decision's name and its options; empty where the result has no price of insisting.
     """
-    found: dict[str, list[tuple[int, str, str]]] = {}
+    choices: dict[str, list[tuple[int, str, str]]] = {}
     if result.insisting is not None:
         for number, item in enumerate(result.insisting.options):
-            found.setdefault(item.decision, []).append((number, item.option, item.status))
-    return list(found.items())
+            choices.setdefault(item.decision, []).append((number, item.option, item.status))
+    return list(choices.items())
 
 
 # The price of insisting on an option, in words and figures.
@@ -191,13 +191,13 @@ def prices(result: Result) -> list[Price]:
         values = [vectors[number][info.name] for number in ids]
         return min(values) if info.sense == "minimise" else max(values)
 
-    found = []
+    rows = []
     for item in result.insisting.options:
         reached = tuple(best(info, item.front) for info in result.objectives) if item.front else ()
         most = [best(info, tuple(whole)) for info in result.objectives] if reached else []
         lost = tuple(abs(value - ideal) for value, ideal in zip(reached, most, strict=True))
-        found.append(Price(item, len(whole & set(item.front)), reached, lost))
-    return found
+        rows.append(Price(item, len(whole & set(item.front)), reached, lost))
+    return rows
 
 
 def summary_words(result: Result) -> str:
@@ -215,8 +215,8 @@ def summary_words(result: Result) -> str:
         (sum(price.item.status == "infeasible" for price in every), "are impossible"),
         (sum(price.item.status == "incomplete" for price in every), "are unknown: the search was stopped"),
     ]
-    told = ", ".join(f"{count} {words}" for count, words in counts if count)
-    return f"Of {len(every)} options that one may insist on {told}."
+    counted = ", ".join(f"{count} {words}" for count, words in counts if count)
+    return f"Of {len(every)} options that one may insist on {counted}."
 
 
 def costly(result: Result) -> list[Price]:

@@ -23,8 +23,9 @@ from dse.answers.tables.display import counted, display_unit, readable
 from dse.report.content.front.document import Alternative
 from dse.report.content.front.first_screen import Screen
 from dse.report.page import Text
+from dse.report.words.basis import counted_parts
 from dse.report.words.choice import margin_parts, short_metrics
-from dse.report.words.headline import counted_parts, found_words
+from dse.report.words.headline import found_words
 from dse.report.words.reasons import figures_words
 from dse.space.model.metric_kinds import flows_in
 from dse.support.units import Exact, format_duration, is_unbounded
@@ -72,7 +73,7 @@ def banner(screen: Screen) -> Banner:
     """
     result = screen.result
     _, status, _ = found_words(result, screen.kinds)
-    counted_in, left_out = counted_parts(result)
+    counted_in, left_out = counted_parts(result.space)
     is_complete = result.status == "complete"
     facts = [(is_complete, f"{status[:1].upper()}{status[1:]}".rstrip("."))]
     facts += [(True, f"Counted: {', '.join(counted_in)}")] if counted_in else []

@@ -156,13 +156,13 @@ class Document:
         """
         if self.reasoner.baseline is None:
             return None
-        found: dict[str, Any] = {"id": "baseline"}
+        record: dict[str, Any] = {"id": "baseline"}
         for axis, info in enumerate(self.result.objectives):
             value = self.reasoner.baseline[1][info.name]
             factor, _ = display_unit(info.unit, self.space.currency)
-            found[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
-            found[f"t{axis}"] = counted(value, info.unit, self.space.currency)
-        return found
+            record[f"o{axis}"] = None if is_unbounded(value) else float(value / factor)
+            record[f"t{axis}"] = counted(value, info.unit, self.space.currency)
+        return record
 
     @cached_property
     def feasible(self) -> Feasible | None:
@@ -209,19 +209,19 @@ class Document:
 
         Sentences; no design is analysed for them, so that they are there at once.
         """
-        found = [proof_words(self.result)]
+        sentences = [proof_words(self.result)]
         if missing := missing_words(self.result):
-            found.append(f"{TITLE}: {'; '.join(missing)}.")
+            sentences.append(f"{TITLE}: {'; '.join(missing)}.")
         if self.result.front:
             first = self.result.front[0]
             shared = [point.id for point in self.result.front if point.rank == first.rank]
             who = f"#{first.id}" if len(shared) == 1 else " and ".join(f"#{number}" for number in shared) + ", a tie"
             figures = figures_words(self.result, first.objectives)
             broken = broken_choice_words(self.result, first)
-            found.append(f"First by {self.result.ranking_words}: {who} ({figures}). {broken}".rstrip())
-            found += [text for text in (uncounted_words(self.space),) if text]
-        found += [text for text in (tie_words(self.result), contention_words(self.result)) if text]
-        return found
+            sentences.append(f"First by {self.result.ranking_words}: {who} ({figures}). {broken}".rstrip())
+            sentences += [text for text in (uncounted_words(self.space),) if text]
+        sentences += [text for text in (tie_words(self.result), contention_words(self.result)) if text]
+        return sentences
 
     @property
     def baseline_words(self) -> str:
@@ -230,7 +230,7 @@ class Document:
 
     @property
     def conflicts(self) -> list[Block]:
-        """Why there is no design, if that was proved."""
+        """The conflicts of a problem that is proved infeasible."""
         return list(conflict_blocks(self.result)) if self.result.status == "infeasible" else []
 
     def table_of(self, points: Sequence[Point]) -> Table:
@@ -283,8 +283,8 @@ class Document:
         """The open decisions that all points share; "" where there is none."""
         front = self.result.front
         shared = front[0].decisions if front else {}
-        told = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
-        said = ", ".join(f"{short_name(name)} {shared[name]}" for name in told)
+        names = [name for name in self.result.open_decisions if name in shared and name not in self.varying]
+        said = ", ".join(f"{short_name(name)} {shared[name]}" for name in names)
         return f"{'In all of them' if len(front) > 1 else 'Its decisions'}: {said}." if said else ""
 
     @property
@@ -298,20 +298,20 @@ class Document:
 
         Pairs of a heading and a text, for the last section of a report: what is needed to reproduce the result.
         """
-        result, search, asked = self.result, self.result.search, self.result.problem.effective
+        result, search, question = self.result, self.result.search, self.result.problem.effective
         carried = (
             "; it, or a file that it names, was not there, and this is what the result carries"
             if result.problem.is_carried
             else ""
         )
-        found = [
-            ("Latency rules", basis_words(asked)),
-            ("Objectives", "; ".join(asked["objectives"])),
-            ("Requirements", "; ".join(asked["requirements"]) or "none"),
-            ("Rules", "; ".join(asked["rules"]) or "none"),
+        entries = [
+            ("Latency rules", basis_words(question)),
+            ("Objectives", "; ".join(question["objectives"])),
+            ("Requirements", "; ".join(question["requirements"]) or "none"),
+            ("Rules", "; ".join(question["rules"]) or "none"),
             (
                 "Fixed by the caller",
-                "; ".join(f"{name} = {value}" for name, value in asked["fixed"].items()) or "nothing",
+                "; ".join(f"{name} = {value}" for name, value in question["fixed"].items()) or "nothing",
             ),
             ("Proved", proof_words(result)),
             ("Referee", "every point was recomputed by the analysis, without the solver"),
@@ -326,7 +326,7 @@ class Document:
             ("Versions", f"dse {__version__}, Python {python_version()}"),
             ("Problem file", f"{result.problem.file.rpartition('/')[2]}, SHA-256 {result.problem.sha256}{carried}"),
         ]
-        return found + [("Included file", f"{file}, SHA-256 {digest}") for file, digest in result.problem.includes]
+        return entries + [("Included file", f"{file}, SHA-256 {digest}") for file, digest in result.problem.includes]
 
     @property
     def gaps(self) -> tuple[str, ...]:
@@ -344,8 +344,8 @@ class Document:
             unused_words(self.result),
             extrapolated_words(self.result),
         )
-        found = filter(None, (*said, exclusion_words(self.space)))
-        return (REDUCED, processing_words(self.result.problem.effective), *found, *GAPS)
+        sentences = filter(None, (*said, exclusion_words(self.space)))
+        return (REDUCED, processing_words(self.result.problem.effective), *sentences, *GAPS)
 
     # --- one alternative ------------------------------------------------------------------------------------------
 
@@ -387,7 +387,7 @@ class Document:
         )
 
     def _bindings(self, point: Point) -> Table:
-        """What carries each connection, how much and how often."""
+        """The connections: buses, sizes and rates."""
         view = View(point.design)
         rows: list[tuple[str, ...]] = []
         for number, item in enumerate(self.space.connections):

@@ -331,7 +331,8 @@ class Screen:
         yield from self.changing_steps()
         yield "--explain", "why each design is there"
         if len(result.front) > 1 and not all_listed:
-            yield "--all", f"all {len(result.front)} designs"
+            is_whole = len(self.shown) == len(result.front)
+            yield "--all", "every decision that differs" if is_whole else f"all {len(result.front)} designs"
         yield "--report page.html", "a page to compare designs and decide with"
 
 

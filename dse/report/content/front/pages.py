@@ -69,10 +69,15 @@ def _lead(result: Result) -> str:
 
 
 def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Section:
-    """What changes the decision, what was found and proved, the recommendation; why there is no design, if so."""
+    """Warnings, status and recommendation; the conflicts where there is no design."""
     proof, *more = document.summary
-    found = document.result
-    said = (unused_words(found), extrapolated_words(found), rounding_words(found), exclusion_words(document.space))
+    result = document.result
+    said = (
+        unused_words(result),
+        extrapolated_words(result),
+        rounding_words(result),
+        exclusion_words(document.space),
+    )
     verdict = _verdict_blocks(screen) if is_file else list(screen.choice(with_baseline=False))
     blocks = [*texts(proof, tone="strong"), *document.conflicts, *verdict, *texts(*more)]
     blocks += texts(*said) if not document.conflicts else []
@@ -80,7 +85,7 @@ def _summary(document: Document, screen: Screen, *, is_file: bool = True) -> Sec
 
 
 def _verdict_blocks(screen: Screen) -> list[Block]:
-    """What changes the decision, and the recommendation, for files."""
+    """Warnings and the recommendation, for files."""
     return [*screen.warning_blocks(), *screen.choice(with_baseline=False)]
 
 
@@ -109,16 +114,16 @@ def _front_sections(document: Document, top: int | None, *, is_file: bool) -> It
     blocks: list[Block] = [document.table_of(points), *texts(*(hidden_words(result, points)))]
     blocks += texts(document.common_words)
     yield Section("front", "Alternatives", tuple(blocks))
-    told = [point for point in points if point.id not in result.variants][: min(top or EXPLAINED, EXPLAINED)]
+    explained = [point for point in points if point.id not in result.variants][: min(top or EXPLAINED, EXPLAINED)]
     for point in points:
-        if point in told:
+        if point in explained:
             item = document.alternative(point)
             yield _alternative(item)
             if is_file:
                 yield _details(item)
         elif further := tuple(further_blocks(point, document.others_of(point))):
             yield Section(f"further-{point.id}", f"Further designs of #{point.id}", further)
-    hidden = len(result.front) - len(told)
+    hidden = len(result.front) - len(explained)
     if is_file and hidden > 0:
         said = f"The other {hidden} alternatives are in the table above, and in full in the HTML report."
         yield Section("others", "Further alternatives", tuple(texts(said)))
@@ -143,10 +148,10 @@ def _details(item: Alternative) -> Section:
 def _basis(document: Document) -> Section:
     """Where the figures come from, and what the model does not see."""
     blocks = [*labelled(document.provenance)]
-    for title, found in (
+    for title, lines in (
         ("Assumptions of the problem", document.space.assumptions),
         ("Known gaps of the model", document.gaps),
     ):
-        if found:
-            blocks += [*texts(title, tone="strong"), *listing(found)]
+        if lines:
+            blocks += [*texts(title, tone="strong"), *listing(lines)]
     return Section("basis", "What this rests on", tuple(blocks), is_for_files=True)
