@@ -81,7 +81,7 @@ def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale
     """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
 
     Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
-    as come while all that surely go before it are sent.
+    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too.
     """
     space = board.space
     wire = space.connections[number]
@@ -157,6 +157,11 @@ class _OnBus:
                 parts.append((work, board.all_of([goes_first, case])))
         if sum(work for work, _ in parts) >= EXACT_LIMIT:
             return
+        maybe = [message for message in found if message is not own and before.get(message.number) is not board.true]
+        blocker = max(maybe, key=_section, default=None)
+        if blocker is not None:  # it has begun, or goes first, whatever its number
+            behind = before.get(blocker.number, board.true.negated()).negated()
+            parts.append((floor(_section(blocker) * scale), behind))
         form = sum(work * literal for work, literal in parts)
         board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
 
