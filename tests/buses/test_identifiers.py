@@ -174,6 +174,18 @@ def test_a_flow_over_a_bus_with_identifiers_open() -> None:
     assert not dse.verify(found).findings
 
 
+def test_a_flow_over_one_of_40_messages() -> None:
+    """What surely goes before a message bounds its wait, so that few orders are looked at."""
+    wanted = (
+        "flows: {f: {path: [d37, m37, sink]}}\nobjectives: [minimise price, minimise changes, minimise jitter of f]"
+    )
+    found = dse.solve(robot(40).replace("objectives: [minimise price, minimise changes]", wanted))
+    assert found.status == "complete"
+    assert {tuple(point.objectives.values()) for point in found.front} == {
+        (300, 4, 600_000), (600, 0, 8_050_000), (600, 1, 300_000),
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize(("edit", "said"), [("0x181", "identifier: anything"), ("0x181", "identifier: [any, any]")])
 def test_mistakes(edit: str, said: str) -> None:
     with pytest.raises(ProblemError):

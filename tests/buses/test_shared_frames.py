@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 import dse
@@ -83,3 +85,12 @@ def test_an_open_frame_that_is_too_long_is_no_design() -> None:
     text = OPEN.replace("data_size: 4 B", "data_size: 6 B")
     result = dse.solve(dse.loads(text))
     assert {point.decisions["warmth.carried_in"] for point in result.front} == {"alone"}
+
+
+def test_a_frame_is_one_message_of_a_database() -> None:
+    text = ALWAYS.replace("minimise load of can0, minimise latency of heat", "minimise price")
+    written = dse.export(dse.solve(dse.loads(text)), 1, form="dbc")
+    assert re.findall(r"^BO_ (\d+) (\w+): (\d+)", written, re.MULTILINE) == [
+        ("32", "status", "8"),
+        ("16", "urgent", "8"),
+    ]

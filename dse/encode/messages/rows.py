@@ -24,6 +24,7 @@ from typing import Any
 
 from dse.analysis.messages.assignment import Candidate
 from dse.analysis.messages.stages import candidate_of, counted_buses, identifier_range, is_each_alone, may_wait_for
+from dse.analysis.scheduling.busy_window import most_jobs
 from dse.analysis.scheduling.policies.executor_work import jobs_by
 from dse.analysis.scheduling.resolve import released_undelayed
 from dse.analysis.views import View, allowed_options, tabulate
@@ -76,6 +77,27 @@ def add_rows(board: Board, limits: Iterable[tuple[int, int | None]]) -> None:
                 _OnBus(board, bus, given, guards).add()
 
 
+def add_waiting_rows(board: Board, number: int, least: Any, variable: Any, scale: int) -> None:
+    """Rows that say how long a message waits at least, of a figure in 1 / `scale` ns that is `least` without waiting.
+
+    Each message with a lower number goes before it with each job that comes until it begins: one at least, and as many
+    as come while all that surely go before it are sent. The longest of the others has begun, or goes first, too.
+    """
+    space = board.space
+    wire = space.connections[number]
+    buses = set(leaves(wire.bus))
+    if len(buses) != 1 or not is_each_alone(space):
+        return
+    (bus,) = buses
+    if bus not in counted_buses(space) or set(leaves(space.buses[bus].broadcast)) != {False}:
+        return
+    slot = space.buses[bus]
+    for option in allowed_options(space, slot.type_decision):
+        given = {slot.type_decision: option}
+        if slot.types[option] != EMPTY and "priority" in set(leaves(slot.arbitration)):
+            _OnBus(board, bus, given, {}).add_waiting(number, least, variable, scale)
+
+
 @dataclass
 class _OnBus:
     board: Board
@@ -106,6 +128,50 @@ class _OnBus:
         for time in times if len(times) <= MOST_TIMES else times[:: -(-len(times) // MOST_TIMES)]:
             look_at_the_clock()
             self._add_time(messages, time, bit, where)
+
+    def add_waiting(self, number: int, least: Any, variable: Any, scale: int) -> None:
+        """Add the row of one message for this type of the bus."""
+        board, space = self.board, self.board.space
+        ((decision, option),) = self.given.items()
+        ranges = tabulate(space, self._range, MOST_CASES, self.given)
+        if ranges is None or len({case.value for case in ranges}) != 1 or ranges[0].value is None:
+            return
+        bit = ranges[0].value
+        found = [made for one in range(len(space.connections)) if (made := self._message(one)) is not None]
+        own = next((message for message in found if message.number == number), None)
+        if own is None or not own.numbers:
+            return
+        others = [message for message in found if message is not own and message.numbers]
+        highest = max(value for _, value in own.numbers)
+        before = {message.number: self._goes_first(message, own) for message in others if message.lowest < highest}
+        sure = [one for one in others if before.get(one.number) is board.true]
+        window = sum(min(item.task.worst_ns for _, item in one.cases if item.task is not None) for one in sure) + bit
+        parts = []
+        for message in others:
+            goes_first = before.get(message.number)
+            if goes_first is None:
+                continue
+            for case, item in message.cases:
+                assert item.task is not None
+                work = floor(most_jobs(item.task, window) * item.task.worst_ns * scale)
+                parts.append((work, board.all_of([goes_first, case])))
+        if sum(work for work, _ in parts) >= EXACT_LIMIT:
+            return
+        maybe = [message for message in found if message is not own and before.get(message.number) is not board.true]
+        blocker = max(maybe, key=_section, default=None)
+        if blocker is not None:  # it has begun, or goes first, whatever its number
+            behind = before.get(blocker.number, board.true.negated()).negated()
+            parts.append((floor(_section(blocker) * scale), behind))
+        form = sum(work * literal for work, literal in parts)
+        board.model.add(variable >= least + form).only_enforce_if(board.options[decision][option])
+
+    def _goes_first(self, other: _Message, own: _Message) -> Any:
+        """A literal that is true only where the number of another message is lower than that of one; None: never."""
+        board = self.board
+        pairs = [(literal, mine) for literal, number in other.numbers for mine, value in own.numbers if number < value]
+        if len(pairs) == 1 and all(literal.index == board.true.index for literal in pairs[0]):
+            return board.true
+        return board.any_of(board.all_of(pair) for pair in pairs) if pairs else None
 
     def _range(self, view: View) -> Exact | None:
         if at(self.board.space.buses[self.bus].arbitration, view) != "priority":

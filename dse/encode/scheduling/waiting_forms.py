@@ -19,6 +19,7 @@ from dse.analysis.terms import FlowChain, Term, Waiter
 from dse.analysis.timescale import RESPONSE_SCALE_LIMIT, whole_time_scale
 from dse.analysis.views import CyclicActivation, PartialView, Undecided, View, allowed_options, tabulate
 from dse.encode.linear import Board, Form, OpenTerm, check_exact, floor_int
+from dse.encode.messages.rows import add_waiting_rows
 from dse.encode.table_parts import additive_parts
 from dse.space.model.criteria import Metric
 from dse.space.model.metric_kinds import parts_of
@@ -115,6 +116,8 @@ def _made_form(board: Board, measure: Measure, term: Term, rounded: Callable[[Fr
         None if board.is_guarded else lambda view, waited: rounded((ends(view)[0] + waited) * measure.scale),
     )
     board.open_terms.append(value)
+    if term.message is not None and not term.may_fall:
+        add_waiting_rows(board, term.message, board.expression(lows), variable, measure.scale)
     return Form(0, {variable.index: 1}, lows.low, highs.high)
 
 
