@@ -44,6 +44,11 @@ class Chains:
         least, most = (sum((Fraction(row[end]) for row in rows), Fraction(0)) for end in (2, 3))
         return sender, least, most
 
+    def sender(self, name: str) -> str | None:
+        """What alone releases a thread by its end."""
+        before = self._before[name]
+        return None if before is None else before[0]
+
     def chain(self, name: str) -> list[str]:
         """All that is before a thread, the first of all first, and the thread."""
         before = self._before[name]
