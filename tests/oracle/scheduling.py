@@ -409,7 +409,8 @@ class Scheduling:
     def leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
         """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
         chain = self.chains.chain(name)
-        releases, takes = self.releases((chain[0], "timer")), self.windows.cut(chain, self._singles(chain))
+        releases = self.releases((chain[0], "timer"))
+        takes = self.windows.cut(chain, self._singles(chain), counts_lags=True)
         if releases is None or takes is None:
             return None
         takes -= sum(self.times((each, "timer"))[0] for each in chain)

@@ -91,14 +91,19 @@ class Windows:
         return self._cut(part, {name: self.known.of(name) for name in part}, {})
 
     def cut(
-        self, part: Sequence[str], responses: Mapping[str, Fraction | None], stated: Container[str] = ()
+        self,
+        part: Sequence[str],
+        responses: Mapping[str, Fraction | None],
+        stated: Container[str] = (),
+        *,
+        counts_lags: bool,
     ) -> Fraction | None:
         """The longest that part of a chain takes, of threads that respond so, some of them as `stated`.
 
-        Lags count of what begins with the source of a chain, but while nothing waits.
+        Lags count where that begins with the source of a chain, but not while nothing waits.
         """
-        counts_lags = self.source(part[0]) == part[0] and not self.known.is_alone
-        lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if counts_lags else {}
+        has_lags = counts_lags and not self.known.is_alone
+        lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if has_lags else {}
         return self._cut(part, responses, lags)
 
     def _cut(

@@ -82,11 +82,8 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             body["response_time"] = f"{most // 2} us .. {rng.choice((most, 2 * most, 4 * most))} us"
         document["threads"][name] = body
         for each in before:
-            document["connections"][f"{each}{name}"] = {
-                "from": each,
-                "to": name,
-                **_way(rng, document["threads"].get(each, {})),
-            }
+            way = _way(rng, document["threads"].get(each, {}))
+            document["connections"][f"{each}{name}"] = {"from": each, "to": name, **way}
 
 
 def _way(rng: random.Random, sender: dict[str, Any]) -> dict[str, Any]:
