@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
 from .problem import as_list
-from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
+from .stretches import MOST_PLAYED, Releases, has_no_end
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -176,7 +176,8 @@ class Windows:
             return self.known.releases(job)
         most = self.chains.way(job[0])
         if sender == level[0] or self.known.goes_before((sender, "timer"), level):
-            return self.known.releases(job) if most else self.comes((sender, "timer"), level)
+            found = self.known.releases(job) if most else self.comes((sender, "timer"), level)
+            return None if found is None else Releases(found.streams)  # whatever the least distance of the sender
         if not most or (most < self.known.times((sender, "timer"))[0] and not self.known.section(sender)):
             return Releases(())
         return self.known.releases(job)
@@ -210,7 +211,7 @@ class Windows:
         begins = self._own(self.source(row[0]))
         if begins is None:
             return None
-        begins = Releases(kept_apart(begins))  # whatever their least distance
+        begins = Releases(begins.streams)  # whatever their least distance
         if len(row) > 1:
             return self._window(row, begins)
         job: Job = (row[0], "timer")
