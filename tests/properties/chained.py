@@ -54,13 +54,15 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
     often: dict[str, float] = {name: 1 / float(body["period"].split()[0]) for name, body in document["devices"].items()}
     count = rng.randint(3, 8)
     share = rng.choice((0.5, 0.7, 0.85, 0.95)) * len(document["processors"])
+    threads: Bodies = document["threads"]
     for number in range(count):
         name, before = f"t{number}", []
         if rng.random() > (0.7 if number == 0 else 0.15):
             before = [rng.choice(list(often)[-2:]) if rng.random() < 0.75 else rng.choice(list(often))]
         if before and rng.random() < 0.1:
             before = list(dict.fromkeys([*before, rng.choice(list(often))]))
-        body: dict[str, Any] = {"processor": rng.choice(list(document["processors"]))}
+        beside = threads.get(before[0], {}).get("processor") if before and rng.random() < 0.5 else None
+        body: dict[str, Any] = {"processor": beside or rng.choice(list(document["processors"]))}
         often[name] = sum(often[each] for each in before)
         if not before or rng.random() < 0.05:
             period = rng.choice(PERIODS)
@@ -76,13 +78,13 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             body["dispatch_protocol"] = "aperiodic"
         most = round(1_000 * share * rng.uniform(0.4, 1.6) / count / often[name])
         body["compute_execution_time"] = f"{rng.choice((0, most // 10, most // 2, most))} us .. {most} us"
-        if rng.random() < 0.7:
+        if rng.random() < 0.8:
             body["priority"] = str(rng.randint(1, 4))
         if before and rng.random() < 0.08:
             body["response_time"] = f"{most // 2} us .. {rng.choice((most, 2 * most, 4 * most))} us"
-        document["threads"][name] = body
+        threads[name] = body
         for each in before:
-            way = _way(rng, document["threads"].get(each, {}))
+            way = _way(rng, threads.get(each, {}))
             document["connections"][f"{each}{name}"] = {"from": each, "to": name, **way}
 
 

@@ -17,6 +17,7 @@ from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
 from tests.oracle.reading import Reading
+from tests.oracle.scheduling import Scheduling
 from tests.properties import chained
 from tests.properties.pair import Pair, exact_value
 
@@ -54,14 +55,31 @@ def test_random_chains(seed: int) -> None:
 
 
 def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:
-    """At least two of five problems have a thread or window that ends sooner than a response time after the latest."""
+    """In three of ten problems a thread or window ends sooner than a response time after the latest release."""
     pairs = [Pair(chained.draw(seed)) for seed in range(20)]
     designs = [Reading(pair.oracle, pair.valid[0].named).scheduling.windows for pair in pairs]
     differ = [
         any(lag is not None and lag < (found.response(row) or lag) for row, lag in found.lags.items())
         for found in designs
     ]
-    assert sum(differ) >= 8
+    assert sum(differ) >= 6
+
+
+def test_some_threads_of_drawn_chains_come_less_often_behind_one_on_their_core() -> None:
+    """In three of twenty problems a thread comes less often than its streams say in a busy window, its own or not."""
+    pairs = [Pair(chained.draw(seed)) for seed in range(20)]
+    designs = [Reading(pair.oracle, pair.valid[0].named).scheduling for pair in pairs]
+    assert sum(map(_has_fewer_jobs, designs)) >= 3
+
+
+def _has_fewer_jobs(known: Scheduling) -> bool:
+    plain = [job for job in known.jobs if job[1] == "timer"]
+    return any(
+        known.windows.comes(job, level) != known.releases(job)
+        for level in plain
+        for job in [level, *known.beside(level)]
+        if job == level or known.goes_before(job, level)
+    )
 
 
 def figures_agree(pair: Pair) -> None:
