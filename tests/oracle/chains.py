@@ -49,7 +49,7 @@ class Chains:
         """Whether a chain begins here in every design: with a device, a timer, what is sporadic or several release."""
         reading, problem = self.known.reading, self.known.problem
         if name not in self.known.threads or len(reading.triggers(name)) > 1:
-            return True
+            return problem.section_of[name] in ("devices", "threads")
         kinds: list[str | None] = [kind for kind in problem.types(name) if kind != NONE]
         given = [each for kind in kinds or [None] for each in as_list(problem.stated(name, "dispatch_protocol", kind))]
         return "aperiodic" not in (given or [reading.protocol(name)])

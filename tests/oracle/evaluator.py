@@ -85,8 +85,8 @@ Where the documents leave something open, this is how they are read here:
     alone; its own latency counts all the same, unlike within a process. Its ``bus`` is then no decision.
 32. Chains end in all designs at a connection whose messages wait for a bus in some. Whether chains have ended (S) is
     told by response times, not by lags. A stated response time ends windows, but neither chains nor what is over; lags
-    count behind it. They do in flows that begin with what is the first of a chain in every design (a device, a timer,
-    what is sporadic or several release), behind the first of each chain there. That comes by its streams then, whatever
+    count behind it. They do in flows behind the first of a chain where that, or something before it in the flow, is one
+    in every design: a device, a timer, what is sporadic or several release. That comes by its streams then, whatever
     its minimum separation is; so does what comes behind a thread in busy windows in which both run, but the first of a
     window keeps its separation. Of a thread that comes once in busy windows it does not matter how late it may be.
     Windows and lags that grow without end have no bound where response times have none, beyond ten periods.

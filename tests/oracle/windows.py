@@ -200,15 +200,12 @@ class Windows:
 
     def fresh(self) -> tuple[dict[Row, Fraction | None], dict[Row, Fraction | None]]:
         """All windows and all lags anew, by what is known."""
-        spans = {row: span and self._window(row, self._own(row[0])) for row, span in self.spans.items()}
+        spans = {row: span and self._window(row) for row, span in self.spans.items()}
         return spans, {row: lag and self._lag(row) for row, lag in self.lags.items()}
-
-    def _own(self, name: str) -> Releases | None:
-        return self.known.releases((name, "timer"))
 
     def _lag(self, row: Row) -> Fraction | None:
         """How long after the latest release of its first thread a row of a chain ends."""
-        begins = self._own(self.source(row[0]))
+        begins = self.known.releases((self.source(row[0]), "timer"))
         if begins is None:
             return None
         begins = Releases(begins.streams)  # whatever their least distance
@@ -221,7 +218,7 @@ class Windows:
             return None
         return self._single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
 
-    def _window(self, row: Row, counted: Releases | None) -> Fraction | None:
+    def _window(self, row: Row, counted: Releases | None = None) -> Fraction | None:
         """The longest to the end of the last of a row; from the release of the first, or as is `counted`."""
         known = self.known
         jobs: list[Job] = [(name, "timer") for name in row]
@@ -229,8 +226,9 @@ class Windows:
         rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
         level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
         own, blocked = self.comes(jobs[0], level), Fraction(known.blocked(level))
-        if own is None or counted is None:
+        if own is None:
             return None
+        counted = counted or own
         first = _others(known.shares(level) or ())
         work = Fraction(sum(known.times(job)[1] for job in jobs))
         if self.chains.ends_before(row[0], row[-1]):
