@@ -16,7 +16,7 @@ from dse.support.errors import TooLargeError
 from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
-from tests.oracle.reading import Reading
+from tests.oracle.reading import NO_BOUND_NS, Reading
 from tests.oracle.scheduling import Scheduling
 from tests.properties import chained
 from tests.properties.pair import Pair, exact_value
@@ -51,7 +51,7 @@ def test_a_random_problem(size: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", cases(200))
 def test_random_chains(seed: int) -> None:
     """Jitter, lags and flows of one design each: docs/semantics.md, section 4.9."""
-    figures_agree(Pair(chained.draw(seed)))
+    figures_agree(Pair(chained.draw(seed)), most=NO_BOUND_NS)
 
 
 def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:
@@ -82,8 +82,11 @@ def _has_fewer_jobs(known: Scheduling) -> bool:
     )
 
 
-def figures_agree(pair: Pair) -> None:
-    """Both call the same combinations designs, use the same decisions in them, and give them the same figures."""
+def figures_agree(pair: Pair, *, most: Fraction | None = None) -> None:
+    """Both call the same combinations designs, use the same decisions in them, and give them the same figures.
+
+    Of a figure that is no less than `most` for one only that it is so for the other, too.
+    """
     assert len(pair.valid) <= space_size(pair.space)
     for judged in pair.valid[:: len(pair.valid) // MOST_COMPARED + 1]:
         evaluation = pair.evaluator.evaluate(tuple(max(option, 0) for option in judged.design))
@@ -105,7 +108,7 @@ def figures_agree(pair: Pair) -> None:
             exact, shown = expected[measure.metric.name], exact_value(measure, counted[measure.metric.name])
             if measure.rounded:
                 assert 0 <= shown - exact < figures_in(measure.terms) * exact_value(measure, 1), measure.metric.name
-            else:
+            elif most is None or min(shown, exact) < most:
                 assert shown == exact, measure.metric.name
 
 
