@@ -66,11 +66,17 @@ class OnCore:
     those from the latest release of the first, of rows that something releases, and of single threads, too.
     """
 
-    def __init__(self, source: Mapping[int, int], figures: Any, is_alone: Sequence[bool]) -> None:
-        """`figures` are cores, levels, periods and times of all threads, context switches included, and their least."""
+    def __init__(
+        self, source: Mapping[int, int], figures: Any, is_alone: Sequence[bool], is_settled: Sequence[bool]
+    ) -> None:
+        """`figures` are cores, levels, periods and times of all threads, context switches included, and their least.
+
+        A thread `is_settled` whose core and priority are stated, each as one number.
+        """
         self.source = source
         self.cores, self.levels, self.period, self.cost, self.shortest = figures
         self.is_plain = [alone and cost > 0 for alone, cost in zip(is_alone, self.cost, strict=True)]
+        self.is_settled = [one and other for one, other in zip(self.is_plain, is_settled, strict=True)]
         work = {row: sum(self.cost[item] for item in row) for row in self._rows()}
         self.windows = {row: takes for row, takes in work.items() if len(row) > 1}
         self.lags = {row: takes for row, takes in work.items() if row[0] in source}
@@ -123,9 +129,21 @@ class OnCore:
             and chains.never_together(item, number)
         ]
 
+    def comes(self, item: int, level: int, chains: Chains) -> tuple[int, int]:
+        """How often a thread comes in a busy window of another one, and how late: period and jitter in ms.
+
+        Behind one that does not run in such a window it comes once, behind one that does no more often than that one.
+        """
+        before = self.source.get(item)
+        if before is None or self.cores[before] != self.cores[item] or self.cores[level] != self.cores[item]:
+            return self.period[item], chains.jitter[item]
+        if not all(self.is_settled[each] for each in (before, item, level)):
+            return self.period[item], chains.jitter[item]
+        return (LATE, 0) if self.levels[before] > self.levels[level] else self.comes(before, level, chains)
+
     def widened(self, chains: Chains, rivals_of: Rivals) -> tuple[dict[Row, int], dict[Row, int]]:
         """Windows and lags as they are with what is known."""
-        windows = {row: self._window(row, self._stream(row[0], chains), chains, rivals_of(row)) for row in self.windows}
+        windows = {row: self._window(row, None, chains, rivals_of(row)) for row in self.windows}
         lags = {}
         for row in self.lags:
             first = self.chain(row[0])[0]
@@ -134,30 +152,39 @@ class OnCore:
             if len(row) > 1:
                 lags[row] = self._window(row, counted, chains, given)
             else:
-                lags[row] = self.single(row[0], self._stream(row[0], chains), chains, given, counted=counted)
+                lags[row] = self.single(row[0], chains, given, counted=counted)
         return windows, lags
 
     def single(
-        self, number: int, own: Stream, chains: Chains, given: tuple[list[int], list[Stream], int], *, counted: Stream
+        self,
+        number: int,
+        chains: Chains,
+        given: tuple[list[int], list[Stream], int],
+        *,
+        counted: Stream | None = None,
     ) -> int:
-        """From a release that is `counted` to the end of a thread, some of whose rivals may be over."""
+        """From a release (as is `counted`) to the end of a thread, some of whose rivals may be over."""
         rivals, first, blocked = given
         over = self.over(number, chains)
-        every = [self._stream(item, chains, is_over=item in over) for item in rivals]
-        return longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted)
+        own = self._stream(number, number, chains)
+        every = [self._stream(item, number, chains, is_over=item in over) for item in rivals]
+        return longest(own, [*every, *first], blocked, own_over=bool(over), counted=counted or own)
 
-    def _window(self, row: Row, counted: Stream, chains: Chains, given: tuple[list[int], list[Stream], int]) -> int:
+    def _window(
+        self, row: Row, counted: Stream | None, chains: Chains, given: tuple[list[int], list[Stream], int]
+    ) -> int:
         rivals, first, blocked = given
-        stream = (self.period[row[0]], chains.jitter[row[0]])
+        level = max(row, key=lambda item: self.levels[item])
+        stream = self.comes(row[0], level, chains)
         if chains.has_ended(row[0], row[-1]):
             over = [item for item in rivals if self._is_over(item, row, chains)]
-            every = [self._stream(item, chains, is_over=item in over) for item in rivals]
+            every = [self._stream(item, level, chains, is_over=item in over) for item in rivals]
             own = Stream(sum(self.cost[item] for item in row), *stream)
-            return longest(own, [*every, *first], blocked, own_over=True, counted=counted)
-        every = [self._stream(item, chains) for item in rivals]
+            return longest(own, [*every, *first], blocked, own_over=True, counted=counted or own)
+        every = [self._stream(item, level, chains) for item in rivals]
         every += [Stream(self.cost[item], *stream) for item in row[:-1]]
         own = Stream(self.cost[row[-1]], *stream)
-        return longest(own, [*every, *first], blocked, own_over=False, counted=counted)
+        return longest(own, [*every, *first], blocked, own_over=False, counted=counted or own)
 
     def _is_over(self, item: int, row: Row, chains: Chains) -> bool:
         if not self.is_plain[item]:
@@ -166,5 +193,5 @@ class OnCore:
             return chains.has_ended(item, row[-1])
         return row[-1] in self.chain(item) and chains.has_ended(row[0], item)
 
-    def _stream(self, item: int, chains: Chains, *, is_over: bool = False) -> Stream:
-        return Stream(self.cost[item], self.period[item], chains.jitter[item], is_over)
+    def _stream(self, item: int, level: int, chains: Chains, *, is_over: bool = False) -> Stream:
+        return Stream(self.cost[item], *self.comes(item, level, chains), is_over)

@@ -56,7 +56,13 @@ class Settled:
             for thread, work in zip(self.threads, self.work, strict=True)
         ]
         figures = (choice["cores"], self.levels[0], self.period, self.cost, least)
-        self.chains = OnCore(source, figures, is_alone)
+        has_one_core = max(each["cores"] for each in system["types"].values()) == 1
+        is_limited = any(each.get("levels") for each in system["types"].values())
+        is_settled = [
+            isinstance(thread["priority"], int) and (has_one_core or thread["core"] is not None) and not is_limited
+            for thread in self.threads
+        ]
+        self.chains = OnCore(source, figures, is_alone, is_settled)
         self.known = self._settle()
 
     def _settle(self) -> list[int]:
@@ -88,9 +94,10 @@ class Settled:
     def _response(self, number: int, chains: Chains) -> int:
         if not self.chains.over(number, chains):
             given = (self.threads, self.levels)
-            return _response(number, given, self.choice["cores"], self.period, chains.jitter, self.work, self.kind)
-        own = Stream(self.cost[number], self.period[number], chains.jitter[number])
-        return self.chains.single(number, own, chains, self._rivals([number]), counted=own)
+            comes = [self.chains.comes(item, number, chains) for item in range(len(self.work))]
+            period, jitter = ([each[place] for each in comes] for place in (0, 1))
+            return _response(number, given, self.choice["cores"], period, jitter, self.work, self.kind)
+        return self.chains.single(number, chains, self._rivals([number]))
 
 
 def _takes_nothing(kind: Any, work: int) -> bool:

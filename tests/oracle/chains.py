@@ -13,6 +13,7 @@ from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING
 
 from .pieces import Work, distance, piece_of
+from .problem import NONE, as_list
 from .stretches import MOMENT, MOST_PLAYED, Releases, has_no_end, play
 
 if TYPE_CHECKING:
@@ -43,6 +44,20 @@ class Chains:
         rows = reading.transit_rows(triggers[0])
         least, most = (sum((Fraction(row[end]) for row in rows), Fraction(0)) for end in (2, 3))
         return sender, least, most
+
+    def always_begins(self, name: str) -> bool:
+        """Whether a chain begins here in every design: with a device, a timer, what is sporadic or several release."""
+        reading, problem = self.known.reading, self.known.problem
+        if name not in self.known.threads or len(reading.triggers(name)) > 1:
+            return problem.section_of[name] in ("devices", "threads")
+        kinds: list[str | None] = [kind for kind in problem.types(name) if kind != NONE]
+        given = [each for kind in kinds or [None] for each in as_list(problem.stated(name, "dispatch_protocol", kind))]
+        return "aperiodic" not in (given or [reading.protocol(name)])
+
+    def sender(self, name: str) -> str | None:
+        """What alone releases a thread by its end."""
+        before = self._before[name]
+        return None if before is None else before[0]
 
     def chain(self, name: str) -> list[str]:
         """All that is before a thread, the first of all first, and the thread."""

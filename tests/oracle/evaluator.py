@@ -74,8 +74,9 @@ Where the documents leave something open, this is how they are read here:
     use the processors where they run (`pieces`). What is more urgent than one of them but less than another does not
     exist: all have the priority of the thread. Where one has no bound what stands for that is its end.
     Two releases that streams of two senders bring may come at once: what they release has no bound.
-29. Not judged: `priority: any`, priority levels, non-preemptive sections, context switches, interrupts, throttling,
-    groups of cores (``tests/helpers/thread_systems.py`` has an own reading of each of these).
+29. Not judged: `priority: any`, priority levels, non-preemptive sections beside executors, reservations or segments,
+    context switches, interrupts, throttling, groups of cores (``tests/helpers/thread_systems.py`` has an own reading
+    of each of these).
 30. Messages wait for a bus (`arbitration`, `buses`) where its types say how it arbitrates and all that may be on it has
     sizes, and identifiers where these decide; senders may queue them as they come (`queues`). Where latencies count no
     response times senders end within what these count of them; else threads and messages are found together. A message
@@ -84,7 +85,10 @@ Where the documents leave something open, this is how they are read here:
     alone; its own latency counts all the same, unlike within a process. Its ``bus`` is then no decision.
 32. Chains end in all designs at a connection whose messages wait for a bus in some. Whether chains have ended (S) is
     told by response times, not by lags. A stated response time ends windows, but neither chains nor what is over; lags
-    count behind it. They do where a flow leads through the first of a chain, or begins there, whatever releases it.
+    count behind it. They do in flows behind the first of a chain where that, or something before it in the flow, is one
+    in every design: a device, a timer, what is sporadic or several release. That comes by its streams then, whatever
+    its minimum separation is; so does what comes behind a thread in busy windows in which both run, but the first of a
+    window keeps its separation. Of a thread that comes once in busy windows it does not matter how late it may be.
     Windows and lags that grow without end have no bound where response times have none, beyond ten periods.
 33. Lists inside a ``totals`` mapping, and inside a map of a virtual bus per processor type, are not supported here.
 """

@@ -791,7 +791,7 @@ class Reading:
                 is_next = arrival is not None and self.follows(row, name, arrival)
                 row = [*row, name] if is_next and not self._comes_to_a_join(path, name) else [name]
                 if len(row) > 1:
-                    found = [self._with_less(each, row) for each in found]
+                    found = [self._with_less(each, row, path[: path.index(row[0]) + 1]) for each in found]
                 first = False
             at = next((place for place, row in enumerate(found) if "sampling" in row[1]), None)
             if at is not None and timer is not None:
@@ -818,22 +818,24 @@ class Reading:
             return False
         return self.triggers(name) == [arrival] and self.scheduling.chains.chain(name)[-2:-1] == [row[-1]]
 
-    def _with_less(self, row: Row, part: Sequence[str]) -> Row:
+    def _with_less(self, row: Row, part: Sequence[str], since: Sequence[str]) -> Row:
         """The row of what a component takes: how much longer its chain takes with it."""
         if row[1] not in ("processing time", "specified"):
             return row
-        before, now = self.chain_bound(part[:-1]), self.chain_bound(part)
+        before, now = (self.chain_bound(each, since) for each in (part[:-1], part))
         if max(before, now) >= NO_BOUND_NS or self.get(part[-1], "response_time") is not None:
             return row
         longer = now - before - self.scheduling.chains.way(part[-1])
         return (row[0], row[1], row[2], max(longer, Fraction(self.scheduling.times((part[-1], "timer"))[1])))
 
-    def chain_bound(self, part: Sequence[str]) -> Any:
-        """The longest that components in a row take which release each other."""
+    def chain_bound(self, part: Sequence[str], since: Sequence[str]) -> Any:
+        """The longest that components in a row take that release each other, in a flow that has led by some `since`."""
         stated = [name for name in part if self.get(name, "response_time") is not None]  # what is stated counts
         takes = {name: Fraction(self.processing(name)[1]) for name in part}
         bounded = {name: None if time >= NO_BOUND_NS else time for name, time in takes.items()}
-        return self._counted(self.scheduling.windows.cut(part, bounded, stated))
+        chains = self.scheduling.chains
+        begins = chains.chain(part[0]) == [part[0]] and any(map(chains.always_begins, since))
+        return self._counted(self.scheduling.windows.cut(part, bounded, stated, counts_lags=begins))
 
     @in_common
     def flow_figures(self, flow: str) -> dict[str, Any]:

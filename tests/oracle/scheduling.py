@@ -161,7 +161,7 @@ class Scheduling:
         """The longest that a job takes in the busiest stretch of its core; None where the stretch may not end."""
         if job[1] == "message":
             return self.buses.played(job[0])
-        own, work = self.releases(job), self.times(job)[1]
+        work = self.times(job)[1]
         if piece_of(job) is not None:
             return self.pieces.end(job)
         if work == 0:
@@ -169,16 +169,27 @@ class Scheduling:
         if self.reading.executor_of(job[0]) is not None or self.order(job) is not None:
             return self._played_inside(job)
         here = [other for other in self.beside(job) if self.times(other)[1] and self.goes_before(other, job)]
-        rivals = [(self.releases(other), self.times(other)[1]) for other in here]
+        own, blocked = self.windows.comes(job, job), self.blocked(job)
+        rivals = [(self.windows.comes(other, job), self.times(other)[1]) for other in here]
         if own is None or any(releases is None for releases, _ in rivals):
             return None
         before = [(releases, time) for releases, time in rivals if releases is not None]
         shares = self.shares(job)
-        if shares is None or has_no_end([(own, work), *before, *shares], 0):
+        if shares is None or has_no_end([(own, work), *before, *shares], blocked):
             return None
         if self.windows.is_over_somewhere(job, here):
             return self.windows.single(job, here, shares)
-        return play(own, work, [*before, *shares])
+        return play(own, work, [*before, *shares], blocked)
+
+    def blocked(self, job: Job) -> int:
+        """The longest section of what never goes before a job on its core."""
+        here = [other for other in self.cores[self.core(job)] if other[0] != job[0]]
+        return max((self.section(other[0]) for other in here if not self.goes_before(other, job)), default=0)
+
+    def section(self, name: str) -> int:
+        """How long a thread keeps all others from its core at most."""
+        text = self.reading.get(name, "non_preemptive")
+        return 0 if text is None else min(quantities.duration(text), self.times((name, "timer"))[1])
 
     def _played_inside(self, job: Job) -> Fraction | None:
         """The response time of a job that shares an OS thread: an executor runs one job at a time, to its end.
@@ -398,7 +409,8 @@ class Scheduling:
     def leaving(self, name: str) -> list[tuple[int, Fraction]] | None:
         """What a component sends, once for each of its jobs; one that keeps its distance sends no faster than that."""
         chain = self.chains.chain(name)
-        releases, takes = self.releases((chain[0], "timer")), self.windows.cut(chain, self._singles(chain))
+        releases = self.releases((chain[0], "timer"))
+        takes = self.windows.cut(chain, self._singles(chain), counts_lags=True)
         if releases is None or takes is None:
             return None
         takes -= sum(self.times((each, "timer"))[0] for each in chain)

@@ -69,10 +69,12 @@ def has_no_end(given: Sequence[tuple[Releases, int | Fraction]], begun: int) -> 
     return used > 1 or (used == 1 and is_more)
 
 
-def play(own: Releases, work: int | Fraction, before: Sequence[tuple[Releases, int]]) -> Fraction | None:
+def play(
+    own: Releases, work: int | Fraction, before: Sequence[tuple[Releases, int]], begun: int = 0
+) -> Fraction | None:
     """The longest time from the release of one of `own` jobs, of so much `work`, to its end.
 
-    The core is never idle meanwhile: all that is released goes `before` these jobs.
+    The core is never idle meanwhile: all that is released goes `before` these jobs, and so does what has `begun`.
 
     >>> a, b, c = (Releases(((period, Fraction(0)),)) for period in (7, 12, 20))
     >>> play(c, 5, [(a, 3), (b, 3)])
@@ -82,7 +84,8 @@ def play(own: Releases, work: int | Fraction, before: Sequence[tuple[Releases, i
     for number, (releases, cost) in enumerate([(own, work), *before]):
         times = releases.densest()
         heappush(coming, (next(times), number, cost, times))
-    now = urgent = worst = Fraction(0)
+    now = worst = Fraction(0)
+    urgent = Fraction(begun)
     waiting: deque[tuple[Fraction, Fraction]] = deque()
     for _ in range(MOST_PLAYED):
         upcoming = coming[0][0] if coming else None

@@ -13,7 +13,8 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from .pieces import distance
-from .stretches import MOST_PLAYED, Releases, has_no_end, kept_apart
+from .problem import as_list
+from .stretches import MOST_PLAYED, Releases, has_no_end
 
 if TYPE_CHECKING:
     from .scheduling import Job, Scheduling
@@ -39,6 +40,7 @@ class Windows:
 
     def __init__(self, scheduling: Scheduling) -> None:
         self.known, self.chains = scheduling, scheduling.chains
+        self._settled = {job for job in scheduling.jobs if self._is_settled(job)}
         self._times: dict[Releases, Dense] = {}
         self.spans: dict[Row, Fraction | None] = {}
         self.lags: dict[Row, Fraction | None] = {}
@@ -89,14 +91,19 @@ class Windows:
         return self._cut(part, {name: self.known.of(name) for name in part}, {})
 
     def cut(
-        self, part: Sequence[str], responses: Mapping[str, Fraction | None], stated: Container[str] = ()
+        self,
+        part: Sequence[str],
+        responses: Mapping[str, Fraction | None],
+        stated: Container[str] = (),
+        *,
+        counts_lags: bool,
     ) -> Fraction | None:
         """The longest that part of a chain takes, of threads that respond so, some of them as `stated`.
 
-        Lags count of what begins with the source of a chain, but while nothing waits.
+        Lags count where that begins with the source of a chain, but not while nothing waits.
         """
-        counts_lags = self.source(part[0]) == part[0] and not self.known.is_alone
-        lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if counts_lags else {}
+        has_lags = counts_lags and not self.known.is_alone
+        lags = {row: lag for row, lag in self.lags.items() if row[0] not in stated} if has_lags else {}
         return self._cut(part, responses, lags)
 
     def _cut(
@@ -123,18 +130,19 @@ class Windows:
 
     def single(self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]]) -> Fraction | None:
         """The response time of a thread, some of whose rivals are over; None without a bound."""
-        own = self.known.releases(job)
+        own = self.comes(job, job)
         return None if own is None else self._single(job, rivals, shares, own)
 
     def _single(
         self, job: Job, rivals: Sequence[Job], shares: Sequence[tuple[Releases, int]], counted: Releases
     ) -> Fraction | None:
-        given = self._given([(other, self._is_over(other, job)) for other in rivals])
-        own = self.known.releases(job)
+        given = self._given([(other, self._is_over(other, job)) for other in rivals], job)
+        own = self.comes(job, job)
         if given is None or own is None:
             return None
         work, ends = Fraction(self.known.times(job)[1]), any(rival.is_over for rival in given)
-        return self._longest(own, counted, work, [*given, *_others(shares)], ends=ends)
+        blocked = Fraction(self.known.blocked(job))
+        return self._longest(own, counted, work, [*given, *_others(shares)], ends=ends, begun=blocked)
 
     def is_over_somewhere(self, job: Job, rivals: Sequence[Job]) -> bool:
         """Whether some rival of a thread is over when it is released."""
@@ -145,31 +153,62 @@ class Windows:
             return False
         return self.chains.never_meet(other, job)
 
-    def _given(self, jobs: Sequence[tuple[Job, bool]]) -> list[Rival] | None:
+    def _given(self, jobs: Sequence[tuple[Job, bool]], level: Job) -> list[Rival] | None:
+        """What goes first in busy windows of a `level`; None where some of it may be late without a bound."""
         found = []
         for job, is_over in jobs:
-            releases = self.known.releases(job)
+            releases = self.comes(job, level)
             if releases is None:
                 return None
             found.append(Rival(releases, Fraction(self.known.times(job)[1]), is_over))
         return found
 
+    # How often threads come
+
+    def comes(self, job: Job, level: Job) -> Releases | None:
+        """When jobs come in a busy window of another one, or of itself; None where they may be late without a bound.
+
+        Behind a thread that does not run in such a window one job comes, behind one that does as many as of that.
+        """
+        sender = self.chains.sender(job[0]) if job[1] == "timer" else None
+        here = [] if sender is None else [(sender, "timer"), job, level]
+        if sender is None or not self._settled.issuperset(here) or len({self.known.core(each) for each in here}) > 1:
+            return self.known.releases(job)
+        most = self.chains.way(job[0])
+        if sender == level[0] or self.known.goes_before((sender, "timer"), level):
+            found = self.known.releases(job) if most else self.comes((sender, "timer"), level)
+            return None if found is None else Releases(found.streams)  # whatever the least distance of the sender
+        if not most or (most < self.known.times((sender, "timer"))[0] and not self.known.section(sender)):
+            return Releases(())
+        return self.known.releases(job)
+
+    def _is_settled(self, job: Job) -> bool:
+        """Whether a thread states one processor, core and priority, and priorities alone schedule all of it."""
+        name, problem = job[0], self.known.problem
+        if not self._is_plain(job) or self.known.reading.protocol(name) == "hybrid":
+            return False
+        slots = as_list(problem.component(name).get("processor"))
+        cores = [core for core in problem.stated_cores(name) if core.isdigit()]
+        return (
+            not self.is_stated(name)
+            and str(problem.settled.get((name, "priority"))).isdigit()
+            and len(slots) == 1
+            and (len(cores) == 1 or problem.most_cores(slots[0]) == 1)
+        )
+
     # Windows and lags
 
     def fresh(self) -> tuple[dict[Row, Fraction | None], dict[Row, Fraction | None]]:
         """All windows and all lags anew, by what is known."""
-        spans = {row: span and self._window(row, self._own(row[0])) for row, span in self.spans.items()}
+        spans = {row: span and self._window(row) for row, span in self.spans.items()}
         return spans, {row: lag and self._lag(row) for row, lag in self.lags.items()}
-
-    def _own(self, name: str) -> Releases | None:
-        return self.known.releases((name, "timer"))
 
     def _lag(self, row: Row) -> Fraction | None:
         """How long after the latest release of its first thread a row of a chain ends."""
-        begins = self._own(self.source(row[0]))
+        begins = self.known.releases((self.source(row[0]), "timer"))
         if begins is None:
             return None
-        begins = Releases(kept_apart(begins))  # whatever their least distance
+        begins = Releases(begins.streams)  # whatever their least distance
         if len(row) > 1:
             return self._window(row, begins)
         job: Job = (row[0], "timer")
@@ -179,32 +218,35 @@ class Windows:
             return None
         return self._single(job, [other for other in here if self.known.goes_before(other, job)], shares, begins)
 
-    def _window(self, row: Row, counted: Releases | None) -> Fraction | None:
+    def _window(self, row: Row, counted: Releases | None = None) -> Fraction | None:
         """The longest to the end of the last of a row; from the release of the first, or as is `counted`."""
         known = self.known
         jobs: list[Job] = [(name, "timer") for name in row]
-        own = known.releases(jobs[0])
         beside = [other for other in known.beside(jobs[0]) if other not in jobs and known.times(other)[1]]
         rivals = [other for other in beside if any(known.goes_before(other, job) for job in jobs)]
         level = next(job for job in jobs if all(other == job or known.goes_before(other, job) for other in jobs))
-        if own is None or counted is None:
+        own, blocked = self.comes(jobs[0], level), Fraction(known.blocked(level))
+        if own is None:
             return None
+        counted = counted or own
         first = _others(known.shares(level) or ())
         work = Fraction(sum(known.times(job)[1] for job in jobs))
         if self.chains.ends_before(row[0], row[-1]):
-            given = self._given([(other, self._is_past(other, row)) for other in rivals])
+            given = self._given([(other, self._is_past(other, row)) for other in rivals], level)
             if given is None:
                 return None
-            sent, tail = sum(self._ways(row), Fraction(0)), self._tail(row, given, first)
-            return self._longest(own, counted, work, [*given, *first], ends=True, sent=sent, tail=tail)
+            ways = self._ways(row)
+            tail = self._tail(row, [*given, *first], blocked)
+            begun = sum(ways, Fraction(0)) + (1 + sum(way > 0 for way in ways)) * blocked
+            return self._longest(own, counted, work, [*given, *first], ends=True, begun=begun, tail=tail)
         if any(self._ways(row)):
             return None
-        given = self._given([(other, False) for other in rivals])
+        given = self._given([(other, False) for other in rivals], level)
         if given is None:
             return None
         before = [Rival(own, Fraction(known.times(job)[1])) for job in jobs[:-1]]
         last = Fraction(known.times(jobs[-1])[1])
-        return self._longest(own, counted, last, [*given, *first, *before], ends=False)
+        return self._longest(own, counted, last, [*given, *first, *before], ends=False, begun=blocked)
 
     def _is_past(self, other: Job, row: Row) -> bool:
         """Whether a rival comes before a window, or after it, and all of that has ended when it begins again."""
@@ -215,13 +257,13 @@ class Windows:
             return self.chains.ends_before(name, row[-1])
         return row[-1] in self.chains.chain(name) and self.chains.ends_before(row[0], name)
 
-    def _tail(self, row: Row, given: Sequence[Rival], first: Sequence[Rival]) -> Fraction:
+    def _tail(self, row: Row, rivals: Sequence[Rival], blocked: Fraction) -> Fraction:
         """What may be left of an earlier job that is on its way when the busy period begins."""
         breaks = [place for place, way in enumerate(self._ways(row), start=1) if way]
         if not breaks:
             return Fraction(0)
         tail = Fraction(sum(self.known.times((name, "timer"))[1] for name in row[breaks[0] :]))
-        ends = self._least(tail, [*given, *first])
+        ends = self._least(blocked + tail, rivals)
         releases, takes = self.known.releases((row[0], "timer")), self.bound(row)
         most = None if releases is None else distance(releases)
         if ends is None or takes is None or (most is not None and ends > most - takes):
@@ -258,19 +300,19 @@ class Windows:
         rivals: Sequence[Rival],
         *,
         ends: bool,
-        sent: Fraction = Fraction(0),
+        begun: Fraction = Fraction(0),
         tail: Fraction = Fraction(0),
     ) -> Fraction | None:
         """The greatest of w - max(r, ...) over the jobs of the busy period, with r of the releases that are `counted`.
 
-        With `ends` each job has ended when the next one comes.
+        With `ends` each job has ended when the next one comes. What has `begun` goes before all, and the `tail`.
         """
         every = [(own, work), *((each.releases, each.work) for each in rivals)]
-        if has_no_end(every, 1 if sent + tail else 0):
+        if has_no_end(every, 1 if begun + tail else 0):
             return None
         found = ended = Fraction(0)
         for job in count(1):
-            now = self._least(sent + tail + job * work, rivals, ended)
+            now = self._least(begun + tail + job * work, rivals, ended)
             if now is None:
                 return None
             ended = now

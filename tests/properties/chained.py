@@ -22,7 +22,7 @@ def draw(seed: int) -> str:
     rng = random.Random(f"chained {seed}")
     document: dict[str, Any] = {
         "dse": "1", "name": f"chained {seed}", "processing": "response_time", "deadlines": "none",
-        "overload": "allowed", "processor_types": {"cpu": {}},
+        "overload": "allowed", "processor_types": {"cpu": {"cores": rng.choice(("1", "1", "2"))}},
         "processors": {name: {"type": "cpu"} for name in ("p", "q", "o")[: rng.randint(1, 3)]},
         "bus_types": {
             "ipc": {"virtual": "true", "transmission_time": {"fixed": "100 us .. 2 ms"}},
@@ -35,6 +35,7 @@ def draw(seed: int) -> str:
         document["devices"][f"d{number}"] = _device(rng)
     _add_threads(rng, document)
     _gather(rng, document)
+    _pin(rng, document)
     _add_flows(rng, document)
     timed = [name for name, body in document["threads"].items() if "processor" in body or "executor" in body]
     document["metrics"] = {f"end_{name}": f"response time of {name}" for name in timed}
@@ -53,13 +54,15 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
     often: dict[str, float] = {name: 1 / float(body["period"].split()[0]) for name, body in document["devices"].items()}
     count = rng.randint(3, 8)
     share = rng.choice((0.5, 0.7, 0.85, 0.95)) * len(document["processors"])
+    threads: Bodies = document["threads"]
     for number in range(count):
         name, before = f"t{number}", []
         if rng.random() > (0.7 if number == 0 else 0.15):
             before = [rng.choice(list(often)[-2:]) if rng.random() < 0.75 else rng.choice(list(often))]
         if before and rng.random() < 0.1:
             before = list(dict.fromkeys([*before, rng.choice(list(often))]))
-        body: dict[str, Any] = {"processor": rng.choice(list(document["processors"]))}
+        beside = threads.get(before[0], {}).get("processor") if before and rng.random() < 0.5 else None
+        body: dict[str, Any] = {"processor": beside or rng.choice(list(document["processors"]))}
         often[name] = sum(often[each] for each in before)
         if not before or rng.random() < 0.05:
             period = rng.choice(PERIODS)
@@ -75,23 +78,29 @@ def _add_threads(rng: random.Random, document: dict[str, Any]) -> None:
             body["dispatch_protocol"] = "aperiodic"
         most = round(1_000 * share * rng.uniform(0.4, 1.6) / count / often[name])
         body["compute_execution_time"] = f"{rng.choice((0, most // 10, most // 2, most))} us .. {most} us"
-        if rng.random() < 0.5:
+        if rng.random() < 0.8:
             body["priority"] = str(rng.randint(1, 4))
         if before and rng.random() < 0.08:
             body["response_time"] = f"{most // 2} us .. {rng.choice((most, 2 * most, 4 * most))} us"
-        document["threads"][name] = body
+        threads[name] = body
         for each in before:
-            document["connections"][f"{each}{name}"] = {"from": each, "to": name, **_way(rng)}
+            way = _way(rng, threads.get(each, {}))
+            document["connections"][f"{each}{name}"] = {"from": each, "to": name, **way}
 
 
-def _way(rng: random.Random) -> dict[str, Any]:
-    """What a message travels by, if by anything."""
+def _way(rng: random.Random, sender: dict[str, Any]) -> dict[str, Any]:
+    """What a message travels by, if by anything; sometimes for less than the shortest time of what sends it."""
     case = rng.random()
     if case < 0.12:
         return {"bus": "ipc", "data_size": "8 B"}
     if case < 0.17:
         return {"bus": "net", "data_size": "8 B"}
-    return {"latency": f"0 us .. {rng.randint(1, 3_000)} us"} if case < 0.27 else {}
+    if case < 0.27:
+        return {"latency": f"0 us .. {rng.randint(1, 3_000)} us"}
+    least = int(sender.get("compute_execution_time", "0 us").split()[0])
+    if least and case < 0.42:
+        return {"latency": f"0 us .. {rng.choice((least, least - 1, least // 2, least + 1))} us"}
+    return {}
 
 
 def _gather(rng: random.Random, document: dict[str, Any]) -> None:
@@ -122,6 +131,25 @@ def _gather(rng: random.Random, document: dict[str, Any]) -> None:
         coming = [each for each in document["connections"].values() if each["to"] == name]
         if len(coming) > 1 and "segments" not in body and rng.random() < 0.3 and "period" not in body:
             body |= {"join": "all", "queue_size": "2"}
+
+
+def _pin(rng: random.Random, document: dict[str, Any]) -> None:
+    """States cores, seldom one or a priority that is open, and sections where no executor or accelerator is."""
+    here: list[dict[str, Any]] = [body for body in document["threads"].values() if "processor" in body]
+    if document["processor_types"]["cpu"]["cores"] == "2":
+        for body in [*here, *document.get("executors", {}).values()]:
+            body["core"] = rng.choice(("1", "1", "1", "2"))
+        if here and rng.random() < 0.15:
+            rng.choice(here)["core"] = ["1", "2"]
+    if here and rng.random() < 0.1:
+        body = rng.choice(here)
+        body["priority"] = ["1", "3"]
+    if "executors" in document or "gpu" in document["processor_types"] or rng.random() < 0.5:
+        return
+    for body in here:
+        if rng.random() < 0.3:
+            most = int(body["compute_execution_time"].split()[3])
+            body["non_preemptive"] = f"{rng.randint(1, most + 100)} us"
 
 
 def _add_flows(rng: random.Random, document: dict[str, Any]) -> None:

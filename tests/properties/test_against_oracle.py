@@ -16,7 +16,8 @@ from dse.support.errors import TooLargeError
 from tests.helpers.effort import cases
 from tests.oracle import evaluator as oracle
 from tests.oracle.generator import random_problem
-from tests.oracle.reading import Reading
+from tests.oracle.reading import NO_BOUND_NS, Reading
+from tests.oracle.scheduling import Scheduling
 from tests.properties import chained
 from tests.properties.pair import Pair, exact_value
 
@@ -50,22 +51,42 @@ def test_a_random_problem(size: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", cases(200))
 def test_random_chains(seed: int) -> None:
     """Jitter, lags and flows of one design each: docs/semantics.md, section 4.9."""
-    figures_agree(Pair(chained.draw(seed)))
+    figures_agree(Pair(chained.draw(seed)), most=NO_BOUND_NS)
 
 
 def test_lags_of_drawn_chains_are_mostly_no_response_times() -> None:
-    """At least two of five problems have a thread or window that ends sooner than a response time after the latest."""
+    """In three of ten problems a thread or window ends sooner than a response time after the latest release."""
     pairs = [Pair(chained.draw(seed)) for seed in range(20)]
     designs = [Reading(pair.oracle, pair.valid[0].named).scheduling.windows for pair in pairs]
     differ = [
         any(lag is not None and lag < (found.response(row) or lag) for row, lag in found.lags.items())
         for found in designs
     ]
-    assert sum(differ) >= 8
+    assert sum(differ) >= 6
 
 
-def figures_agree(pair: Pair) -> None:
-    """Both call the same combinations designs, use the same decisions in them, and give them the same figures."""
+def test_some_threads_of_drawn_chains_come_less_often_behind_one_on_their_core() -> None:
+    """In three of twenty problems a thread comes less often than its streams say in a busy window, its own or not."""
+    pairs = [Pair(chained.draw(seed)) for seed in range(20)]
+    designs = [Reading(pair.oracle, pair.valid[0].named).scheduling for pair in pairs]
+    assert sum(map(_has_fewer_jobs, designs)) >= 3
+
+
+def _has_fewer_jobs(known: Scheduling) -> bool:
+    plain = [job for job in known.jobs if job[1] == "timer"]
+    return any(
+        known.windows.comes(job, level) != known.releases(job)
+        for level in plain
+        for job in [level, *known.beside(level)]
+        if job == level or known.goes_before(job, level)
+    )
+
+
+def figures_agree(pair: Pair, *, most: Fraction | None = None) -> None:
+    """Both call the same combinations designs, use the same decisions in them, and give them the same figures.
+
+    Of a figure that is no less than `most` for one only that it is so for the other, too.
+    """
     assert len(pair.valid) <= space_size(pair.space)
     for judged in pair.valid[:: len(pair.valid) // MOST_COMPARED + 1]:
         evaluation = pair.evaluator.evaluate(tuple(max(option, 0) for option in judged.design))
@@ -87,7 +108,7 @@ def figures_agree(pair: Pair) -> None:
             exact, shown = expected[measure.metric.name], exact_value(measure, counted[measure.metric.name])
             if measure.rounded:
                 assert 0 <= shown - exact < figures_in(measure.terms) * exact_value(measure, 1), measure.metric.name
-            else:
+            elif most is None or min(shown, exact) < most:
                 assert shown == exact, measure.metric.name
 
 

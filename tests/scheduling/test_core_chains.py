@@ -56,6 +56,14 @@ threads:
 connections: {ab: {from: a, to: b}}
 flows: {f: {path: [a, b]}}
 """
+SELDOM = """
+threads:
+  a: {processor: p, period: 20 ms, compute_execution_time: 1 ms .. 12 ms, priority: 1}
+  b: {processor: p, dispatch_protocol: aperiodic, compute_execution_time: 2 ms, priority: 3}
+  x: {processor: p, period: 20 ms, compute_execution_time: 5 ms, priority: 2}
+connections: {ab: {from: a, to: b}}
+flows: {f: {path: [PATH]}}
+"""
 FORK = """
 threads:
   a: {processor: p, period: 20 ms, compute_execution_time: 1 ms}
@@ -89,6 +97,8 @@ def latencies(space: Space, view: View) -> dict[str, Fraction]:
         (FOUR.replace("TIMER", "0 ms"), 4),
         (FOUR.replace("TIMER", "2 ms"), 6),  # and not 12: the timer counts once
         (AWAY, 16),  # what came while a ran has piled up for c; 15 can be seen
+        (SELDOM.replace("PATH", "x"), 7),  # b comes up to 16 ms late, and once all the same while x waits
+        (SELDOM.replace("PATH", "a"), 17),
         (FORK, 5),  # c is beside the chain and goes before b
         (JOIN, 36),  # y comes up to 35 ms after a was released
     ],
